@@ -218,6 +218,7 @@ fn episode(cell: [f64; 4], replicate: u64) -> ExperimentRecord {
         backend: Backend::Simulator,
         controller_only: Vec::new(),
         gates: BTreeMap::new(),
+        own_profiles: BTreeMap::new(),
         pose_source: None,
         tracker: None,
         time: Time::Lockstep,

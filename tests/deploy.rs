@@ -219,7 +219,7 @@ fn the_service_manager_takes_the_unit() {
     assert!(output.status.success() && !complaints.contains(name), "{complaints}");
     // What the unit starts is understood: the node gets as far as its fleet file.
     let line = text.lines().find_map(|line| line.strip_prefix("ExecStart=/usr/bin/rsrs "));
-    let arguments = line.expect("it starts the program").replace("%i", "robot_1");
+    let arguments = line.expect("it starts the program").replace("%I", "robot_1");
     let mut robot = rsrs();
     robot.args(arguments.split(' ')).env("RSRS_INTERFACE", "127.0.0.1");
     let output = confine::start_in_own_network(&mut robot).output().expect("built for this test");

@@ -36,6 +36,7 @@ mod mixed;
 mod mujoco;
 mod notebook;
 mod out_of_reach;
+mod own_robots;
 mod pages;
 mod pipeline;
 mod placing;

@@ -46,6 +46,7 @@ fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
         backend: Backend::Simulator,
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
+        own_profiles: std::collections::BTreeMap::new(),
         pose_source: None,
         tracker: None,
         time: Time::Lockstep,

@@ -76,10 +76,36 @@ impl Topic {
         if self.is_absolute() { self.name.to_owned() } else { format!("/{robot}/{}", self.name) }
     }
 
+    /// The robot whose topic has this name, with its namespace; `None` if it is no robot's, or another
+    /// topic's.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use rsrs_msgs::topics;
+    ///
+    /// assert_eq!(topics::STATUS.robot_of("/lab/robot_3/status"), Some("lab/robot_3"));
+    /// assert_eq!(topics::STATUS.robot_of("/robot_3/controller/status"), None);
+    /// ```
+    pub fn robot_of<'a>(&self, name: &'a str) -> Option<&'a str> {
+        let is_of_all = |topic: &Topic| topic.is_absolute() && topic.name == name;
+        let is_longer = |topic: &Topic| {
+            topic.name.len() > self.name.len() && before(name, topic.name).is_some()
+        };
+        let is_another = |topic: &Topic| is_of_all(topic) || is_longer(topic);
+        before(name, self.name).filter(|_| !self.is_absolute() && !ALL.iter().any(is_another))
+    }
+
     /// Whether there is one such topic for the whole swarm.
     pub fn is_absolute(&self) -> bool {
         self.name.starts_with('/')
     }
+}
+
+/// What stands before the last parts of a name, without the slashes around it.
+fn before<'a>(name: &'a str, last: &str) -> Option<&'a str> {
+    let robot = name.strip_prefix('/')?.strip_suffix(last)?.strip_suffix('/')?;
+    (!robot.is_empty()).then_some(robot)
 }
 
 /// Names a topic whose messages are of type `M`.
@@ -242,6 +268,24 @@ mod tests {
         let expected =
             [("cmd_vel", expected.clone()), ("hardware/cmd_vel", expected), ("/poses", of_poses)];
         assert_eq!(types_of_name, BTreeMap::from(expected));
+    }
+
+    #[test]
+    fn each_topic_of_a_robot_is_that_robots_in_any_namespace_and_no_other_topic() {
+        for robot in ["robot_3", "lab/robot_3", "a/b/c"] {
+            for topic in ALL.iter().filter(|topic| !topic.is_absolute()) {
+                let name = topic.for_robot(robot);
+
+                let found = ALL.iter().filter(|other| other.robot_of(&name).is_some());
+
+                assert_eq!(topic.robot_of(&name), Some(robot), "{name}");
+                assert!(found.clone().all(|other| other.name == topic.name), "{name}");
+            }
+        }
+        let of_nobody = ["/status", "/simulator/status", "/swarm/lease", "status", "/x/modem_odom"];
+        for name in of_nobody {
+            assert!(ALL.iter().all(|topic| topic.robot_of(name).is_none()), "{name}");
+        }
     }
 
     #[test]

@@ -79,9 +79,9 @@ pub fn pick(
         return Ok(Vec::new());
     }
     let volume = Volume::of(&filters.bounds)?;
-    let radius_m = placed_world.conditions.robot.radius_m;
+    let conditions = &placed_world.conditions;
     let passes = |(row, pose): (usize, Pose)| {
-        let is_inside = volume.overlaps(&pose, radius_m);
+        let is_inside = volume.overlaps(&pose, conditions.robot_at(row).radius_m);
         (is_inside && name.is_match(&placed_world.rows.names[row])).then_some(row)
     };
     Ok(placed_world.world.poses().enumerate().filter_map(passes).collect())
@@ -158,7 +158,7 @@ pub fn wanted(
         return refused("none on the floor");
     };
     let arena = placed_world.conditions.arena;
-    let reach_m = arena.side_m / 2.0 - placed_world.conditions.robot.radius_m;
+    let reach_m = arena.side_m / 2.0 - placed_world.conditions.robot_at(row).radius_m;
     let is_inside = pose.x_m.abs() <= reach_m && pose.y_m.abs() <= reach_m;
     if arena.walls != Walls::None && !is_inside {
         return refused("outside the arena");

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use rsrs_core::conditions::SimulatedRobot;
+use rsrs_core::conditions::Conditions;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::geometry_msgs::{self, PoseStamped};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -36,7 +36,8 @@ pub enum TrackedBy {
 pub struct Followed {
     /// Its row in the world.
     pub row: usize,
-    view: FieldOfView,
+    /// Upon each of our robots, whose bodies may differ; shape `[n_ours]`.
+    views: Vec<FieldOfView>,
     latency_steps: usize,
     /// Where it was last.
     received: Option<Pose>,
@@ -49,13 +50,18 @@ pub struct Followed {
 
 impl Followed {
     /// A robot of which nothing has been received yet.
-    pub fn new(row: usize, robot: &SimulatedRobot) -> Self {
+    ///
+    /// # Arguments
+    ///
+    /// * `ours` — rows of our robots.
+    pub fn new(row: usize, conditions: &Conditions, ours: &[usize]) -> Self {
+        let robot = conditions.robot_at(row);
         let latency_steps =
             usize::try_from(robot.latency_steps).expect("32 bits fit the address space");
-        let view = FieldOfView::new(robot);
+        let upon = |other: &usize| FieldOfView::upon(robot, conditions.robot_at(*other).radius_m);
         Self {
             row,
-            view,
+            views: ours.iter().map(upon).collect(),
             latency_steps,
             received: None,
             at: Instant::now(),
@@ -95,7 +101,8 @@ impl Followed {
     ///   decides whether what is seen is also detected.
     pub fn detects(&mut self, ours: &[Pose], (step, detection): (u64, bool)) -> bool {
         let from = self.pose();
-        let sees = ours.iter().any(|other| sees(&self.view, &from, other));
+        let mut ours = ours.iter().zip(&self.views);
+        let sees = ours.any(|(other, view)| sees(view, &from, other));
         self.seen.retain(|(at, _)| *at < step);
         self.seen.push_back((step, sees));
         while self.seen.len() > self.latency_steps + 1 {
@@ -114,15 +121,7 @@ fn sees(view: &FieldOfView, from: &Pose, to: &Pose) -> bool {
     let forward_m = (dx_m * cosine + dy_m * sine) as f32;
     let lateral_m = (dy_m * cosine - dx_m * sine) as f32;
     let d2_m2 = (dx_m * dx_m + dy_m * dy_m) as f32;
-    match view {
-        FieldOfView::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
-        FieldOfView::PolygonCentre(polygon) => {
-            d2_m2 > 0.0 && polygon.contains(forward_m, lateral_m)
-        }
-        FieldOfView::PolygonBody(polygon) => {
-            forward_m > 0.0 && polygon.contains(forward_m, lateral_m)
-        }
-    }
+    view.sees(forward_m, lateral_m, d2_m2)
 }
 
 /// The topics of the real robots of a world, until it is dropped.
@@ -216,7 +215,7 @@ mod tests {
         let settings = Settings { values: values.to_vec(), ..Settings::default() };
         let mut conditions = Conditions::resolve(&profile, &settings).unwrap();
         conditions.robot.latency_steps = latency_steps;
-        Followed::new(1, &conditions.robot)
+        Followed::new(1, &conditions, &[0])
     }
 
     fn at(x_m: f64, y_m: f64, heading_rad: f64) -> Pose {

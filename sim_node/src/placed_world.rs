@@ -52,7 +52,7 @@ impl PlacedWorld {
         let Wanted { world, placed, conditions, rows } = wanted;
         let is_ours: Vec<bool> =
             (0..conditions.robots).map(|row| rows.ours.contains(&row)).collect();
-        let followed = rows.tracked.iter().map(|row| Followed::new(*row, &conditions.robot));
+        let followed = rows.tracked.iter().map(|row| Followed::new(*row, &conditions, &rows.ours));
         let mut placed_world = Self {
             followed: followed.collect(),
             history: History::new(conditions.period_s, conditions.robots),

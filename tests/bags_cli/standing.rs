@@ -42,6 +42,7 @@ fn record(neighbour: Option<(f64, f64)>) -> ExperimentRecord {
         backend: Backend::Fleet,
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
+        own_profiles: std::collections::BTreeMap::new(),
         pose_source: None,
         tracker: None,
         time: Time::RealTime,

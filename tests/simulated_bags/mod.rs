@@ -180,6 +180,7 @@ impl Run {
             },
             controller_only: self.controller_only.clone(),
             gates: std::collections::BTreeMap::new(),
+            own_profiles: std::collections::BTreeMap::new(),
             pose_source: self.pose_source,
             tracker: None,
             time: self.time,

@@ -365,7 +365,7 @@ async fn publish_all_the_time(publisher: &Publisher<Bool>, engaged: &AtomicBool)
 /// Names robots that no network has, and more than anybody follows.
 async fn publish_nonsense(publisher: &Publisher<RunLease>) {
     let mut beat = tokio::time::interval(Duration::from_millis(100));
-    let names = ["", "no robot", "a/b", "x__y"].map(str::to_owned);
+    let names = ["", "no robot", "a//b", "x__y"].map(str::to_owned);
     loop {
         beat.tick().await;
         let lease = RunLease { robots: names.to_vec(), ..RunLease::default() };

@@ -3,10 +3,13 @@
 pub(crate) mod capabilities;
 mod check;
 pub mod operator;
+mod own_robots;
 mod reach;
 mod resolve;
 pub mod start_file;
 mod starts;
+
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +45,10 @@ pub struct Conditions {
     pub arena: Arena,
     /// What the robots are.
     pub robot: SimulatedRobot,
+    /// Robots that are not like the others, by their place among all, from 0: those with a profile of
+    /// their own.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub own_robots: BTreeMap<usize, SimulatedRobot>,
     /// Control period `Δt`, in seconds.
     pub period_s: f64,
 }

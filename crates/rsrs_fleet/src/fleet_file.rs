@@ -26,6 +26,11 @@ pub use error::{FleetFileError, Lack};
 pub struct FleetFile {
     /// All robots, in the order of the file.
     pub robots: Vec<FleetRobot>,
+    /// Path of the fleet's measured profile, relative to the file: a robot with another one has its own.
+    /// It is that of `all`; without one there, that of the first enabled robot with the profile of its
+    /// type, and where only entries of robots have one, that of the first enabled one which does. `None`
+    /// if no robot that may be used was measured yet.
+    pub profile: Option<String>,
     /// What none of them must leave in a run; `None` if there is nothing.
     pub geofence: Option<Geofence>,
 }
@@ -33,7 +38,7 @@ pub struct FleetFile {
 /// One robot of a fleet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FleetRobot {
-    /// Its name, and its namespace in ROS.
+    /// Its name, and its namespace in ROS: `robot_1`, or with a namespace of its own `lab/robot_1`.
     pub name: String,
     /// Whether experiments may use it.
     pub enabled: bool,
@@ -147,10 +152,12 @@ impl FleetFile {
             .entries()
             .map(|(name, robot)| written.resolve(file, name, robot))
             .collect::<Result<Vec<_>, _>>()?;
+        check_namespaces(file, &robots)?;
         check_bodies(file, &robots)?;
         let invalid = |reason| FleetFileError::Geofence { file: file.to_owned(), reason };
         written.geofence.map_or(Ok(()), |geofence| geofence.check()).map_err(invalid)?;
-        Ok(Self { robots, geofence: written.geofence })
+        let profile = written.fleet_profile();
+        Ok(Self { robots, profile, geofence: written.geofence })
     }
 
     /// Names of the robots that experiments may use, in the order of the file.
@@ -233,7 +240,8 @@ struct Written {
 #[derive(Clone, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Layer {
-    /// Path of its measured profile, relative to the fleet file; without one it can be measured only.
+    /// Path of its measured profile, relative to the fleet file; without one it can be measured only. That
+    /// of `all` is the fleet's, which a sweep must be made from.
     profile: Option<String>,
     /// What moves it; a robot, its type or `all` has to have it.
     driver: Option<Driver>,
@@ -262,7 +270,8 @@ struct WrittenRobot {
     /// Name of its type among `robot_types`.
     #[serde(rename = "type")]
     robot_type: Option<String>,
-    /// Path of its measured profile, relative to the fleet file; without one it can be measured only.
+    /// Path of its measured profile, relative to the fleet file; without one it can be measured only. One
+    /// that is not the fleet's holds for this robot: its limits, its gate, and how the simulator moves it.
     profile: Option<String>,
     /// What moves it; a robot, its type or `all` has to have it.
     driver: Option<Driver>,
@@ -299,6 +308,19 @@ impl Written {
         let keys = if has_driver { Vec::new() } else { vec!["driver"] };
         let enabled = robot.enabled.is_none();
         (enabled || !keys.is_empty()).then(|| Lack { robot: name.to_owned(), enabled, keys })
+    }
+
+    /// The profile from which robots with another one differ.
+    fn fleet_profile(&self) -> Option<String> {
+        let enabled = self.robots.entries().map(|(_, robot)| robot);
+        let enabled: Vec<_> = enabled.filter(|robot| robot.enabled == Some(true)).collect();
+        let of_type = |robot: &&WrittenRobot| {
+            let of_type = self.robot_types.get(robot.robot_type.as_ref()?)?;
+            of_type.profile.clone().filter(|_| robot.profile.is_none())
+        };
+        let all = self.all.profile.clone();
+        all.or_else(|| enabled.iter().find_map(of_type))
+            .or_else(|| enabled.iter().find_map(|robot| robot.profile.clone()))
     }
 
     fn resolve(
@@ -365,10 +387,33 @@ fn first_of<T: Clone>(layers: [&Option<T>; 3]) -> Option<T> {
     layers.into_iter().flatten().next().cloned()
 }
 
+/// Whether a robot may have this name: each part of it is one of a namespace in ROS, and its topics are
+/// not taken for those of another one.
 fn is_name(name: &str) -> bool {
-    name.starts_with(|first: char| first.is_ascii_alphabetic())
-        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-        && !name.contains("__")
+    let is_part = |part: &str| {
+        part.starts_with(|first: char| first.is_ascii_alphabetic())
+            && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+            && !part.contains("__")
+    };
+    let last = name.rsplit_once('/').map(|(_, last)| last);
+    name.split('/').all(is_part) && !matches!(last, Some("controller" | "hardware"))
+}
+
+/// Refuses a robot in whose namespace another one is: its topics would be taken for that one's.
+fn check_namespaces(file: &str, robots: &[FleetRobot]) -> Result<(), FleetFileError> {
+    for robot in robots {
+        let is_within = |other: &&FleetRobot| {
+            other.name.strip_prefix(&robot.name).is_some_and(|rest| rest.starts_with('/'))
+        };
+        if let Some(other) = robots.iter().find(is_within) {
+            return Err(FleetFileError::Within {
+                file: file.to_owned(),
+                robot: robot.name.clone(),
+                other: other.name.clone(),
+            });
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -388,6 +433,27 @@ robots:
   ant: {enabled: false, battery_min_v: 7.0}
   bee: {enabled: true, type: flockbot}
 ";
+
+    #[test]
+    fn the_fleets_profile_is_that_of_all_or_of_the_first_robot_that_has_its_types_or_has_one() {
+        let profile = |all: &str, of_type: &str, robots: [&str; 3]| {
+            let [one, two, three] = robots;
+            let text = format!(
+                "fileversion: 1\nall: {{driver: {{kind: ros}}{all}}}\nrobot_types:\n  bot: {{{of_type}}}\n\
+                 robots:\n  zebra: {{enabled: false, profile: z.yaml}}\n  one: {{enabled: true{one}}}\n  \
+                 two: {{enabled: true{two}}}\n  three: {{enabled: true{three}}}\n"
+            );
+            FleetFile::parse("fleet.yaml", &text).unwrap().profile
+        };
+        let (own, typed) = (", profile: own.yaml", ", type: bot");
+        let (of_all, of_type) = (", profile: all.yaml", "profile: bot.yaml");
+        let both = ", type: bot, profile: own.yaml";
+
+        assert_eq!(profile(of_all, of_type, [own, typed, ""]).unwrap(), "all.yaml");
+        assert_eq!(profile("", of_type, [both, typed, ""]).unwrap(), "bot.yaml");
+        assert_eq!(profile("", "", ["", own, ", profile: other.yaml"]).unwrap(), "own.yaml");
+        assert_eq!(profile("", of_type, ["", "", ""]), None, "nobody is of that type");
+    }
 
     #[test]
     fn a_robot_overrides_its_type_which_overrides_all() {
@@ -437,7 +503,14 @@ robots:
         for (from, to, expected) in [
             ("zebra:", "3zebra:", "robot name `3zebra`"),
             ("zebra:", "_zebra:", "robot name `_zebra`"),
-            ("zebra:", "lab/zebra:", "robot name `lab/zebra`"),
+            ("zebra:", "/zebra:", "robot name `/zebra`"),
+            ("zebra:", "lab//zebra:", "robot name `lab//zebra`"),
+            ("zebra:", "lab/controller:", "robot name `lab/controller`"),
+            (
+                "zebra:",
+                "ant/zebra:",
+                "ant/zebra is in the namespace `/ant`, which is that of another",
+            ),
             ("zebra:", "Zébra:", "robot name `Zébra`"),
             ("zebra:", "ze__bra:", "robot name `ze__bra`, expected a letter, then letters, digits"),
             ("enabled: false", "enable: false", "did you mean `enabled`?"),

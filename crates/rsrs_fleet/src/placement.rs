@@ -51,8 +51,12 @@ impl WantedStart {
             disc => StartArea::Disc { radius_m: disc.radius_m() },
         };
         // A table may put robots as near as they can stand.
-        let radii = if matches!(area, StartArea::Poses(_)) { 2.0 } else { CLEARANCE_RADII };
-        Self { area, clearance_m: radii * conditions.robot.radius_m }
+        let clearance_m = if matches!(area, StartArea::Poses(_)) {
+            2.0 * conditions.smallest_radius_m()
+        } else {
+            CLEARANCE_RADII * conditions.largest_radius_m()
+        };
+        Self { area, clearance_m }
     }
 }
 

@@ -64,6 +64,30 @@ pub struct ExperimentRecord {
     /// gates are not ours, or were not asked, are left out.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub gates: BTreeMap<String, GateSettings>,
+    /// Robots with a profile of their own, by name; that of the others is named in `provenance`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub own_profiles: BTreeMap<String, OwnProfile>,
+}
+
+/// A profile that holds for one robot in the place of the fleet's.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OwnProfile {
+    /// Its digest.
+    pub digest: String,
+    /// Which of its numbers differ from the fleet's, in words; empty if only its name or the origin of
+    /// the numbers does.
+    pub differs: Vec<String>,
+}
+
+impl fmt::Display for OwnProfile {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let differs = match &self.differs[..] {
+            [] => "its numbers are the fleet's".to_owned(),
+            differs => differs.join(", "),
+        };
+        write!(formatter, "own profile: {differs}")
+    }
 }
 
 /// What moves the robots of a run.
@@ -560,6 +584,7 @@ pub(crate) mod tests {
             tracker: None,
             time: experiment.simulator.time,
             gates: BTreeMap::new(),
+            own_profiles: BTreeMap::new(),
         }
     }
 
@@ -581,6 +606,19 @@ pub(crate) mod tests {
 
         assert_eq!(read, ExperimentRecord { pose_source: None, ..record() });
         assert_eq!(read.to_json(), written, "and it is written as it was");
+    }
+
+    #[test]
+    fn a_record_without_own_profiles_is_written_as_ever_and_one_with_them_reads_back() {
+        let own = OwnProfile { digest: "3f".to_owned(), differs: vec!["a 1 (fleet 2)".to_owned()] };
+        let own = ExperimentRecord {
+            own_profiles: BTreeMap::from([("robot_3".to_owned(), own)]),
+            ..record()
+        };
+
+        assert!(!record().to_json().contains("own_profiles"));
+        assert_eq!(ExperimentRecord::from_json(&own.to_json()).unwrap(), own);
+        assert_eq!(own.own_profiles["robot_3"].to_string(), "own profile: a 1 (fleet 2)");
     }
 
     #[test]

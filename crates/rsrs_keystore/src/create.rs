@@ -119,10 +119,12 @@ fn enclave(
     if is_new {
         authority.issue(&folder, &name, holds)?;
     }
+    // Up to the folder of all enclaves, through those of a namespace.
+    let up: PathBuf = name.trim_start_matches('/').split('/').map(|_| "..").collect();
     for file in [IDENTITY_CA, PERMISSIONS_CA] {
-        files::link(Path::new("../..").join(PUBLIC).join(file).as_path(), &folder.join(file))?;
+        files::link(&up.join("..").join(PUBLIC).join(file), &folder.join(file))?;
     }
-    files::link(&Path::new("..").join(GOVERNANCE), &folder.join(GOVERNANCE))?;
+    files::link(&up.join(GOVERNANCE), &folder.join(GOVERNANCE))?;
     let grant = GrantText { role, domain_id: request.domain_id, holds };
     let text = grant.to_xml(request.robots)?;
     files::write_public(&folder.join(PERMISSIONS_TEXT), &text)?;

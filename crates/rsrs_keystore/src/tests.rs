@@ -35,6 +35,22 @@ fn openssl(arguments: &[&str]) -> (bool, String) {
 }
 
 #[test]
+fn a_robot_in_a_namespace_has_an_enclave_in_a_folder_of_it_whose_links_lead_to_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = ["lab/robot_1".to_owned(), "robot_2".to_owned()];
+
+    let made = create(&request(folder.path(), &robots)).unwrap();
+
+    assert_eq!(made[0].enclave, "/lab/robot_1");
+    for enclave in &made {
+        assert_eq!(problems_of(&enclave.folder, 7, NOW), [], "{}", enclave.enclave);
+    }
+    let grant = std::fs::read_to_string(made[0].folder.join("permissions.xml")).unwrap();
+    assert!(grant.contains("rt/lab/robot_1/detection"), "{grant}");
+    assert!(!grant.contains("rt/robot_2/detection"), "{grant}");
+}
+
+#[test]
 fn every_enclave_of_a_new_keystore_can_be_used_in_its_domain_and_in_its_time() {
     let folder = tempfile::tempdir().unwrap();
     let robots = robots();

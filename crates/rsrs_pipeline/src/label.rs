@@ -7,6 +7,7 @@ mod text;
 
 pub use human_labels::Labeller;
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +20,9 @@ use rsrs_core::judge::phase::{JudgeError, Phase, WINDOW_S, label_with};
 use rsrs_core::judge::reason::{Decisive, Departure, Left, Reason};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot, PausedRobot};
+use rsrs_fleet::record::{
+    Ending, EndingKind, ExperimentRecord, LostRobot, OwnProfile, PausedRobot,
+};
 use serde::{Deserialize, Serialize};
 
 use self::human_labels::{HumanLabel, JUDGE};
@@ -123,6 +126,9 @@ pub struct Labelled {
     /// Robots that had no gate of ours in front of their wheels, by the bag's record.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub controller_only: Vec<String>,
+    /// Robots with a profile of their own, and in what it differs from the fleet's.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub own_profiles: BTreeMap<String, OwnProfile>,
 }
 
 /// What stands behind a phase that is near another one, everywhere.
@@ -211,6 +217,7 @@ impl Labelled {
             implausible: Vec::new(),
             misplaced: Vec::new(),
             controller_only: Vec::new(),
+            own_profiles: BTreeMap::new(),
         }
     }
 }
@@ -378,6 +385,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
         counts_without_lost,
         implausible,
         misplaced: misplaced.unwrap_or_default(),
+        own_profiles: record.as_ref().map(|it| it.own_profiles.clone()).unwrap_or_default(),
         controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
     };
     Ok(ReadRun { label: Ok(labelled), recorded, bodies, behaviour, lost_robots, labels })

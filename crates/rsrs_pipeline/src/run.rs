@@ -9,13 +9,14 @@ pub mod recording_gaps;
 pub mod simulated_fleet;
 pub mod start_poses;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rsrs_core::robot::other_profile::ProfilesDiffer;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_experiment_runner::{RunReport, run};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{Backend, EndingKind, LostRobot, PausedRobot};
+use rsrs_fleet::record::{Backend, EndingKind, LostRobot, OwnProfile, PausedRobot};
 use rsrs_ros::session::SessionOptions;
 use serde::Serialize;
 
@@ -51,6 +52,9 @@ pub struct RunSummary {
     /// That the sweep of its cell is of robots with another profile; not there if it is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_profile: Option<ProfilesDiffer>,
+    /// Robots with a profile of their own, and in what it differs from the fleet's.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub own_profiles: BTreeMap<String, OwnProfile>,
     /// Robots that did not report that they stand.
     pub not_standing: Vec<String>,
     /// How long the robots were to move, in seconds.
@@ -125,6 +129,7 @@ fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
         n_lost: report.n_lost,
         gaps,
         other_profile: plan.other_profile.clone(),
+        own_profiles: record.own_profiles.clone(),
         not_standing: report.not_standing,
         duration_s: record.duration_s,
         preflight_s: report.preflight_s,

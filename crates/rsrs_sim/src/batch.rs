@@ -198,6 +198,10 @@ impl Batch {
     /// # Errors
     ///
     /// [`PlacementError`] if the robots do not fit where they are to start.
+    ///
+    /// # Panics
+    ///
+    /// If the robots are not all alike: the lanes have one robot for all.
     pub fn digests(
         &mut self,
         conditions: &Conditions,
@@ -205,6 +209,7 @@ impl Batch {
         replicates: Range<u64>,
         n_steps: u64,
     ) -> Result<Vec<Vec<u64>>, PlacementError> {
+        assert!(conditions.are_robots_alike(), "the lanes have one robot for all");
         let runs = runs(conditions, seed, replicates);
         let mut digests = Vec::with_capacity(runs.len());
         for runs in runs.chunks(self.lanes()) {
@@ -263,6 +268,7 @@ pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
 /// Whether the lanes can run and judge a cell. What they cannot is left to the reference: it is
 /// what is refused, or far from what robots do.
 fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
+    // Lanes have one robot for all; where they differ, the reference has each.
     let robot = &conditions.robot;
     let fastest = conditions.controller.fastest();
     let n_window = samples_in(WINDOW_S, conditions.period_s);
@@ -273,7 +279,8 @@ fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
         fastest.turn_rate_rad_s * most(robot.turn_gain) + MOST_NORMAL * robot.turn_bias_sd_rad_s;
     let angle_rad = rate_rad_s * conditions.period_s + MOST_NORMAL * robot.heading_noise_sd_rad;
     let way_m = fastest.speed_m_s * most(robot.speed_gain) * conditions.period_s;
-    (1..=MOST_ROBOTS).contains(&conditions.robots)
+    conditions.are_robots_alike()
+        && (1..=MOST_ROBOTS).contains(&conditions.robots)
         && conditions.robots.saturating_mul(n_window) <= MOST_STATES
         && conditions.steps(duration_s) >= n_window as u64
         && angle_rad < f64::from(LIMIT_RAD)

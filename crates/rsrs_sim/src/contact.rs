@@ -12,7 +12,12 @@ pub struct Contact {
 impl Contact {
     /// The contact of robots of one kind.
     pub fn new(robot: &SimulatedRobot) -> Self {
-        let diameter_m = 2.0 * robot.radius_m;
+        Self::with(robot, robot.radius_m)
+    }
+
+    /// The contact of a robot with one whose body has another radius, in metres.
+    pub fn with(robot: &SimulatedRobot, other_radius_m: f64) -> Self {
+        let diameter_m = robot.radius_m + other_radius_m;
         let front = libm::cos(robot.front_half_angle_rad);
         Self {
             diameter_squared_m2: (diameter_m * diameter_m) as f32,

@@ -64,14 +64,30 @@ impl FieldOfView {
         }
     }
 
+    /// Whether a neighbour is seen at `forward_m` and `lateral_m` in the robot's frame; `d2_m2` is its
+    /// squared distance.
+    #[inline]
+    pub fn sees(&self, forward_m: f32, lateral_m: f32, d2_m2: f32) -> bool {
+        match self {
+            Self::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
+            Self::PolygonCentre(polygon) => d2_m2 > 0.0 && polygon.contains(forward_m, lateral_m),
+            Self::PolygonBody(polygon) => forward_m > 0.0 && polygon.contains(forward_m, lateral_m),
+        }
+    }
+
     /// The view of a simulated robot upon robots of its own kind.
+    pub fn new(robot: &SimulatedRobot) -> Self {
+        Self::upon(robot, robot.radius_m)
+    }
+
+    /// The view of a simulated robot upon robots with bodies of another radius, in metres.
     ///
     /// A body of radius `r` touches a half-plane when its centre lies within `r` of it. Moving each
     /// side out by `r` therefore covers every body that touches the region, and a little more
     /// beyond the corners; what lies behind the robot is left out.
-    pub fn new(robot: &SimulatedRobot) -> Self {
+    pub fn upon(robot: &SimulatedRobot, other_radius_m: f64) -> Self {
         let body_m = match robot.sees {
-            Sees::Body => robot.radius_m,
+            Sees::Body => other_radius_m,
             Sees::Centre => 0.0,
         };
         match (&robot.region, robot.sees) {

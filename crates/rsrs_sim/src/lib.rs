@@ -22,6 +22,7 @@ mod detections;
 pub mod disturbance;
 pub mod field_of_view;
 mod grid;
+mod kinds;
 mod numbering;
 pub mod placement;
 mod robots;

@@ -141,14 +141,15 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
             return Ok(pair.into_iter().take(conditions.robots).collect());
         }
     };
-    let spacing_m = SPACING_RADII * conditions.robot.radius_m;
+    let radius_m = conditions.largest_radius_m();
+    let spacing_m = SPACING_RADII * radius_m;
     let at_most = area.most_that_fit(spacing_m);
     let refuse =
         |placed| PlacementError { robots: conditions.robots, area, spacing_m, placed, at_most };
     if conditions.robots > at_most {
         return Err(refuse(None));
     }
-    let border = Border::new(&conditions.arena, conditions.robot.radius_m);
+    let border = Border::new(&conditions.arena, radius_m);
     let mut poses: Vec<Pose> = Vec::with_capacity(conditions.robots);
     let mut taken = Taken::new(area.half_m(), spacing_m, conditions.robots);
     for robot in 0..conditions.robots {

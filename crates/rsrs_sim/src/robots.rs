@@ -1,6 +1,6 @@
 //! The robots of a world: one entry for each in every column.
 
-use rsrs_core::conditions::{Conditions, GainDistribution};
+use rsrs_core::conditions::{Conditions, GainDistribution, SimulatedRobot};
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::contact::{Blocked, Border, Contact};
@@ -29,9 +29,13 @@ pub struct WorldParameters {
 }
 
 impl WorldParameters {
-    /// The rules of a world under these conditions.
+    /// The rules of a world under these conditions, for the robots that are alike.
     pub fn new(conditions: &Conditions) -> Self {
-        let robot = &conditions.robot;
+        Self::of_robot(conditions, &conditions.robot)
+    }
+
+    /// The rules for robots of one kind.
+    pub fn of_robot(conditions: &Conditions, robot: &SimulatedRobot) -> Self {
         Self {
             period_s: conditions.period_s as f32,
             view: FieldOfView::new(robot),
@@ -253,7 +257,7 @@ impl NoiseKeys {
 
 impl RobotVariation {
     fn draw(conditions: &Conditions, run: RunKey, robot: usize) -> Self {
-        let simulated = &conditions.robot;
+        let simulated = conditions.robot_at(robot);
         let normal = |purpose| run.stream(robot, purpose).truncated_normal();
         // A robot may be weak, but it does not drive backward when commanded forward.
         let gain = |distribution: GainDistribution, purpose| {

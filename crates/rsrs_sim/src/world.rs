@@ -32,6 +32,9 @@
 //! The last factor is one Newton step that keeps the heading's length at one. A term whose standard
 //! deviation is zero is left out altogether, addition and draw.
 //!
+//! Where robots have profiles of their own, each is sensed for and moved by its own numbers, and two
+//! radii take the place of `2r`: the neighbour's is the one by which a body is seen.
+//!
 //! # Source
 //!
 //! `eq:disc_kine`, `eq:disc_func`, `eq:output`, §IV step 2.
@@ -48,6 +51,7 @@ use crate::detections::Detections;
 use crate::draw::{RunKey, Seed};
 use crate::field_of_view::FieldOfView;
 use crate::grid::{self, Grid, REORDERED_EVERY};
+use crate::kinds::{self, Kinds};
 use crate::numbering::Numbering;
 use crate::placement::{self, PlacementError};
 use crate::robots::{Drive, Robots, WorldParameters};
@@ -79,8 +83,10 @@ pub struct World {
     blocked: Vec<bool>,
     detections: Detections,
     is_sensed: bool,
-    /// For swarms that are worth it.
+    /// For swarms that are worth it, of robots that are alike.
     grid: Option<Grid>,
+    /// Where robots are not all alike; then the rules above are those of nobody, and places are robots.
+    kinds: Option<Kinds>,
 }
 
 impl World {
@@ -94,7 +100,8 @@ impl World {
         let poses = placement::place(conditions, run)?;
         let n_robots = conditions.robots;
         let rules = WorldParameters::new(conditions);
-        let grid = (n_robots >= grid::WORTH_FROM).then(|| Grid::new(&rules.view, rules.contact));
+        let is_worth_it = n_robots >= grid::WORTH_FROM && conditions.are_robots_alike();
+        let grid = is_worth_it.then(|| Grid::new(&rules.view, rules.contact));
         Ok(Self {
             rules,
             step: 0,
@@ -103,9 +110,10 @@ impl World {
             blocked_at: vec![Blocked::default(); n_robots],
             numbering: Numbering::new(n_robots),
             blocked: vec![false; n_robots],
-            detections: Detections::new(n_robots, conditions.robot.latency_steps),
+            detections: kinds::detections(conditions),
             is_sensed: false,
             grid: grid.flatten(),
+            kinds: Kinds::new(conditions),
         })
     }
 
@@ -128,20 +136,22 @@ impl World {
         if self.step.is_multiple_of(REORDERED_EVERY) {
             self.reorder();
         }
-        let Self { rules, robots, seen, blocked_at, grid, .. } = self;
+        let Self { rules, robots, seen, blocked_at, grid, kinds, .. } = self;
         let found = (seen.as_mut_slice(), blocked_at.as_mut_slice());
-        let around = (&*robots, rules.contact, grid.as_mut());
-        match &rules.view {
-            FieldOfView::Cone(cone) => {
+        let robots = &*robots;
+        let around = (robots, rules.contact, grid.as_mut());
+        match (kinds, &rules.view) {
+            (Some(kinds), _) => kinds.sense(robots, found),
+            (None, FieldOfView::Cone(cone)) => {
                 let sees = |forward, lateral, d2| cone.sees(forward, lateral, d2);
                 sense_with(around, found, sees);
             }
-            FieldOfView::PolygonCentre(polygon) => {
+            (None, FieldOfView::PolygonCentre(polygon)) => {
                 sense_with(around, found, |forward, lateral, d2| {
                     (d2 > 0.0) & polygon.contains(forward, lateral)
                 });
             }
-            FieldOfView::PolygonBody(polygon) => {
+            (None, FieldOfView::PolygonBody(polygon)) => {
                 sense_with(around, found, |forward, lateral, _| {
                     (forward > 0.0) & polygon.contains(forward, lateral)
                 });
@@ -152,10 +162,12 @@ impl World {
         for (place, robot) in self.numbering.robots().iter().enumerate() {
             let robot = *robot as usize;
             let is_seen = self.seen[place];
-            let limit = if is_seen { self.rules.true_positive } else { self.rules.false_positive };
+            let rules = self.kinds.as_ref().map_or(&self.rules, |kinds| kinds.rules_for(robot));
+            let limit = if is_seen { rules.true_positive } else { rules.false_positive };
             row[robot] = keys[place].uniform24(self.step as u32) < limit;
             self.blocked[robot] = self.blocked_at[place].ahead;
         }
+        self.detections.overtake(self.step);
         self.is_sensed = true;
         self.detections.delivered(self.step)
     }
@@ -196,7 +208,11 @@ impl World {
             );
             let is_blocked = self.blocked_at[place].at(speed_m_s);
             let drive = Drive { speed_m_s, turn_rate_rad_s, is_blocked, step: self.step as u32 };
-            self.robots.advance(&self.rules, place, drive);
+            let rules = match &self.kinds {
+                None => &self.rules,
+                Some(kinds) => kinds.rules_for(*robot as usize),
+            };
+            self.robots.advance(rules, place, drive);
         }
         self.step += 1;
         self.is_sensed = false;
@@ -210,10 +226,11 @@ impl World {
     pub fn digest(&self) -> u64 {
         let robots = &self.robots;
         let mut columns = vec![&robots.x_m, &robots.y_m, &robots.cosine, &robots.sine];
-        if self.rules.gusts.is_some() {
+        let rules = self.kinds.as_ref().map_or(std::slice::from_ref(&self.rules), Kinds::rules);
+        if rules.iter().any(|rules| rules.gusts.is_some()) {
             columns.extend([&robots.gust_x_m_s, &robots.gust_y_m_s]);
         }
-        if self.rules.yaw_share.is_some() {
+        if rules.iter().any(|rules| rules.yaw_share.is_some()) {
             columns.push(&robots.yaw_rate_rad_s);
         }
         let numbers = columns.into_iter().flat_map(|column| self.numbering.by_robot(column));

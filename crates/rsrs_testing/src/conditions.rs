@@ -35,6 +35,7 @@ pub fn flockbot_conditions() -> Conditions {
             false_positive: 0.08,
             latency_steps: 0,
         },
+        own_robots: std::collections::BTreeMap::new(),
         period_s: 0.13,
     }
 }

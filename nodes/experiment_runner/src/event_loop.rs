@@ -169,6 +169,9 @@ pub async fn run(
         finished: None,
         watch,
     };
+    for (robot, own) in &plan.record.own_profiles {
+        run.note(format!("{robot}: {own}"));
+    }
     let ended = run.serve(&mut samples, &mut written, stop).await;
     let report = ended.and_then(|()| run.report());
     drop(run);

@@ -139,7 +139,7 @@ pub fn apart(plan: &Plan) -> Option<Apart> {
     let real = plan.robots.iter().filter(|robot| !plan.is_virtual(robot));
     Some(Apart {
         robots: real.map(|robot| robot.name.clone()).collect(),
-        radius_m: plan.record.conditions.robot.radius_m,
+        radius_m: plan.record.conditions.smallest_radius_m(),
     })
 }
 

@@ -155,14 +155,18 @@ pub fn seconds_ahead(stamp: Stamp, ours_ns: u64) -> Option<f64> {
     Some((i128::from(stamp_ns) - i128::from(ours_ns)) as f64 / 1e9)
 }
 
-/// Diagnoses of the robots of this run: their hardware's name, or the first part of their own, is
-/// that of the robot.
+/// Diagnoses of the robots of this run: their hardware's name, or what their own begins with, is that of
+/// the robot.
 fn diagnoses(plan: &Plan, array: DiagnosticArray) -> Vec<Event> {
     let robots = &plan.record.robots;
     let of_robot = |diagnosis: &DiagnosticStatus| {
         let name = diagnosis.name.trim_start_matches('/');
-        let first = name.split(['/', ':', ' ']).next().unwrap_or("");
-        robots.iter().find(|robot| *robot == first || **robot == diagnosis.hardware_id).cloned()
+        let begins_with = |robot: &String| {
+            let rest = name.strip_prefix(robot.as_str());
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['/', ':', ' ']))
+        };
+        let hardware = diagnosis.hardware_id.trim_start_matches('/');
+        robots.iter().find(|robot| begins_with(robot) || *robot == hardware).cloned()
     };
     array
         .status

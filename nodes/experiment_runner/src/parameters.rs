@@ -71,7 +71,7 @@ pub async fn read_back(
         ] => {
             check_lease(holder, lease)?;
             if lease == LeaseHolder::Controller {
-                check_limits([*speed_max_m_s, *turn_rate_max_rad_s], plan.limits)?;
+                check_limits([*speed_max_m_s, *turn_rate_max_rad_s], plan.limits_of(robot))?;
             }
             let command = |speed_m_s, turn_rate_rad_s| Command { speed_m_s, turn_rate_rad_s };
             let controller = if *is_mirrored {

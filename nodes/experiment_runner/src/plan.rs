@@ -19,12 +19,14 @@ use rsrs_fleet::parameters::{GateSettings, of_gate};
 use rsrs_fleet::placement::WantedStart;
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
 
+mod profiles;
 mod recording;
 mod run_id;
 mod starts;
 mod swept;
 mod trial;
 
+use profiles::{Measured, Profiles};
 pub use recording::Recording;
 use run_id::new_run_id;
 pub use swept::{SweptCell, SweptCellError};
@@ -73,7 +75,7 @@ pub struct Plan {
     /// Where the bag goes.
     pub bag: PathBuf,
     /// The files that it was read from, by the name that they get in the bag.
-    pub files: Vec<(&'static str, String)>,
+    pub files: Vec<(String, String)>,
     /// Whether there is no run without poses.
     pub poses: Poses,
     /// Whether the operator is shown where the robots stand before they move.
@@ -82,8 +84,10 @@ pub struct Plan {
     pub recording: Recording,
     /// What no robot must leave.
     pub geofence: Option<Geofence>,
-    /// Greatest commands of the robots, by their profile, in m/s and rad/s.
+    /// Greatest commands of the robots, by the fleet's profile, in m/s and rad/s.
     pub limits: [f64; 2],
+    /// The same of robots with a profile of their own, by robot.
+    pub own_limits: BTreeMap<String, [f64; 2]>,
     /// What the gates of its real robots must be set to, by robot.
     pub gates: BTreeMap<String, GateSettings>,
     /// Whether its profile is one; a robot that is about to be measured has a stand-in.
@@ -126,27 +130,26 @@ impl Plan {
         let fleet_path = beside.join(&experiment.fleet);
         let (fleet_name, fleet_text) = read(&fleet_path)?;
         let fleet = FleetFile::parse(&fleet_name, &fleet_text).map_err(Helpful::from)?;
-        let first = Conditions::resolve(&profile_of_first(&fleet, &fleet_path)?.1, &settings);
+        let of_fleet = Measured::of_fleet(&fleet, &fleet_path)?;
+        let first = Conditions::resolve(&of_fleet.profile, &settings);
         let n_robots = match &starts {
             None => first?.robots,
             Some(table) => first.with_context(|| table.name.clone())?.robots,
         };
         let robots: Vec<FleetRobot> =
             fleet.first(n_robots).context(fleet_name.clone())?.into_iter().cloned().collect();
-        let (profile_text, measured) = common_profile(&robots, &fleet_path)?;
+        let profiles = Profiles::read(of_fleet, &robots, &fleet_path)?;
+        let measured = &profiles.fleet.profile;
         starts.iter().try_for_each(|table| table.check(&robots))?;
 
-        let Moved { time, profile: moved, capabilities } =
-            pace_and_profile(request.backend, &experiment, &measured, swept.as_ref())?;
+        let Moved { time, factors, capabilities } =
+            pace_and_factors(request.backend, &experiment, measured, swept.as_ref())?;
         settings.values.extend(capabilities);
         if time == Time::Lockstep {
             refuse_unstamped(&robots)?;
         }
-        let conditions = Conditions::resolve(&moved, &settings)?;
-        measured
-            .check_limits(conditions.controller)
-            .map_err(Helpful::from)
-            .with_context(of_cell)?;
+        let conditions = profiles.conditions(&robots, factors, &settings)?;
+        profiles.check_limits(conditions.controller).with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
         let backend = backend(request.backend, &robots);
         let record = ExperimentRecord {
@@ -164,25 +167,24 @@ impl Plan {
             time,
             run_id: run_id.clone(),
             gates: BTreeMap::new(),
+            own_profiles: profiles.recorded(),
         };
-        let profile_path = beside_fleet(&fleet_path, &robots[0]);
+        let profile_path = profiles.fleet.path.clone();
         let other_profile = admit(swept.as_ref(), &record, (request, profile_path))?;
         let geofence = geofence(&fleet, &fleet_path, &record)?;
         let bag = new_bag(request.bag.as_deref(), &run_id)?;
         let recording = Recording::read(&experiment.record, beside, &record.robots)?;
-        let starts = starts.map(|table| ("starts.csv", table.text));
-        let read =
-            [("experiment.yaml", text), ("fleet.yaml", fleet_text), ("profile.yaml", profile_text)];
         Ok(Self {
             record,
             bag,
-            files: read.into_iter().chain(starts).collect(),
+            files: profiles.with_files([text, fleet_text], starts.map(|table| table.text)),
             poses: Poses::Required,
             place_check: request.place_check,
             recording,
-            limits: limits(&measured),
+            limits: limits(measured),
+            own_limits: profiles.own_limits(),
             geofence,
-            gates: gates(backend, &robots, Some(&measured)),
+            gates: gates(backend, &robots, |robot| Some(profiles.of(robot))),
             robots,
             is_measured: true,
             other_profile,
@@ -210,6 +212,11 @@ impl Plan {
             Backend::Mixed => robot.driver == Driver::Virtual,
             Backend::Fleet => false,
         }
+    }
+
+    /// Greatest commands of a robot of this run, in m/s and rad/s.
+    pub fn limits_of(&self, robot: &str) -> [f64; 2] {
+        self.own_limits.get(robot).copied().unwrap_or(self.limits)
     }
 
     /// Who holds the lease of a robot of this run.
@@ -283,12 +290,6 @@ impl Help for OtherRobots {
     }
 }
 
-/// The path of a robot's profile, which is relative to its fleet file.
-fn beside_fleet(fleet: &Path, robot: &FleetRobot) -> PathBuf {
-    let profile = robot.profile.as_deref().unwrap_or_default();
-    fleet.parent().unwrap_or(Path::new("")).join(profile)
-}
-
 /// Where the bag goes, which must not be there yet.
 fn new_bag(wanted: Option<&Path>, run_id: &str) -> anyhow::Result<PathBuf> {
     let bag = wanted.unwrap_or(Path::new(run_id));
@@ -300,17 +301,17 @@ fn new_bag(wanted: Option<&Path>, run_id: &str) -> anyhow::Result<PathBuf> {
 
 /// What the gates of the robots must be set to; the simulator's have no such settings, and a robot whose
 /// lease is its controller's has none of ours.
-fn gates(
+fn gates<'a>(
     backend: Backend,
     robots: &[FleetRobot],
-    profile: Option<&RobotProfile>,
+    profile: impl Fn(&str) -> Option<&'a RobotProfile>,
 ) -> BTreeMap<String, GateSettings> {
     let has_gate = |robot: &&FleetRobot| {
         backend != Backend::Simulator
             && robot.driver != Driver::Virtual
             && robot.lease == LeaseHolder::Gate
     };
-    let of_robot = |robot: &FleetRobot| (robot.name.clone(), of_gate(robot, profile));
+    let of_robot = |robot: &FleetRobot| (robot.name.clone(), of_gate(robot, profile(&robot.name)));
     robots.iter().filter(has_gate).map(of_robot).collect()
 }
 
@@ -361,13 +362,14 @@ fn cell(
 /// What is moved, and how fast.
 struct Moved {
     time: Time,
-    profile: RobotProfile,
+    /// By what robots are worse than they were measured; `None` if they are moved as they were.
+    factors: Option<HarsherFactors>,
     /// Capabilities of the robots in the cell of the sweep, where it has any.
     capabilities: Vec<(Axis, f64)>,
 }
 
-/// The pace of the run, and the robot that is moved.
-fn pace_and_profile(
+/// The pace of the run, and by what its robots are made worse.
+fn pace_and_factors(
     backend: Backend,
     experiment: &ExperimentFile,
     measured: &RobotProfile,
@@ -382,10 +384,10 @@ fn pace_and_profile(
         let usual = || HarsherFactors::for_robot(measured);
         let factors = swept.map_or_else(usual, |swept| swept.factors);
         let capabilities = swept.map(|swept| swept.capabilities.clone()).unwrap_or_default();
-        return Ok(Moved { time, profile: factors.apply(measured)?, capabilities });
+        return Ok(Moved { time, factors: Some(factors), capabilities });
     }
     swept.map_or(Ok(()), SweptCell::check_measured).map_err(Helpful::from)?;
-    Ok(Moved { time, profile: measured.clone(), capabilities: Vec::new() })
+    Ok(Moved { time, factors: None, capabilities: Vec::new() })
 }
 
 /// Robots whose lease is their controller's only; where the simulator stands in, it has a gate.
@@ -403,31 +405,6 @@ fn controller_only(backend: Backend, robots: &[FleetRobot]) -> Vec<String> {
 fn backend(asked: Backend, robots: &[FleetRobot]) -> Backend {
     let has_virtual = robots.iter().any(|robot| robot.driver == Driver::Virtual);
     if asked == Backend::Fleet && has_virtual { Backend::Mixed } else { asked }
-}
-
-fn profile_of_first(fleet: &FleetFile, path: &Path) -> anyhow::Result<(String, RobotProfile)> {
-    let first = fleet.first(1).with_context(|| path.display().to_string())?;
-    common_profile(&first.into_iter().cloned().collect::<Vec<_>>(), path)
-}
-
-/// The one profile of all robots, with its text.
-fn common_profile(robots: &[FleetRobot], fleet: &Path) -> anyhow::Result<(String, RobotProfile)> {
-    let first = robots.first().context("a cell has at least one robot")?;
-    let file = fleet.display().to_string();
-    let profile = FleetFile::profile_of(&file, first).map_err(Helpful::from)?;
-    if let Some(other) = robots.iter().find(|robot| robot.profile != first.profile) {
-        bail!(
-            "{file}: {} has profile `{profile}` and {} has `{}`, expected one for all robots of a run",
-            first.name,
-            other.name,
-            FleetFile::profile_of(&file, other).map_err(Helpful::from)?
-        );
-    }
-    let path = fleet.parent().unwrap_or(Path::new("")).join(profile);
-    let (name, text) = read(&path)?;
-    let profile = RobotProfile::parse(&name, &text)
-        .with_context(|| format!("{name} does not describe a robot"))?;
-    Ok((text, profile))
 }
 
 fn refuse_unstamped(robots: &[FleetRobot]) -> anyhow::Result<()> {

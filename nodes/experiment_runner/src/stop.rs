@@ -213,7 +213,7 @@ impl<'a> StopNode<'a> {
         let present = of_e_stop.map(|endpoint| Source(endpoint.guid)).collect();
         let robots: Vec<&str> = writers
             .filter(|endpoint| endpoint.type_name == topics::STATUS.type_name)
-            .filter_map(|endpoint| robot_of(&endpoint.topic))
+            .filter_map(|endpoint| topics::STATUS.robot_of(&endpoint.topic))
             .collect();
         for robot in robots {
             self.find(robot, received).await;
@@ -307,21 +307,15 @@ impl<'a> StopNode<'a> {
     }
 }
 
-/// Whether ROS takes it as a namespace of one part.
+/// Whether ROS takes it as a namespace.
 fn is_name(robot: &str) -> bool {
-    let is_part = |sign: char| sign.is_ascii_alphanumeric() || sign == '_';
-    robot.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
-        && robot.chars().all(is_part)
-        && !robot.contains("__")
-}
-
-/// `robot_3` of `/robot_3/status`; the simulator has a status and is no robot.
-fn robot_of(topic: &str) -> Option<&str> {
-    if topic == topics::SIMULATOR_STATUS.name {
-        return None;
-    }
-    let robot = topic.strip_prefix('/')?.strip_suffix(topics::STATUS.name)?.strip_suffix('/')?;
-    (!robot.contains('/')).then_some(robot)
+    let is_sign = |sign: char| sign.is_ascii_alphanumeric() || sign == '_';
+    let is_part = |part: &str| {
+        part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+            && part.chars().all(is_sign)
+            && !part.contains("__")
+    };
+    robot.split('/').all(is_part)
 }
 
 #[cfg(test)]
@@ -330,13 +324,15 @@ mod tests {
 
     #[test]
     fn what_cannot_be_a_namespace_is_no_robot() {
-        assert!(["robot_3", "R2D2", "_a"].into_iter().all(is_name));
-        assert!(!["", "no robot", "a/b", "3", "a__b", "é"].into_iter().any(is_name));
+        assert!(["robot_3", "R2D2", "_a", "lab/robot_3"].into_iter().all(is_name));
+        assert!(!["", "no robot", "/a", "a//b", "a/", "3", "a__b", "é"].into_iter().any(is_name));
     }
 
     #[test]
     fn robots_are_identified_by_their_status_and_by_that_alone() {
+        let robot_of = |topic| topics::STATUS.robot_of(topic);
         assert_eq!(robot_of("/robot_3/status"), Some("robot_3"));
+        assert_eq!(robot_of("/lab/robot_3/status"), Some("lab/robot_3"));
         for other in ["/simulator/status", "/robot_3/controller/status", "/status", "/robot_3/odom"]
         {
             assert_eq!(robot_of(other), None, "{other}");

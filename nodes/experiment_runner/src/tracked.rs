@@ -62,7 +62,7 @@ impl Tracked {
     /// The tracker of a run.
     pub fn of_run(plan: &Plan) -> Self {
         let frame = plan.record.tracker.as_ref().map_or_else(TrackerFrame::default, |it| it.frame);
-        Self::new(reader(plan), frame, plan.record.conditions.robot.radius_m)
+        Self::new(reader(plan), frame, plan.record.conditions.smallest_radius_m())
     }
 
     /// The topics with poses.

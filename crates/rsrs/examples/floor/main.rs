@@ -199,6 +199,7 @@ fn record(
         backend: Backend::Simulator,
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
+        own_profiles: std::collections::BTreeMap::new(),
         pose_source: Some(PoseSource::Odom),
         tracker: None,
         time: Time::RealTime,

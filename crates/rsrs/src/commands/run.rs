@@ -225,6 +225,7 @@ fn text(summary: &RunSummary) -> String {
         lines.push(format!("{}: {}", summary.ending, summary.reason));
     }
     lines.extend(summary.other_profile.iter().map(|differ| format!("note: {differ}")));
+    lines.extend(summary.own_profiles.iter().map(|(robot, own)| format!("{robot}: {own}")));
     lines.extend(summary.lost_robots.iter().map(ToString::to_string));
     lines.extend(summary.paused_robots.iter().map(ToString::to_string));
     if summary.n_lost > 0 {
@@ -256,6 +257,7 @@ mod tests {
             backend: Backend::Fleet,
             controller_only: Vec::new(),
             gates: std::collections::BTreeMap::new(),
+            own_profiles: std::collections::BTreeMap::new(),
             pose_source: None,
             tracker: None,
             time: Time::RealTime,
@@ -275,6 +277,7 @@ mod tests {
             n_lost: 0,
             gaps: Vec::new(),
             other_profile: None,
+            own_profiles: std::collections::BTreeMap::new(),
             not_standing: Vec::new(),
             duration_s: 300.0,
             preflight_s: None,

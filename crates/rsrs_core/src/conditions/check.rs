@@ -70,6 +70,22 @@ pub enum Impossible {
     /// Robots cannot start where a table puts them.
     #[error(transparent)]
     Starts(#[from] StartsError),
+    /// A robot that is not like the others cannot be.
+    #[error("own_robots.{place}: {source}")]
+    OwnRobot {
+        /// Its place among all robots, from 0.
+        place: usize,
+        /// Why.
+        source: Box<Impossible>,
+    },
+    /// A robot that is not like the others is none of the swarm.
+    #[error("own_robots has one at {place}, and there are {robots} robots, counted from 0")]
+    NoSuchRobot {
+        /// Its place among all robots, from 0.
+        place: usize,
+        /// Robots of the swarm.
+        robots: usize,
+    },
     /// The sensor's polygon is no region.
     #[error(
         "robot.region.polygon.corners_m has {corners} corners, expected 3 to {MAX_CORNERS}, \
@@ -112,7 +128,15 @@ impl Conditions {
         check_controller(self.controller)?;
         check_placement(self)?;
         check_robot(&self.robot)?;
-        check_region(&self.robot.region)
+        for (place, robot) in &self.own_robots {
+            let (place, robots) = (*place, self.robots);
+            if place >= robots {
+                return Err(Impossible::NoSuchRobot { place, robots });
+            }
+            let own = |source| Impossible::OwnRobot { place, source: Box::new(source) };
+            check_robot(robot).map_err(own)?;
+        }
+        Ok(())
     }
 }
 
@@ -167,7 +191,7 @@ fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
     ] {
         within(key, found, bounds)?;
     }
-    Ok(())
+    check_region(&robot.region)
 }
 
 fn check_region(region: &Region) -> Result<(), Impossible> {

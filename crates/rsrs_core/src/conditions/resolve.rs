@@ -1,5 +1,7 @@
 //! From a profile and settings to conditions.
 
+use std::collections::BTreeMap;
+
 use super::capabilities::{check_bounds, check_value};
 use super::check::{self, Impossible};
 use super::{Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls};
@@ -97,6 +99,7 @@ impl Conditions {
             }),
             arena: Arena { side_m: operator.arena_m.unwrap_or(ARENA_M), walls: settings.walls },
             robot: simulated,
+            own_robots: BTreeMap::new(),
             period_s: robot.computation.period_s,
         };
         conditions.check()?;

@@ -91,7 +91,7 @@ pub(super) fn check(starts: &[Vec<Pose>], conditions: &Conditions) -> Result<(),
         for (index, pose) in poses.iter().enumerate() {
             check_pose(replicate, index + 1, *pose, conditions)?;
         }
-        check_apart(replicate, poses, 2.0 * conditions.robot.radius_m)
+        check_apart(replicate, poses, conditions)
     })
 }
 
@@ -106,7 +106,8 @@ fn check_pose(
         return Err(StartsError::Number { replicate, robot, x_m, y_m, heading_rad });
     }
     let side_m = conditions.arena.side_m;
-    let most_m = (side_m / 2.0 - conditions.robot.radius_m) * (1.0 + ROUNDING);
+    let radius_m = conditions.robot_at(robot - 1).radius_m;
+    let most_m = (side_m / 2.0 - radius_m) * (1.0 + ROUNDING);
     if conditions.arena.walls != Walls::None && x_m.abs().max(y_m.abs()) > most_m {
         return Err(StartsError::Outside { replicate, robot, x_m, y_m, side_m });
     }
@@ -114,16 +115,23 @@ fn check_pose(
 }
 
 /// Holds each robot against those of nearly its x only, so that large swarms are checked soon.
-fn check_apart(replicate: usize, poses: &[Pose], least_m: f64) -> Result<(), StartsError> {
+fn check_apart(
+    replicate: usize,
+    poses: &[Pose],
+    conditions: &Conditions,
+) -> Result<(), StartsError> {
+    let widest_m = 2.0 * conditions.largest_radius_m();
     let mut order: Vec<usize> = (0..poses.len()).collect();
     order.sort_by(|one, other| poses[*one].x_m.total_cmp(&poses[*other].x_m));
     for (position, one) in order.iter().enumerate() {
         for other in &order[position + 1..] {
             let (from, to) = (poses[*one], poses[*other]);
-            if to.x_m - from.x_m >= least_m {
+            if to.x_m - from.x_m >= widest_m {
                 break;
             }
             let found_m = libm::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
+            let radius_m = |robot: usize| conditions.robot_at(robot).radius_m;
+            let least_m = radius_m(*one) + radius_m(*other);
             if found_m < least_m * (1.0 - ROUNDING) {
                 let robots = [one.min(other) + 1, one.max(other) + 1];
                 return Err(StartsError::Overlap { replicate, robots, found_m, least_m });

@@ -1,6 +1,7 @@
 //! The measured robot: what step 1 of the method finds out, as a file.
 
 mod check;
+mod differences;
 mod limits;
 mod origin;
 mod unmeasured;

@@ -26,12 +26,25 @@ pub enum FleetFileError {
         found: u32,
     },
     /// A name that ROS would not take as a namespace.
-    #[error("{file}: robot name `{name}`, expected a letter, then letters, digits and single _")]
+    #[error(
+        "{file}: robot name `{name}`, expected a letter, then letters, digits and single _, or with a \
+         namespace `lab/robot_1`"
+    )]
     Name {
         /// The file.
         file: String,
         /// The name found.
         name: String,
+    },
+    /// A robot whose name is the namespace of another one.
+    #[error("{file}: {other} is in the namespace `/{robot}`, which is that of another robot")]
+    Within {
+        /// The file.
+        file: String,
+        /// The robot.
+        robot: String,
+        /// The other one.
+        other: String,
     },
     /// A robot of a type that the file does not describe.
     #[error("{file}: {robot} has type `{found}`, expected one of: {}", expected.join(", "))]
@@ -148,6 +161,11 @@ impl Help for FleetFileError {
             Self::Tracker { reason: InvalidTracker::NoNames, .. } => Some(
                 "list what the poses in a message are of, in their order: `tracker: {names: [robot_1, \
                  box, robot_2]}`"
+                    .to_owned(),
+            ),
+            Self::Within { .. } => Some(
+                "give the robots names of which none is the namespace of another: `lab/robot_1` and \
+                 `lab/robot_2`"
                     .to_owned(),
             ),
             Self::Version { .. }

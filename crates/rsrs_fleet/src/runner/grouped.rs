@@ -90,9 +90,7 @@ impl Problem {
             | Self::NoPublisher { topic }
             | Self::Renamed { topic, .. }
             | Self::NobodyObeys { topic }
-            | Self::SeveralPublishers { topic, .. } => {
-                topic.strip_prefix('/')?.split_once('/').map(|(robot, _)| robot)
-            }
+            | Self::SeveralPublishers { topic, .. } => robot_of(topic),
             Self::SimulatorMissing
             | Self::Unrecordable { .. }
             | Self::OtherRunner { .. }
@@ -106,6 +104,13 @@ impl Problem {
             | Self::EStop { .. } => None,
         }
     }
+}
+
+/// The robot of a topic, which may have a namespace; some of its topics have two parts.
+fn robot_of(topic: &str) -> Option<&str> {
+    let (robot, _) = topic.strip_prefix('/')?.rsplit_once('/')?;
+    let of_two = |part| robot.strip_suffix(part);
+    Some(of_two("/hardware").or_else(|| of_two("/controller")).unwrap_or(robot))
 }
 
 #[cfg(test)]
@@ -137,6 +142,20 @@ mod tests {
                 "no simulator discovered".to_owned(),
                 format!("{nine}: no status received"),
                 format!("/{{{nine}}}/detection: no publisher"),
+            ]
+        );
+    }
+
+    #[test]
+    fn robots_in_a_namespace_are_grouped_like_others() {
+        let silent = |topic: &str| Failure::from(Problem::NoPublisher { topic: topic.to_owned() });
+        let failures = ["/lab/robot_1/detection", "/lab/robot_2/detection", "/b/controller/status"];
+
+        assert_eq!(
+            grouped(&failures.map(silent)),
+            [
+                "/{lab/robot_1, lab/robot_2}/detection: no publisher",
+                "/b/controller/status: no publisher"
             ]
         );
     }

@@ -2,6 +2,7 @@
 
 mod text;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::trajectory::Finding;
@@ -15,7 +16,7 @@ use rsrs_core::statistics::comparison::{CellComparison, CellRuns, Tally, Verdict
 use rsrs_core::statistics::left_out::Attempts;
 use rsrs_core::statistics::next_experiment::NextStep;
 use rsrs_core::statistics::pooled::Pooled;
-use rsrs_fleet::record::{Backend, ExperimentRecord};
+use rsrs_fleet::record::{Backend, ExperimentRecord, OwnProfile};
 use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
@@ -429,6 +430,7 @@ fn notes(runs: &Runs) -> Vec<String> {
              (`--other-profile`): {differ}"
         ));
     }
+    notes.extend(own_profiles(runs));
     notes.extend(pauses(runs));
     notes.extend(runs.counted.iter().flat_map(of_one_run));
     for cause in Cause::ALL {
@@ -438,6 +440,24 @@ fn notes(runs: &Runs) -> Vec<String> {
         }
     }
     notes
+}
+
+/// That some robots are not what the sweep has them all for, which is made from the fleet's profile.
+fn own_profiles(runs: &Runs) -> Option<String> {
+    let all = runs.counted.iter().map(|(_, run, _)| &run.record.own_profiles);
+    let with: Vec<_> = all.filter(|own| !own.is_empty()).collect();
+    let mut robots: BTreeMap<&String, &OwnProfile> = BTreeMap::new();
+    robots.extend(with.iter().copied().flatten());
+    let robots: Vec<String> =
+        robots.iter().map(|(robot, own)| format!("{robot} ({own})")).collect();
+    (!with.is_empty()).then(|| {
+        format!(
+            "in {} of {} robots had a profile of their own, and the sweep is of the fleet's: {}",
+            with.len(),
+            counted(runs.counted.len() as u64, "run"),
+            robots.join("; ")
+        )
+    })
 }
 
 /// That robots stood for a moment.

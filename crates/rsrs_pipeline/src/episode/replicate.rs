@@ -151,6 +151,7 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         backend: Backend::Simulator,
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
+        own_profiles: std::collections::BTreeMap::new(),
         pose_source: Some(PoseSource::Odom),
         tracker: None,
         time: Time::Lockstep,

@@ -34,6 +34,9 @@ impl fmt::Display for Labelled {
         if !self.controller_only.is_empty() {
             write!(out, "\n  lease: controller only: {}", self.controller_only.join(", "))?;
         }
+        for (robot, own) in &self.own_profiles {
+            write!(out, "\n  {robot}: {own}")?;
+        }
         for lost in &self.lost_robots {
             write!(out, "\n  {lost}")?;
         }

@@ -116,7 +116,7 @@ fn tracker_of(record: &ExperimentRecord, poses: Option<PoseSource>) -> Option<Re
     Some(RecordedTracker {
         tracker,
         robots: record.robots.clone(),
-        radius_m: record.conditions.robot.radius_m,
+        radius_m: record.conditions.smallest_radius_m(),
     })
 }
 

@@ -191,6 +191,7 @@ mod tests {
             backend: Backend::Fleet,
             controller_only: Vec::new(),
             gates: std::collections::BTreeMap::new(),
+            own_profiles: std::collections::BTreeMap::new(),
             pose_source: None,
             tracker: None,
             time: Time::RealTime,

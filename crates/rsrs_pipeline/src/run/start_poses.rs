@@ -92,7 +92,7 @@ impl StartPoses {
             seed: record.seed,
             disc_radius_m: reach_m,
             clearance_m: WantedStart::of(&record.conditions, record.replicate).clearance_m,
-            body_radius_m: record.conditions.robot.radius_m,
+            body_radius_m: record.conditions.largest_radius_m(),
             robots: robots.collect(),
         })
     }

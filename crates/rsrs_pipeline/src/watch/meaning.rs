@@ -50,13 +50,9 @@ impl WatchedTopic {
         if let Some(topic) = OF_SWARM.iter().find(is_it) {
             return Some(Self { topic: *topic, robot: String::new() });
         }
-        // The simulator has a status and is no robot.
-        if name == topics::SIMULATOR_STATUS.name {
-            return None;
-        }
-        let (robot, relative) = name.strip_prefix('/')?.split_once('/')?;
-        let is_it = |topic: &&Topic| topic.name == relative && topic.type_name == type_name;
-        let topic = OF_ROBOTS.iter().find(is_it)?;
+        let of_type = OF_ROBOTS.iter().filter(|topic| topic.type_name == type_name);
+        let mut found = of_type.filter_map(|topic| Some((topic, topic.robot_of(name)?)));
+        let (topic, robot) = found.next()?;
         Some(Self { topic: *topic, robot: robot.to_owned() })
     }
 
@@ -140,12 +136,13 @@ mod tests {
         let stamped = topics::CMD_VEL.type_name;
 
         assert_eq!(robot_of("/robot_3/cmd_vel", stamped).as_deref(), Some("robot_3"));
+        assert_eq!(robot_of("/a/b/cmd_vel", stamped).as_deref(), Some("a/b"));
         assert_eq!(robot_of("/swarm/lease", topics::LEASE.type_name).as_deref(), Some(""));
         for (name, type_name) in [
             ("/robot_3/cmd_vel", "std_msgs/msg/Bool"),
             ("/robot_3/controller/status", topics::STATUS.type_name),
             ("/simulator/status", topics::STATUS.type_name),
-            ("/a/b/cmd_vel", stamped),
+            ("/robot_3/hardware/cmd_vel", stamped),
             ("/cmd_vel", stamped),
         ] {
             assert_eq!(robot_of(name, type_name), None, "{name}");

@@ -5,6 +5,7 @@ mod batch;
 mod blocks;
 mod few;
 mod golden;
+mod kinds;
 mod plausibility;
 mod support;
 mod sweep;

@@ -1,5 +1,6 @@
 //! A trial of step 1: one robot that drives by one constant command, or stands and senses.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
@@ -14,9 +15,7 @@ use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
 
-use super::{
-    COMMIT, PlaceCheck, Plan, Poses, Recording, VERSION, common_profile, new_run_id, read,
-};
+use super::{COMMIT, Measured, PlaceCheck, Plan, Poses, Recording, VERSION, new_run_id, read};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -121,9 +120,11 @@ impl Plan {
         }
         let stand_in = unmeasured(request, &robots[0]).with_context(|| name.clone())?;
         let is_measured = stand_in.is_none();
-        let (profile_text, measured) = match stand_in {
-            Some(stand_in) => stand_in,
-            None => common_profile(&robots, &request.fleet)?,
+        let (profile_text, measured) = if let Some(stand_in) = stand_in {
+            stand_in
+        } else {
+            let measured = Measured::of_robot(&robots[0], &request.fleet)?;
+            (measured.text, measured.profile)
         };
         let time = time(request.backend, &robots)?;
         let conditions = conditions(request, &measured, robots.len())?;
@@ -143,13 +144,16 @@ impl Plan {
             backend: request.backend,
             time,
             run_id: run_id.clone(),
-            gates: std::collections::BTreeMap::new(),
+            gates: BTreeMap::new(),
+            // The profile of a trial is that of its robot.
+            own_profiles: BTreeMap::new(),
         };
         let bag = super::new_bag(request.bag.as_deref(), &run_id)?;
-        let files = vec![("fleet.yaml", text), ("profile.yaml", profile_text)];
+        let files = [("fleet.yaml", text), ("profile.yaml", profile_text)];
+        let files = files.map(|(name, text)| (name.to_owned(), text)).to_vec();
         let (poses, place_check) = (Poses::IfThere, PlaceCheck::Off);
         let (recording, limits) = (Recording::default(), super::limits(&measured));
-        let gates = super::gates(request.backend, &robots, is_measured.then_some(&measured));
+        let gates = super::gates(request.backend, &robots, |_| is_measured.then_some(&measured));
         let other_profile = None;
         // A robot that is measured with a tape may have any origin of its odometry.
         let is_tracked =
@@ -165,6 +169,7 @@ impl Plan {
             recording,
             geofence,
             limits,
+            own_limits: BTreeMap::new(),
             gates,
             is_measured,
             other_profile,

@@ -1,10 +1,11 @@
 //! `rsrs bag info`: what is in a bag.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::PathBuf;
 
 use rsrs_bags::{Bag, BagInfo, OfferedQos};
-use rsrs_fleet::record::{self, ExperimentRecord, LostRobot, PausedRobot};
+use rsrs_fleet::record::{self, ExperimentRecord, LostRobot, OwnProfile, PausedRobot};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
@@ -47,6 +48,9 @@ struct Report {
     ending: Option<&'static str>,
     /// Why, if it was not completed.
     reason: Option<String>,
+    /// Robots with a profile of their own, and in what it differs from the fleet's.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    own_profiles: BTreeMap<String, OwnProfile>,
     /// Robots that did not take part to the end.
     lost_robots: Vec<LostRobot>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -69,6 +73,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         run_id: record.as_ref().map(|record| record.run_id.clone()),
         n_robots: record.as_ref().map(|record| record.robots.len()),
         backend: record.as_ref().map(|record| record.backend),
+        own_profiles: record.as_ref().map(|it| it.own_profiles.clone()).unwrap_or_default(),
         ending: ending.as_ref().map(|ending| ending.kind.key()),
         lost_robots: ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default(),
         paused_robots: ending.as_ref().map(|ending| ending.paused.clone()).unwrap_or_default(),
@@ -99,6 +104,9 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
     if let Some(record) = record {
         line(format!("run: {}", run_of(record, result)));
         line(format!("robots moved by: {}", record.backend.in_words()));
+    }
+    for (robot, own) in record.iter().flat_map(|record| &record.own_profiles) {
+        line(format!("{robot}: {own}"));
     }
     for lost in &result.lost_robots {
         line(lost.to_string());

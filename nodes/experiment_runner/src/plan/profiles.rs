@@ -1,0 +1,186 @@
+//! The profile of a fleet, and those of robots that have their own.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use rsrs_core::conditions::{Conditions, Settings};
+use rsrs_core::help::Helpful;
+use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_fleet::fleet_file::{FleetFile, FleetRobot};
+use rsrs_fleet::record::OwnProfile;
+
+use super::{limits, read};
+
+/// A measured profile, as it was read.
+#[derive(Clone, Debug)]
+pub(super) struct Measured {
+    pub(super) path: PathBuf,
+    pub(super) text: String,
+    pub(super) profile: RobotProfile,
+}
+
+impl Measured {
+    fn read(path: PathBuf) -> anyhow::Result<Self> {
+        let (name, text) = read(&path)?;
+        let profile = RobotProfile::parse(&name, &text)
+            .with_context(|| format!("{name} does not describe a robot"))?;
+        Ok(Self { path, text, profile })
+    }
+
+    /// That which the fleet file gives one robot.
+    ///
+    /// # Errors
+    ///
+    /// If it gives none, or the file is missing or wrong.
+    pub(super) fn of_robot(robot: &FleetRobot, fleet: &Path) -> anyhow::Result<Self> {
+        let file = fleet.display().to_string();
+        let profile = FleetFile::profile_of(&file, robot).map_err(Helpful::from)?;
+        Self::read(beside(fleet, profile))
+            .with_context(|| format!("the profile of {} in {file}", robot.name))
+    }
+
+    /// That of the whole fleet.
+    ///
+    /// # Errors
+    ///
+    /// If there is none, no robot may be used, or the file is missing or wrong.
+    pub(super) fn of_fleet(fleet: &FleetFile, path: &Path) -> anyhow::Result<Self> {
+        let first = fleet.first(1).with_context(|| path.display().to_string())?;
+        let Some(profile) = &fleet.profile else {
+            let [first] = first[..] else { bail!("a cell has at least one robot") };
+            return Self::of_robot(first, path);
+        };
+        Self::read(beside(path, profile))
+    }
+}
+
+/// A path that stands in a fleet file is relative to it.
+fn beside(fleet: &Path, profile: &str) -> PathBuf {
+    fleet.parent().unwrap_or(Path::new("")).join(profile)
+}
+
+/// What the robots of a run are.
+#[derive(Clone, Debug)]
+pub(super) struct Profiles {
+    pub(super) fleet: Measured,
+    /// By robot, where a profile is another one than the fleet's.
+    own: BTreeMap<String, Measured>,
+}
+
+impl Profiles {
+    /// Reads the profiles of the robots that have another one than the fleet.
+    ///
+    /// # Errors
+    ///
+    /// If a robot has none, or a file is missing or wrong.
+    pub(super) fn read(
+        fleet: Measured,
+        robots: &[FleetRobot],
+        path: &Path,
+    ) -> anyhow::Result<Self> {
+        let digest = fleet.profile.digest();
+        let mut own = BTreeMap::new();
+        for robot in robots {
+            let measured = Measured::of_robot(robot, path)?;
+            if measured.profile.digest() != digest {
+                own.insert(robot.name.clone(), measured);
+            }
+        }
+        Ok(Self { fleet, own })
+    }
+
+    /// The profile of a robot.
+    pub(super) fn of(&self, robot: &str) -> &RobotProfile {
+        self.own.get(robot).map_or(&self.fleet.profile, |own| &own.profile)
+    }
+
+    /// What is recorded of the robots that have their own.
+    pub(super) fn recorded(&self) -> BTreeMap<String, OwnProfile> {
+        let recorded = |(robot, own): (&String, &Measured)| {
+            let differs = own.profile.differences(&self.fleet.profile, "fleet");
+            (robot.clone(), OwnProfile { digest: own.profile.digest(), differs })
+        };
+        self.own.iter().map(recorded).collect()
+    }
+
+    /// Greatest commands of the robots that have their own, in m/s and rad/s.
+    pub(super) fn own_limits(&self) -> BTreeMap<String, [f64; 2]> {
+        let own = self.own.iter();
+        own.map(|(robot, own)| (robot.clone(), limits(&own.profile))).collect()
+    }
+
+    /// All files of a run, by the names that they have beside its record.
+    ///
+    /// # Arguments
+    ///
+    /// * `starts` — a table of start poses, if there is one.
+    pub(super) fn with_files(
+        &self,
+        [experiment, fleet]: [String; 2],
+        starts: Option<String>,
+    ) -> Vec<(String, String)> {
+        let of_run = [
+            ("experiment.yaml", experiment),
+            ("fleet.yaml", fleet),
+            ("profile.yaml", self.fleet.text.clone()),
+        ];
+        let starts = starts.map(|starts| ("starts.csv", starts));
+        let of_run = of_run.into_iter().chain(starts).map(|(name, text)| (name.to_owned(), text));
+        let own = self.own.iter().map(|(robot, own)| (file_of(robot), own.text.clone()));
+        of_run.chain(own).collect()
+    }
+
+    /// Refuses a cell that is beyond the limits of the fleet's profile, or of a robot's own.
+    ///
+    /// # Errors
+    ///
+    /// If it is; a robot is named.
+    pub(super) fn check_limits(&self, controller: ControllerParameters) -> anyhow::Result<()> {
+        self.fleet.profile.check_limits(controller).map_err(Helpful::from)?;
+        self.own.iter().try_for_each(|(robot, own)| {
+            own.profile.check_limits(controller).map_err(Helpful::from).with_context(|| {
+                format!("{robot} has a profile of its own, {}", own.path.display())
+            })
+        })
+    }
+
+    /// The conditions of a run of these robots.
+    ///
+    /// # Arguments
+    ///
+    /// * `robots` — those of the run, in the order of the world's rows.
+    /// * `factors` — how the simulator makes them worse than they are, each from its own profile; `None`
+    ///   if it does not.
+    ///
+    /// # Errors
+    ///
+    /// If a profile and the settings make no conditions.
+    pub(super) fn conditions(
+        &self,
+        robots: &[FleetRobot],
+        factors: Option<HarsherFactors>,
+        settings: &Settings,
+    ) -> anyhow::Result<Conditions> {
+        let moved = |profile: &RobotProfile| match factors {
+            None => Ok(profile.clone()),
+            Some(factors) => factors.apply(profile),
+        };
+        let mut conditions = Conditions::resolve(&moved(&self.fleet.profile)?, settings)?;
+        for (place, robot) in robots.iter().enumerate() {
+            let Some(own) = self.own.get(&robot.name) else { continue };
+            let of_robot = || format!("{}, by its own profile {}", robot.name, own.path.display());
+            let profile = moved(&own.profile).with_context(of_robot)?;
+            conditions.put_own_robot(place, &profile, settings).with_context(of_robot)?;
+        }
+        conditions.check()?;
+        Ok(conditions)
+    }
+}
+
+/// The file of a robot's own profile, beside the record; a name with a namespace is no folder.
+fn file_of(robot: &str) -> String {
+    format!("profile.{}.yaml", robot.replace('/', "."))
+}
