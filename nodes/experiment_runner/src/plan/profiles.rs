@@ -184,3 +184,56 @@ impl Profiles {
 fn file_of(robot: &str) -> String {
     format!("profile.{}.yaml", robot.replace('/', "."))
 }
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::diagram::axis::Axis;
+
+    use super::*;
+
+    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+
+    fn measured(change: impl FnOnce(&mut RobotProfile)) -> Measured {
+        let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        change(&mut profile);
+        Measured { path: PathBuf::from("flockbot.yaml"), text: FLOCKBOT.to_owned(), profile }
+    }
+
+    #[test]
+    fn what_makes_a_world_harsher_makes_each_robot_worse_from_its_own_profile() {
+        let own = measured(|profile| {
+            profile.sensing.true_positive = 0.5;
+            profile.computation.period_s = 0.05;
+        });
+        let profiles = Profiles {
+            fleet: measured(|_| {}),
+            own: BTreeMap::from([("lab/two".to_owned(), own.clone())]),
+        };
+        let fleet = "fileversion: 1\nall: {driver: {kind: virtual}}\n\
+                     robots: {one: {enabled: true}, lab/two: {enabled: true}}\n";
+        let robots = FleetFile::parse("fleet.yaml", fleet).unwrap().robots;
+        let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 2.0)];
+        let settings = Settings { values, ..Settings::default() };
+        let factors = HarsherFactors::for_robot(&profiles.fleet.profile);
+        let conditions = |factors| profiles.conditions(&robots, factors, &settings).unwrap();
+
+        let (measured, harsher) = (conditions(None), conditions(Some(factors)));
+
+        let true_positive = |profile: &RobotProfile| {
+            factors.apply(profile).unwrap().sensing.true_positive.to_bits()
+        };
+        let found = |robot: usize| harsher.robot_at(robot).true_positive.to_bits();
+        assert_eq!(found(0), true_positive(&profiles.fleet.profile));
+        assert_eq!(found(1), true_positive(&own.profile));
+        assert!(harsher.robot_at(1).true_positive < measured.robot_at(1).true_positive);
+        assert_eq!(measured.robot_at(1).true_positive.to_bits(), 0.5_f64.to_bits());
+        assert_eq!(measured.period_s.to_bits(), 0.13_f64.to_bits(), "a world has one period");
+        let names: Vec<String> = profiles
+            .with_files(["e", "f"].map(str::to_owned), None)
+            .into_iter()
+            .map(|it| it.0)
+            .collect();
+        let expected = ["experiment.yaml", "fleet.yaml", "profile.yaml", "profile.lab.two.yaml"];
+        assert_eq!(names, expected);
+    }
+}
