@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use crate::command::{code, json, rsrs, stderr, stdout};
+use crate::command::{code, json, repository, rsrs, stderr, stdout};
 use crate::laboratory::{SPEEDS, chosen, swept, workplace};
 use crate::simulated_bags::Run;
 use crate::terminal::Terminal;
@@ -154,7 +154,12 @@ fn the_next_experiment_names_the_files_that_are_there() {
     let compared = || stdout(&rsrs(here, &["compare", "out", "--bags", "monday"]));
 
     let without = compared();
-    std::fs::write(here.join("experiment.yaml"), "").expect("the folder is writable");
+    let shipped = repository().join("launch_configs/experiments/flockbot_milling.yaml");
+    let shipped = std::fs::read_to_string(shipped).expect("it is shipped");
+    let write = |text: &str| std::fs::write(here.join("experiment.yaml"), text);
+    write(&shipped).expect("the folder is writable");
+    let other = compared();
+    write(&shipped.replace("duration_s: 300", "duration_s: 120")).expect("the folder is writable");
     let beside = compared();
 
     // Another folder than that of the run.
@@ -162,6 +167,7 @@ fn the_next_experiment_names_the_files_that_are_there() {
         "--cell speed_m_s=0.15,turn_rate_rad_s=0.75 --backend fleet --interface NAME -o run_2";
     let expected = format!("rsrs run EXPERIMENT.yaml --from out {cell}");
     assert_eq!(command_after(&without, "next: "), expected);
+    assert_eq!(command_after(&other, "next: "), expected, "it lasts another time");
     let expected = format!("rsrs run experiment.yaml --from out {cell}");
     assert_eq!(command_after(&beside, "next: "), expected);
 }

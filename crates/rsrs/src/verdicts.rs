@@ -11,8 +11,8 @@ pub fn comparison(report: &Comparison) -> Words {
     let mut words = Words::new(report);
     for cell in &report.cells {
         for bag in report.bags.iter().filter(|bag| bag.cell == cell.cell) {
-            if bag.labelled.is_borderline() {
-                words = words.tone(Tone::Unclear, LOOK_AGAIN);
+            if let Some(warning) = bag.labelled.warning() {
+                words = words.tone(Tone::Unclear, warning);
             }
         }
         let verdict = cell.verdict_in_a_word();
@@ -31,20 +31,22 @@ fn tone_of(verdict: Verdict) -> Tone {
 
 /// A label with what it rests on.
 pub fn label(labelled: &Labelled) -> Words {
-    toned(labelled, Words::new(labelled).past(format!("{}: ", labelled.bag.display())))
+    let words = Words::new(labelled).past(format!("{}: ", labelled.bag.display()));
+    toned(labelled, words, labelled.is_borderline().then_some(LOOK_AGAIN))
 }
 
 /// The phase of a label behind some other words.
 pub fn phase(labelled: &Labelled, before: String) -> Words {
-    toned(labelled, Words::from(format!("{before}{}", labelled.phase_in_words())).past(before))
+    let words = Words::from(format!("{before}{}", labelled.phase_in_words())).past(before);
+    toned(labelled, words, labelled.warning())
 }
 
-/// Gives the next phase its tone.
-fn toned(labelled: &Labelled, words: Words) -> Words {
+/// Gives the next phase its tone, and the warning behind it.
+fn toned(labelled: &Labelled, words: Words, warning: Option<&'static str>) -> Words {
     let phase = labelled.phase;
     let is_wanted = phase == phase.behaviour().wanted();
-    if labelled.is_borderline() {
-        return words.tone(Tone::Unclear, phase.to_string()).tone(Tone::Unclear, LOOK_AGAIN);
+    if let Some(warning) = warning {
+        return words.tone(Tone::Unclear, phase.to_string()).tone(Tone::Unclear, warning);
     }
     words.tone(Tone::good_if(is_wanted), phase.to_string())
 }

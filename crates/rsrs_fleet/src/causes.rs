@@ -5,12 +5,15 @@
 
 use std::fmt::Write as _;
 
+use rsrs_core::judge::plausibility::{Axis, Cause as Motion};
+
 use crate::epoch;
+use crate::message::RobotState;
 use crate::parameters::{Deviation, Value, gate};
 use crate::placement;
 use crate::preflight::{ClockLead, DiagnosticError, Problem, UnfitTopic};
 use crate::robot::StandReason;
-use crate::runner::{AbortCause, Failure, SampleKind, Target};
+use crate::runner::{AbortCause, Failure, LossCause, SampleKind, Target};
 use crate::simulator::VoidCause;
 
 /// One thing that can go wrong.
@@ -80,6 +83,20 @@ pub fn chapters() -> Vec<Chapter> {
             title: "Runs that are stopped",
             about: "All robots are stopped, the bag is closed, and the run is `aborted`.",
             causes: aborts(),
+        },
+        Chapter {
+            title: "Robots that are lost",
+            about: "These stand behind `lost robot_3:`. The robot is left out of the leases, so that it stands, \
+                    and the experiment's `robot_lost` is what becomes of the run. At the end of a run, `not \
+                    confirmed to stand, go and look` names robots that did not report that they stand: go there.",
+            causes: losses(),
+        },
+        Chapter {
+            title: "Poses and motions that cannot be",
+            about: "These are noted in a run, from its third second on, and stand in the label of its bag; \
+                    `compare` leaves such a run out unless told otherwise \
+                    ([Poses that cannot be those of the robots](reading_results.md#poses-that-cannot-be-those-of-the-robots)).",
+            causes: motions(),
         },
         Chapter {
             title: "Runs that are void",
@@ -170,6 +187,32 @@ fn aborts() -> Vec<Cause> {
         SecondPublisher { topic: topic(), node: text("/teleop") }: "Another program began to steer a robot, such as teleoperation.", "End that program before the next run.";
         UnnamedPublisher { topic: topic() }: "The same, by a program whose node is not announced, as those of ROS 2 Humble.", "`ros2 topic info -v` on the topic.";
         Interrupted { reason: text("interrupted") }: "Ctrl-C, SIGTERM, or the network of this program has ended, which is then the reason shown.", "Nothing after Ctrl-C; else start again.";
+    })
+}
+
+fn losses() -> Vec<Cause> {
+    let reason = || text("hardware fault: no state of the microcontroller for 500 ms");
+    causes!(LossCause {
+        Silent {}: "No status of the robot or its controller: its process, its computer or the network.", "[Wi-Fi](troubleshooting.md#wi-fi); look at the load of the robot's computer.";
+        NotMoving { state: RobotState::Fault, epoch: 7, reason: reason() }: "It stands for the reason that is shown.", "[Why a robot stands](#why-a-robot-stands).";
+        NoSample { kind: SampleKind::Pose, silence_s: 5 }: "The tracker does not see it any more, or its sensor is silent, while its node runs on.", "Look at the tracker's volume and markers, or at the sensor.";
+        LeftGeofence { x_m: 2.75, y_m: -0.25 }: "It was outside of the fleet file's rectangle.", "Put it back; a run that many robots leave needs a larger floor.";
+        StoodTooLong { stood_s: 3.4 }: "Its link works and fails by turns: each time it stood, and went on.", "[Wi-Fi](troubleshooting.md#wi-fi): the channel, power saving, the access point.";
+    })
+}
+
+fn motions() -> Vec<Cause> {
+    causes!(Motion {
+        Scale { factor: 1000.0 }: "The tracker's unit is another one.", "Set `scale` in the fleet file's `tracker`.";
+        Line { axis: Axis::X }: "Two of its axes are not those of the floor.", "Set `axes` in the fleet file's `tracker`.";
+        HeadingStands {}: "Its orientations do not turn with the robots.", "Have it track rigid bodies, not points.";
+        Mirrored {}: "Places and headings are mirrored against the commands.", "Look at `axes`, and at how the motors are connected.";
+        HeadingMirrored {}: "Only one of both is mirrored.", "Look at how the tracker's orientations are turned into headings.";
+        Degrees { factor: 57.3 }: "Angles are in another unit.", "Have the tracker publish quaternions.";
+        HeadingUnrelated {}: "Orientations are not those of the bodies that move.", "Define the rigid bodies anew.";
+        Askew { by_deg: 90.0 }: "A body is turned in the tracker.", "Define it with its front along x.";
+        Swapped {}: "Two bodies have each other's names.", "Exchange their names, in the tracker or by `body` in the fleet file.";
+        Stands { time_s: 10.0, for_s: 9.0, speed_m_s: 0.15, turn_rate_rad_s: 0.0, moved_m: 0.0 }: "Its base does not obey: a battery, a hardware e-stop, commands beyond its limits. What it does within touch of another robot is not counted.", "Look at the base; the robot's `/rosout` names commands that are refused.";
     })
 }
 

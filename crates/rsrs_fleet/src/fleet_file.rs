@@ -359,6 +359,23 @@ impl Written {
             let (file, robot) = (file.to_owned(), name.to_owned());
             FleetFileError::Tracker { file, robot, pose, reason }
         })?;
+        let battery_min_v =
+            first_of([&robot.battery_min_v, &of_type.battery_min_v, &all.battery_min_v]);
+        let detection_threshold_m = first_of([
+            &robot.detection_threshold_m,
+            &of_type.detection_threshold_m,
+            &all.detection_threshold_m,
+        ]);
+        for (key, found, most) in [
+            ("battery_min_v", battery_min_v, MOST_VOLTS),
+            ("detection_threshold_m", detection_threshold_m, MOST_THRESHOLD_M),
+        ] {
+            if let Some(found) = found.filter(|found| !(*found > 0.0 && *found <= f64::from(most)))
+            {
+                let (file, robot, found) = (file.to_owned(), name.to_owned(), found.to_string());
+                return Err(FleetFileError::Number { file, robot, key, found, most });
+            }
+        }
         Ok(FleetRobot {
             name: name.to_owned(),
             enabled: robot.enabled.expect(checked),
@@ -369,19 +386,16 @@ impl Written {
             pose,
             tracker,
             body: robot.body.clone(),
-            battery_min_v: first_of([
-                &robot.battery_min_v,
-                &of_type.battery_min_v,
-                &all.battery_min_v,
-            ]),
-            detection_threshold_m: first_of([
-                &robot.detection_threshold_m,
-                &of_type.detection_threshold_m,
-                &all.detection_threshold_m,
-            ]),
+            battery_min_v,
+            detection_threshold_m,
         })
     }
 }
+
+/// No battery of a robot has more, in volts.
+const MOST_VOLTS: u32 = 1000;
+/// No gate takes more, in metres: more is likely in millimetres.
+const MOST_THRESHOLD_M: u32 = 100;
 
 fn first_of<T: Clone>(layers: [&Option<T>; 3]) -> Option<T> {
     layers.into_iter().flatten().next().cloned()
@@ -519,6 +533,27 @@ robots:
             ("fileversion: 1\n", "", "missing key `fileversion`"),
             ("1\nall: {", "1\nall: {lease: controller, ", "zebra has a gate"),
             ("1\nall", "1\ngeofence: {x_m: [0, 1], y_m: [2, 1]}\nall", "`y_m` is [2.0, 1.0]"),
+            (
+                "1\nall",
+                "1\ngeofence: {x_m: [-2500, 2500], y_m: [0, 1]}\nall",
+                "likely in millimetres",
+            ),
+            (
+                "battery_min_v: 7.0",
+                "battery_min_v: .nan",
+                "`battery_min_v` of ant is NaN, expected more than 0",
+            ),
+            (
+                "battery_min_v: 7.0",
+                "battery_min_v: -3",
+                "is -3, expected more than 0 and at most 1000",
+            ),
+            (
+                "_m: 0.5}",
+                "_m: 750}",
+                "`detection_threshold_m` of ant is 750, expected more than 0 and at most 100",
+            ),
+            ("_m: 0.5}", "_m: 0}", "is 0, expected more than 0 and at most 100"),
         ] {
             let error = FleetFile::parse("fleet.yaml", &LAYERED.replace(from, to)).unwrap_err();
 

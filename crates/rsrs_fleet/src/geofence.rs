@@ -14,9 +14,15 @@ pub struct Geofence {
     pub y_m: [f64; 2],
 }
 
+/// No floor is larger, in metres.
+const MOST_M: f64 = 1000.0;
+
 /// Bounds that are none.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("geofence: `{key}` is {found}, expected two numbers, the smaller one first")]
+#[error(
+    "geofence: `{key}` is {found}, expected two numbers, the smaller one first, of at most {MOST_M} m: \
+     more is likely in millimetres"
+)]
 pub struct InvalidGeofence {
     /// The key.
     pub key: &'static str,
@@ -48,7 +54,7 @@ impl Geofence {
     pub fn check(&self) -> Result<(), InvalidGeofence> {
         for (key, bounds) in [("x_m", self.x_m), ("y_m", self.y_m)] {
             let [least, greatest] = bounds;
-            let is_range = least.is_finite() && greatest.is_finite() && least < greatest;
+            let is_range = -MOST_M <= least && least < greatest && greatest <= MOST_M;
             if !is_range {
                 return Err(InvalidGeofence { key, found: format!("{bounds:?}") });
             }

@@ -109,7 +109,7 @@ impl Backend {
         match self {
             Self::Simulator => "the simulator",
             Self::Fleet => "themselves",
-            Self::Mixed => "themselves, and some of them by the simulator",
+            Self::Mixed => "the simulator, at least some of them",
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::record::{Ending, LostRobot, PausedRobot};
 use crate::timing::{
     ARM_TIMEOUT, CATCH_UP_TIMEOUT, CONFIGURE_TIMEOUT, COUNTDOWN_TIMEOUT, FIRST_SAMPLE_TIMEOUT,
     GRAPH_PERIOD, LEASE_DURATION, LOCKSTEP_GRACE, NODE_TIMEOUT, POSE_SEARCH_DURATION,
-    RECORDER_TIMEOUT, RESUME_TIMEOUT, STAND_TIMEOUT, Transport, most_paused,
+    RECORDER_TIMEOUT, RESUME_TIMEOUT, SILENCE_TIMEOUT, STAND_TIMEOUT, Transport, most_paused,
 };
 
 mod closing;
@@ -38,7 +38,7 @@ pub use event::{Action, Event, RunLength, RunnerOptions, StartRule};
 use gates::Gates;
 pub use grouped::grouped;
 use others::{Claim, Others};
-pub use outcome::{AbortCause, Failure, Outcome, SampleKind, Target};
+pub use outcome::{AbortCause, Failure, LossCause, Outcome, SampleKind, Target};
 pub use plausibility::MotionCheck;
 use plausibility::Plausibility;
 use pose_gaps::PoseGaps;

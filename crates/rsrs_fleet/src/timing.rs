@@ -20,6 +20,10 @@ pub const LEASE_DURATION: Duration = Duration::from_millis(500);
 /// status of it from after that; then it stands until a newer epoch arms it.
 pub const RESUME_TIMEOUT: Duration = Duration::from_secs(1);
 
+/// How long nothing may be received of a robot in a run before it is lost: one that was out of reach for as
+/// long as it may be, and still goes on, has to be received again first.
+pub const SILENCE_TIMEOUT: Duration = Duration::from_millis(1600);
+
 /// How long a robot may stand in a run in all, each time because its lease ran out, before the runner
 /// gives it up: one hundredth of the run, and at least 3 s.
 pub fn most_paused(run: Duration) -> Duration {

@@ -157,17 +157,22 @@ impl Settledness {
     pub fn is_borderline(self) -> bool {
         self.is_settled == Some(false)
     }
+
+    /// What stands behind the phase, if anything does.
+    pub fn warning(self) -> Option<&'static str> {
+        if self.implausible {
+            return Some(IMPLAUSIBLE);
+        }
+        self.is_borderline().then_some(LOOK_AGAIN)
+    }
 }
 
-/// A phase in words, with a warning where it is near another one.
+/// A phase in words, with a warning where a person should look at the run.
 pub fn marked(phase: Phase, settledness: Settledness) -> String {
-    if settledness.implausible {
-        return format!("{phase} ({IMPLAUSIBLE})");
+    match settledness.warning() {
+        Some(warning) => format!("{phase} ({warning})"),
+        None => phase.to_string(),
     }
-    if settledness.is_borderline() {
-        return format!("{phase} ({LOOK_AGAIN})");
-    }
-    phase.to_string()
 }
 
 /// How much there is of a run.
@@ -187,8 +192,17 @@ impl Labelled {
 
     /// The phase in words, with a warning where it is near another one.
     pub fn phase_in_words(&self) -> String {
+        marked(self.phase, self.settledness())
+    }
+
+    /// What stands behind the phase, if anything does.
+    pub fn warning(&self) -> Option<&'static str> {
+        self.settledness().warning()
+    }
+
+    fn settledness(&self) -> Settledness {
         let is_settled = Some(!self.is_borderline());
-        marked(self.phase, Settledness { is_settled, implausible: !self.implausible.is_empty() })
+        Settledness { is_settled, implausible: !self.implausible.is_empty() }
     }
 
     /// A bag with the label of a person, which is one of `labels`.
@@ -500,4 +514,18 @@ pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
 fn recorded_bodies(record: Option<&ExperimentRecord>) -> Bodies {
     let unknown = Bodies { radius_m: None, reach_m: None };
     record.map_or(unknown, |record| record.conditions.bodies())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_is_a_stronger_warning_than_a_phase_near_another_one() {
+        let of = |is_settled, implausible| Settledness { is_settled, implausible }.warning();
+
+        assert_eq!(of(Some(false), true), Some(IMPLAUSIBLE));
+        assert_eq!(of(Some(false), false), Some(LOOK_AGAIN));
+        assert_eq!((of(Some(true), false), of(None, false)), (None, None));
+    }
 }

@@ -21,7 +21,6 @@ use prompt::Prompt;
 use rsrs_pipeline::campaign::{Campaign, CampaignFolder, Conductor, RunTarget, Summary};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::execution::runtime;
-use rsrs_pipeline::label::LOOK_AGAIN;
 use rsrs_pipeline::run::own_network::OwnNetwork;
 use rsrs_pipeline::wording::shell::quoted;
 
@@ -139,7 +138,10 @@ fn words(summary: &Summary) -> Words {
             None => Tone::Unclear,
         };
         let words = words.past(format!("\n{}", ended.experiment)).tone(tone, ended.ending);
-        if ended.is_borderline { words.tone(Tone::Unclear, LOOK_AGAIN) } else { words }
+        match ended.warning {
+            Some(warning) => words.tone(Tone::Unclear, warning),
+            None => words,
+        }
     })
 }
 

@@ -90,6 +90,20 @@ pub enum FleetFileError {
         /// What it calls them.
         body: String,
     },
+    /// A number that no robot has.
+    #[error("{file}: `{key}` of {robot} is {found}, expected more than 0 and at most {most}")]
+    Number {
+        /// The file.
+        file: String,
+        /// The robot.
+        robot: String,
+        /// The key.
+        key: &'static str,
+        /// What it has.
+        found: String,
+        /// What it may have.
+        most: u32,
+    },
     /// Bounds of the floor between which nothing is.
     #[error("{file}: {reason}")]
     Geofence {
@@ -174,6 +188,7 @@ impl Help for FleetFileError {
             | Self::HasGate { .. }
             | Self::OneBody { .. }
             | Self::Tracker { .. }
+            | Self::Number { .. }
             | Self::Geofence { .. } => None,
         }
     }

@@ -1,6 +1,7 @@
 //! How a run ends.
 
-use crate::message::E_STOP_REASON;
+use crate::message::{E_STOP_REASON, RobotState};
+use crate::timing::NODE_TIMEOUT;
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,6 +81,46 @@ pub enum AbortCause {
     Interrupted {
         /// Why.
         reason: String,
+    },
+}
+
+/// Why a robot is lost in a run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LossCause {
+    /// Nothing is received of it.
+    #[error("silent for more than {} s", NODE_TIMEOUT.as_secs())]
+    Silent,
+    /// It reports something else than that it moves in this run.
+    #[error("{state} in epoch {epoch}: {reason}")]
+    NotMoving {
+        /// What it reports.
+        state: RobotState,
+        /// The epoch that it obeys.
+        epoch: u64,
+        /// Its reason.
+        reason: String,
+    },
+    /// Its samples come no more.
+    #[error("no {kind} received for more than {silence_s} s")]
+    NoSample {
+        /// What does not come.
+        kind: SampleKind,
+        /// For how long, in seconds.
+        silence_s: u64,
+    },
+    /// It left the floor of the fleet file.
+    #[error("left the geofence, at ({x_m:.2}, {y_m:.2}) m")]
+    LeftGeofence {
+        /// Where it is, in metres.
+        x_m: f64,
+        /// Where it is, in metres.
+        y_m: f64,
+    },
+    /// Its link works and fails by turns.
+    #[error("stood for {stood_s:.1} s in all, as no lease reached it")]
+    StoodTooLong {
+        /// How long, in seconds.
+        stood_s: f64,
     },
 }
 

@@ -10,8 +10,8 @@ use super::{
     ARM_TIMEOUT, AbortCause, Action, CONFIGURE_TIMEOUT, COUNTDOWN_TIMEOUT, Duration,
     FIRST_SAMPLE_TIMEOUT, Failure, Gates, LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT,
     Outcome, POSE_SEARCH_DURATION, Phase, RECORDER_TIMEOUT, RESUME_TIMEOUT, Requests, RunBinding,
-    RunLength, Runner, STAND_TIMEOUT, SampleKind, Seen, StartRule, Target, UnexpectedPublishers,
-    grouped, most_paused, preflight,
+    RunLength, Runner, SILENCE_TIMEOUT, STAND_TIMEOUT, SampleKind, Seen, StartRule, Target,
+    UnexpectedPublishers, grouped, most_paused, preflight,
 };
 
 impl Runner {
@@ -52,7 +52,10 @@ impl Runner {
             diagnostic_errors: self.start_check.diagnostic_errors(),
         };
         let mut problems = preflight::problems(&self.options.expected, &seen);
-        problems.extend(self.misplaced());
+        // A run places the robots of a simulator when it sets their world; before they move, all are looked at.
+        if !self.options.expected.simulator {
+            problems.extend(self.misplaced());
+        }
         let clocks = preflight::clock_notes(&self.options.expected, &seen);
         self.graph = seen.graph;
         let onlookers: Vec<Action> =
@@ -72,7 +75,7 @@ impl Runner {
             self.configure(now, actions);
             return;
         }
-        actions.extend(self.search.look(&problems, now).map(Action::Note));
+        actions.extend(self.search.look(&problems, now).into_iter().map(Action::Note));
         if self.search.is_over(self.since.unwrap_or(now), now, self.transport) {
             actions.extend(onlookers);
             self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
@@ -401,7 +404,8 @@ impl Runner {
             RunLength::RealTime { duration } => {
                 let is_starting = self.elapsed(now) < NODE_TIMEOUT;
                 let standing = if is_starting { NODE_TIMEOUT } else { Duration::ZERO };
-                (LossTimeouts { standing, paused, silent: Duration::ZERO }, duration)
+                let silent = SILENCE_TIMEOUT.saturating_sub(NODE_TIMEOUT);
+                (LossTimeouts { standing, paused, silent }, duration)
             }
         };
         let lost = self.roster.newly_lost(self.epoch, timeouts, most_paused(length), now);

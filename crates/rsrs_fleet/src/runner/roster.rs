@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use rsrs_core::robot::unicycle::Pose;
 
-use super::SampleKind;
 use super::pauses::Pauses;
+use super::{LossCause, SampleKind};
 use crate::geofence::Geofence;
 use crate::message::{Echo, RobotState, Status, StopCause};
 use crate::record::PausedRobot;
@@ -330,8 +330,8 @@ impl Roster {
     ) -> Vec<(String, String)> {
         let mut lost = Vec::new();
         for member in self.members.iter_mut().filter(|member| member.lost.is_none()) {
-            if let Some(reason) = member.giving_up(most_paused, now) {
-                lost.push(member.lose(reason, now));
+            if let Some(cause) = member.giving_up(most_paused, now) {
+                lost.push(member.lose(&cause, now));
                 continue;
             }
             let Some(trouble) = member.trouble(epoch, now) else {
@@ -347,7 +347,7 @@ impl Roster {
                 None => timeouts.silent,
             };
             if now.saturating_sub(since) >= timeout {
-                lost.push(member.lose(trouble, now));
+                lost.push(member.lose(&trouble, now));
             }
         }
         lost
@@ -437,13 +437,13 @@ impl Member {
     }
 
     /// It was lost: its name, and why.
-    fn lose(&mut self, reason: String, now: Duration) -> (String, String) {
+    fn lose(&mut self, cause: &LossCause, now: Duration) -> (String, String) {
         self.lost = Some(now);
         self.pauses.give_up();
         // What is reported of it as its loss needs no second note.
         let stands = self.recent(now).is_some_and(|status| status.state != RobotState::Moving);
         self.noted = stands.then_some(Standing::Stands);
-        (self.name.clone(), reason)
+        (self.name.clone(), cause.to_string())
     }
 
     fn recent(&self, now: Duration) -> Option<&Status> {
@@ -473,17 +473,15 @@ impl Member {
     }
 
     /// Why it is given up, whatever it does now.
-    fn giving_up(&self, most_paused: Duration, now: Duration) -> Option<String> {
+    fn giving_up(&self, most_paused: Duration, now: Duration) -> Option<LossCause> {
         if let Some((kind, silence)) = self.sample_missing(now) {
-            return Some(format!("no {kind} received for more than {} s", silence.as_secs()));
+            return Some(LossCause::NoSample { kind, silence_s: silence.as_secs() });
         }
         if let Some(Outside { last, .. }) = self.outside.filter(|it| it.is_certain(now)) {
-            return Some(format!("left the geofence, at ({:.2}, {:.2}) m", last.x_m, last.y_m));
+            return Some(LossCause::LeftGeofence { x_m: last.x_m, y_m: last.y_m });
         }
         let stood = self.pauses.total(now);
-        (stood > most_paused).then(|| {
-            format!("stood for {:.1} s in all, as no lease reached it", stood.as_secs_f64())
-        })
+        (stood > most_paused).then_some(LossCause::StoodTooLong { stood_s: stood.as_secs_f64() })
     }
 
     /// What came, and comes no more.
@@ -497,9 +495,9 @@ impl Member {
         })
     }
 
-    fn trouble(&self, epoch: u64, now: Duration) -> Option<String> {
+    fn trouble(&self, epoch: u64, now: Duration) -> Option<LossCause> {
         let Some(received) = self.robot.as_ref().filter(|received| received.is_recent(now)) else {
-            return Some(format!("silent for more than {} s", NODE_TIMEOUT.as_secs()));
+            return Some(LossCause::Silent);
         };
         let status = &received.status;
         if status.state == RobotState::Moving && status.epoch == epoch {
@@ -507,6 +505,7 @@ impl Member {
         }
         let reason =
             if status.stop_reason.is_empty() { "no reason given" } else { &status.stop_reason };
-        Some(format!("{} in epoch {}: {reason}", status.state, status.epoch))
+        let (state, epoch, reason) = (status.state, status.epoch, reason.to_owned());
+        Some(LossCause::NotMoving { state, epoch, reason })
     }
 }

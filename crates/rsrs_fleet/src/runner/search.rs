@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use super::grouped::grouped;
+use super::outcome::Failure;
 use crate::preflight::Problem;
 use crate::timing::{CATCH_UP_TIMEOUT, Transport};
 
@@ -13,28 +15,39 @@ pub(super) struct Search {
     /// When it last found more, or could not receive what there is.
     since: Duration,
     is_behind: bool,
-    was_behind: bool,
+    /// When it was last said that this machine has fallen behind.
+    said: Option<Duration>,
 }
+
+/// How often that is said again.
+const SAID_AGAIN: Duration = Duration::from_secs(10);
 
 impl Search {
     /// Takes what is wrong now.
     ///
     /// # Returns
     ///
-    /// Note for the operator, if this machine has fallen behind.
-    pub(super) fn look(&mut self, problems: &[Problem], now: Duration) -> Option<String> {
+    /// Notes for the operator, if this machine has fallen behind: with everything else that is wrong.
+    pub(super) fn look(&mut self, problems: &[Problem], now: Duration) -> Vec<String> {
         let behind = problems.iter().find(|problem| matches!(problem, Problem::TooSlow { .. }));
         self.is_behind = behind.is_some();
         // How many robots are missing is not known meanwhile.
         if let Some(problem) = behind {
             self.since = now;
-            let is_news = !std::mem::replace(&mut self.was_behind, true);
-            return is_news.then(|| format!("waiting: {problem}"));
+            if self.said.is_some_and(|said| now.saturating_sub(said) < SAID_AGAIN) {
+                return Vec::new();
+            }
+            self.said = Some(now);
+            let others = problems.iter().filter(|other| !matches!(other, Problem::TooSlow { .. }));
+            let failures = others.cloned().map(Failure::from).collect::<Vec<_>>();
+            let others =
+                grouped(&failures).into_iter().map(|other| format!("so far also: {other}"));
+            return [format!("waiting: {problem}")].into_iter().chain(others).collect();
         }
         if self.least.is_none_or(|least| problems.len() < least) {
             (self.least, self.since) = (Some(problems.len()), now);
         }
-        None
+        Vec::new()
     }
 
     /// Lets time in which nobody looked count for nothing.
@@ -83,16 +96,19 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_that_is_too_slow_has_a_minute_to_catch_up_and_is_reported_once() {
+    fn a_machine_that_is_too_slow_has_a_minute_to_catch_up_and_is_named_with_all_else_that_is_wrong()
+     {
         let mut search = Search::default();
 
         let notes = search.look(&[SLOW], at(1));
         search.look(&missing(1), at(30));
-        assert_eq!(search.look(&[SLOW], at(39)), None);
+        let with_others = search.look(&[SLOW, Problem::SimulatorMissing], at(39));
+        assert_eq!(search.look(&[SLOW], at(40)), Vec::<String>::new(), "it was said just now");
         assert!(!search.is_over(at(1), at(39), Transport::Plain));
         search.look(&[SLOW], at(61));
 
         assert!(search.is_over(at(1), at(61), Transport::Plain));
-        assert!(notes.is_some_and(|notes| notes.starts_with("waiting: this machine is too slow")));
+        assert!(notes[0].starts_with("waiting: this machine is too slow"), "{notes:?}");
+        assert!(with_others[1].starts_with("so far also: "), "{with_others:?}");
     }
 }

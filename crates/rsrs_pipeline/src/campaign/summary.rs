@@ -90,8 +90,8 @@ pub struct Ended<'a> {
     pub experiment: &'a str,
     /// How, in a word or two; `not run` for one that was not run yet.
     pub ending: &'a str,
-    /// Whether its label is near another one.
-    pub is_borderline: bool,
+    /// What stands behind its label, if a person should look at it.
+    pub warning: Option<&'static str>,
 }
 
 impl Summary {
@@ -100,7 +100,7 @@ impl Summary {
         self.experiments.iter().map(|row| Ended {
             experiment: &row.experiment,
             ending: row.ended(),
-            is_borderline: row.settledness.is_borderline(),
+            warning: row.phase.and_then(|_| row.settledness.warning()),
         })
     }
 
@@ -410,7 +410,8 @@ mod tests {
         let rows: Vec<&str> = table.lines().skip(1).take(3).collect();
         assert!(rows[1].contains(" stable milling (not settled: look again)  1,234"), "{table}");
         assert!(!rows[0].contains("look again") && !rows[2].contains("look again"), "{table}");
-        let borderline: Vec<bool> = summary.endings().map(|ended| ended.is_borderline).collect();
+        let borderline: Vec<bool> =
+            summary.endings().map(|ended| ended.warning.is_some()).collect();
         assert_eq!(borderline, [false, true, false]);
     }
 }

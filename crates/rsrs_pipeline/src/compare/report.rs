@@ -16,6 +16,7 @@ use rsrs_core::statistics::comparison::{CellComparison, CellRuns, Tally, Verdict
 use rsrs_core::statistics::left_out::Attempts;
 use rsrs_core::statistics::next_experiment::NextStep;
 use rsrs_core::statistics::pooled::Pooled;
+use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::record::{Backend, ExperimentRecord, OwnProfile};
 use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
@@ -24,7 +25,7 @@ use crate::compare::not_counted::{Cause, NotCounted};
 use crate::compare::run_matching::Admitted;
 use crate::label::Labelled;
 use crate::label::human_labels::JUDGE;
-use crate::wording::shell::{experiment_beside, quoted};
+use crate::wording::shell::{ANY_EXPERIMENT, experiment_file_beside, quoted};
 
 /// Recorded runs, held against a sweep.
 #[derive(Clone, Debug, Serialize)]
@@ -72,6 +73,19 @@ pub struct AtHand {
     pub options: String,
 }
 
+/// The experiment file beside a sweep, if it is that of the runs; else a name to replace.
+fn experiment_of(sweep: &Path, all: &[Admitted]) -> String {
+    let is_theirs = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let lasts = |duration_s: f64| {
+            all.iter().all(|run| run.record.duration_s.total_cmp(&duration_s).is_eq())
+        };
+        ExperimentFile::parse("", &text).is_ok_and(|file| lasts(file.duration_s))
+    };
+    let there = experiment_file_beside(sweep).filter(is_theirs);
+    there.map_or_else(|| ANY_EXPERIMENT.to_owned(), quoted)
+}
+
 impl AtHand {
     /// Those of a sweep, with the experiment file that lies beside it, if one does.
     ///
@@ -95,7 +109,7 @@ impl AtHand {
         let bag = names.find(|bag| !bag.exists()).expect("there are more numbers than folders");
         options.push(format!("-o {}", quoted(bag)));
         let options = options.join(" ");
-        Self { experiment: experiment_beside(sweep), sweep: quoted(sweep), options }
+        Self { experiment: experiment_of(sweep, all), sweep: quoted(sweep), options }
     }
 }
 

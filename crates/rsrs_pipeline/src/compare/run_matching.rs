@@ -226,7 +226,9 @@ impl<'a> RunMatcher<'a> {
             format!("{name}: holds no record of its experiment, so what was run is unknown")
         })?;
         if record.backend == Backend::Mixed {
-            bail!("{name}: some of its robots were simulated, so it is no evidence of reality");
+            bail!(
+                "{name}: at least some of its robots were simulated, so it is no evidence of reality"
+            );
         }
         let run = record.operator_conditions();
         let cell = self.diagram.locate(&self.cell(&run)).with_context(|| name.to_string())?;

@@ -30,10 +30,17 @@ pub fn quoted(word: impl AsRef<Path>) -> String {
 ///
 /// * `sweep` — folder of the sweep.
 pub fn experiment_beside(sweep: &Path) -> String {
+    experiment_file_beside(sweep).map_or_else(|| ANY_EXPERIMENT.to_owned(), quoted)
+}
+
+/// Stands for an experiment file, to be replaced.
+pub const ANY_EXPERIMENT: &str = "EXPERIMENT.yaml";
+
+/// The experiment file that lies here or beside the folder of a sweep.
+pub fn experiment_file_beside(sweep: &Path) -> Option<PathBuf> {
     let name = "experiment.yaml";
     let parent = sweep.parent().map(|parent| parent.join(name));
-    let there = [Some(PathBuf::from(name)), parent].into_iter().flatten().find(|it| it.is_file());
-    there.map_or_else(|| "EXPERIMENT.yaml".to_owned(), quoted)
+    [Some(PathBuf::from(name)), parent].into_iter().flatten().find(|it| it.is_file())
 }
 
 /// The sweep file that lies beside the folder of its sweep, as `rsrs init` leaves it; else a name to
