@@ -216,11 +216,20 @@ fn a_hundred_robots_are_found_set_and_driven() {
     let (experiment, names) = fleet_of(100, "virtual", LOCKSTEP_S, &[], folder.path());
     let bag = folder.path().join("bag");
 
-    let mut command = rsrs();
-    command.arg("run").arg(&experiment).arg("-o").arg(&bag);
-    let (status, printed) = Process::start(&mut command).wait(TIMEOUT);
+    // A machine that has better things to do reads no 100 robots' words in time, and the run says so.
+    for attempt in 1.. {
+        let mut command = rsrs();
+        command.arg("run").arg(&experiment).arg("-o").arg(&bag);
+        let (status, printed) = Process::start(&mut command).wait(TIMEOUT);
+        if status.success() {
+            break;
+        }
+        assert!(is_starved(&printed) && attempt < 3, "{printed}");
+        if bag.exists() {
+            std::fs::remove_dir_all(&bag).expect("a run leaves its bag");
+        }
+    }
 
-    assert!(status.success(), "{printed}");
     let topics = Bag::open(&bag).expect("the run was recorded").topics();
     for name in &names {
         for topic in ["detection", "cmd_vel", "odom"] {

@@ -116,6 +116,7 @@ pub fn is_starved(printed: &str) -> bool {
         "lease ran out",
         " silent",
         "too slow for real time",
+        "this machine is too slow",
         "was not acknowledged for",
         "of the poses",
         "no valid reading of the sensor for more than",

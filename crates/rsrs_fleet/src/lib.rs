@@ -13,7 +13,7 @@
 //! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
 //! ([`fleet_file`]) and what their nodes are set to ([`parameters`]), what is run with them
 //! ([`experiment`]), what was run ([`record`]), what people see of it ([`observation`]) and what can go
-//! wrong ([`causes`]).
+//! wrong ([`mod@causes`]).
 
 pub mod e_stop;
 pub mod epoch;

@@ -113,7 +113,7 @@ struct Run<'a> {
 ///
 /// # Errors
 ///
-/// If the network cannot be used. A run that fails is an [`Ending`], not an error.
+/// If the network cannot be used. A run that fails is an [`Ending`](rsrs_fleet::record::Ending), not an error.
 pub async fn run(
     plan: &Plan,
     network: &SessionOptions,
