@@ -1,8 +1,6 @@
 //! Poses of all robots at the same times, by interpolation.
 
-use std::f64::consts::{PI, TAU};
-
-use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::robot::unicycle::{Pose, within_half_a_turn};
 
 use super::collect::RecordedRobot;
 use super::finding::Finding;
@@ -232,25 +230,14 @@ fn pose_at(poses: &[PoseSample], time_ns: u64) -> PoseSample {
     }
     let passed_ns = time_ns - before.stamp_ns;
     let share = passed_ns as f64 / step_ns as f64;
-    let between = |from: f64, to: f64| from + (to - from) * share;
     let log_step_ns = u128::from(next.log_ns.saturating_sub(before.log_ns));
     let log_passed_ns = log_step_ns * u128::from(passed_ns) / u128::from(step_ns);
-    let turn_rad = wrap(next.pose.heading_rad - before.pose.heading_rad);
+    let pose = before.pose.between(next.pose, share);
     PoseSample {
         stamp_ns: time_ns,
         log_ns: before.log_ns + u64::try_from(log_passed_ns).expect("it is a part of 64 bits"),
-        pose: Pose {
-            x_m: between(before.pose.x_m, next.pose.x_m),
-            y_m: between(before.pose.y_m, next.pose.y_m),
-            heading_rad: wrap(before.pose.heading_rad + turn_rad * share),
-        },
+        pose: Pose { heading_rad: within_half_a_turn(pose.heading_rad), ..pose },
     }
-}
-
-/// The same angle within half a turn of zero.
-fn wrap(angle_rad: f64) -> f64 {
-    let wrapped = angle_rad - TAU * libm::floor((angle_rad + PI) / TAU);
-    if wrapped >= PI { wrapped - TAU } else { wrapped }
 }
 
 fn seconds(time_ns: u64) -> f64 {
@@ -259,6 +246,8 @@ fn seconds(time_ns: u64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     fn sample(stamp_ns: u64, x_m: f64, heading_rad: f64) -> PoseSample {
@@ -277,12 +266,5 @@ mod tests {
         assert_eq!(pose_at(&poses, 100).pose, poses[1].pose);
         assert_eq!(pose_at(&poses, 0).pose, poses[0].pose);
         assert_eq!(pose_at(&poses, 200).pose, poses[2].pose);
-    }
-
-    #[test]
-    fn angles_are_wrapped_to_half_a_turn() {
-        for (angle_rad, expected_rad) in [(0.0, 0.0), (4.0, 4.0 - TAU), (-4.0, TAU - 4.0)] {
-            assert!((wrap(angle_rad) - expected_rad).abs() < 1e-12, "{angle_rad}");
-        }
     }
 }

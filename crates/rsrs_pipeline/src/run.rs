@@ -68,6 +68,18 @@ pub struct RunSummary {
     pub real_time_factor: Option<f64>,
 }
 
+/// What stands before the names of robots that did not report that they stand.
+pub const NOT_STANDING: &str = "not confirmed to stand, go and look";
+
+impl RunSummary {
+    /// Robots that did not report that they stand, if there are any: `not confirmed to stand, go and look:
+    /// robot_3`.
+    pub fn unconfirmed(&self) -> Option<String> {
+        let names = self.not_standing.join(", ");
+        (!names.is_empty()).then(|| format!("{NOT_STANDING}: {names}"))
+    }
+}
+
 /// Runs a plan against a simulated fleet that is there already.
 ///
 /// # Errors

@@ -26,7 +26,7 @@ use rsrs_pipeline::run::place_command;
 use rsrs_pipeline::run::recording_gaps;
 use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
 use rsrs_pipeline::run::start_poses::StartPoses;
-use rsrs_pipeline::run::{RunSummary, on_simulated_fleet, watched};
+use rsrs_pipeline::run::{NOT_STANDING, RunSummary, on_simulated_fleet, watched};
 use rsrs_pipeline::wording::shell::quoted;
 
 /// Run one experiment over ROS 2, and record it.
@@ -157,10 +157,8 @@ fn finish(
     record: &ExperimentRecord,
     summary: &RunSummary,
 ) -> anyhow::Result<Outcome> {
-    if !summary.not_standing.is_empty() {
-        let what = "not confirmed to stand, go and look";
-        let robots = summary.not_standing.join(", ");
-        print_always(Words::from(format!("{what}: {robots}")).tone(Tone::Bad, what));
+    if let Some(unconfirmed) = summary.unconfirmed() {
+        print_always(Words::from(unconfirmed).tone(Tone::Bad, NOT_STANDING));
     }
     let is_void = summary.ending == EndingKind::Void.key();
     if summary.ending != EndingKind::Completed.key() && !is_void {

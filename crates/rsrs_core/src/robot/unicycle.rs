@@ -1,5 +1,7 @@
 //! The unicycle: a pose, and how one command moves it.
 
+use std::f64::consts::{PI, TAU};
+
 use serde::{Deserialize, Serialize};
 
 use crate::robot::controller::Command;
@@ -15,6 +17,27 @@ pub struct Pose {
     pub y_m: f64,
     /// `z₃`, in radians; any number of turns.
     pub heading_rad: f64,
+}
+
+impl Pose {
+    /// The pose a share of the way, from 0 to 1, to the next one: on a straight line, and turned the short
+    /// way.
+    #[must_use]
+    pub fn between(self, next: Self, share: f64) -> Self {
+        let mix = |from: f64, to: f64| from + (to - from) * share;
+        let turn_rad = within_half_a_turn(next.heading_rad - self.heading_rad);
+        Self {
+            x_m: mix(self.x_m, next.x_m),
+            y_m: mix(self.y_m, next.y_m),
+            heading_rad: self.heading_rad + turn_rad * share,
+        }
+    }
+}
+
+/// The same angle, in radians, from -π to below π.
+pub fn within_half_a_turn(angle_rad: f64) -> f64 {
+    let wrapped = angle_rad - TAU * libm::floor((angle_rad + PI) / TAU);
+    if wrapped >= PI { wrapped - TAU } else { wrapped }
 }
 
 /// Actuation gains `(θᵃ₁, θᵃ₂)` of one robot: what it delivers over what it is asked; dimensionless.
@@ -64,6 +87,13 @@ pub fn step(pose: Pose, command: Command, gain: ActuationGain, period_s: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn angles_are_wrapped_to_half_a_turn() {
+        for (angle_rad, expected_rad) in [(0.0, 0.0), (4.0, 4.0 - TAU), (-4.0, TAU - 4.0)] {
+            assert!((within_half_a_turn(angle_rad) - expected_rad).abs() < 1e-12, "{angle_rad}");
+        }
+    }
 
     #[test]
     fn the_position_moves_along_the_heading_before_the_turn() {

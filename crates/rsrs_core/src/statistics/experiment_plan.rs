@@ -207,29 +207,18 @@ struct Evidence {
     simulated: Vec<SimulatedShare>,
     margin: f64,
     of_cell: HashMap<(usize, Share), CellEvidence>,
-    /// Of campaigns in a single cell, the count decides.
-    of_one: HashMap<Share, Verdict>,
 }
 
 impl Evidence {
     fn new(cells: &[PlannedCell], margin: f64) -> Self {
         let simulated = cells.iter().map(|cell| SimulatedShare::after(cell.simulated)).collect();
-        Self { simulated, margin, of_cell: HashMap::new(), of_one: HashMap::new() }
+        Self { simulated, margin, of_cell: HashMap::new() }
     }
 
     fn verdict(&mut self, real: &[Share]) -> Verdict {
-        if let [only] = real
-            && let Some(verdict) = self.of_one.get(only)
-        {
-            return *verdict;
-        }
         let cells: Vec<CellEvidence> =
             real.iter().enumerate().map(|(index, share)| self.of(index, *share)).collect();
-        let verdict = decide(LogEvidence::of(&cells));
-        if let [only] = real {
-            self.of_one.insert(*only, verdict);
-        }
-        verdict
+        decide(LogEvidence::of(&cells))
     }
 
     fn of(&mut self, index: usize, real: Share) -> CellEvidence {

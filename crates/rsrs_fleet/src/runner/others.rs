@@ -18,7 +18,7 @@ pub(super) struct Others {
 
 impl Others {
     pub(super) fn receive(&mut self, run_id: String, now: Duration) {
-        self.received.retain(|_, at| now.saturating_sub(*at) <= NODE_TIMEOUT);
+        self.received.retain(|_, at| is_recent(*at, now));
         if self.received.len() < MOST_RUNS {
             self.received.insert(run_id, now);
         }
@@ -26,9 +26,13 @@ impl Others {
 
     /// Those that are received now.
     pub(super) fn recent(&self, now: Duration) -> impl Iterator<Item = &String> {
-        let is_recent = move |at: &Duration| now.saturating_sub(*at) <= NODE_TIMEOUT;
-        self.received.iter().filter(move |(_, at)| is_recent(at)).map(|(run_id, _)| run_id)
+        let recent = self.received.iter().filter(move |(_, at)| is_recent(**at, now));
+        recent.map(|(run_id, _)| run_id)
     }
+}
+
+fn is_recent(at: Duration, now: Duration) -> bool {
+    now.saturating_sub(at) <= NODE_TIMEOUT
 }
 
 /// What decides between two runs.

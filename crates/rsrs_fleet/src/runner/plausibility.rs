@@ -1,7 +1,6 @@
 //! Whether robots do what they are commanded, looked at while they move.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::f64::consts::TAU;
 use std::time::Duration;
 
 use rsrs_core::judge::plausibility::{Implausible, Known, NOTED_S, implausible};
@@ -15,8 +14,8 @@ const FIRST_LOOK: Duration = Duration::from_secs(5);
 const LOOK_PERIOD: Duration = Duration::from_secs(1);
 /// How far back, which is long enough to find whose commands a robot follows.
 const MEMORY: Duration = Duration::from_secs(30);
-/// Time between two samples of what is looked at, in seconds.
-const GRID_S: f64 = 0.1;
+/// Time between two samples of what is looked at.
+const GRID: Duration = Duration::from_millis(100);
 /// Poses that come faster than this are not kept.
 const LEAST_APART: Duration = Duration::from_millis(40);
 /// Commands of a robot that are kept, at most.
@@ -103,12 +102,10 @@ impl Plausibility {
         }
         self.looked = Some(now);
         let from = since.max(now.saturating_sub(MEMORY));
-        let n_samples = whole((now.saturating_sub(from)).as_secs_f64() / GRID_S);
         let held = LEAST_HELD.max(Duration::from_secs_f64(2.5 * check.period_s));
-        let mut trajectory = Trajectory::new(GRID_S, self.names.len());
-        let times: Vec<Duration> = (0..=n_samples)
-            .map(|sample| from + Duration::from_secs_f64(sample as f64 * GRID_S))
-            .collect();
+        let mut trajectory = Trajectory::new(GRID.as_secs_f64(), self.names.len());
+        let later = |time: &Duration| time.checked_add(GRID).filter(|later| *later <= now);
+        let times: Vec<Duration> = std::iter::successors(Some(from), later).collect();
         let rows: Vec<_> =
             self.names.iter().map(|name| self.robots[name].at(&times, held)).collect();
         for sample in 0..times.len() {
@@ -201,24 +198,8 @@ impl Received {
         if step_s == 0.0 {
             return to;
         }
-        let share = (time.saturating_sub(from_at).as_secs_f64() / step_s).min(1.0);
-        let turn_rad = libm::remainder(to.heading_rad - from.heading_rad, TAU);
-        Pose {
-            x_m: from.x_m + (to.x_m - from.x_m) * share,
-            y_m: from.y_m + (to.y_m - from.y_m) * share,
-            heading_rad: from.heading_rad + turn_rad * share,
-        }
+        from.between(to, (time.saturating_sub(from_at).as_secs_f64() / step_s).min(1.0))
     }
-}
-
-/// The whole number below one that is not negative.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "casts from floats saturate, and times are not negative"
-)]
-fn whole(number: f64) -> usize {
-    number as usize
 }
 
 #[cfg(test)]

@@ -225,9 +225,8 @@ impl<'a, P: Placer> Conductor<'a, P> {
         let tried = self.settle(item, plan, &summary)?;
         // The simulator stands still by itself; nobody can go and look there.
         let is_fleet = matches!(self.target, RunTarget::Fleet { .. });
-        if is_fleet && !summary.not_standing.is_empty() {
-            let (name, robots) = (&item.experiment.folder, summary.not_standing.join(", "));
-            let stands = format!("not confirmed to stand, go and look: {robots}");
+        if let Some(stands) = summary.unconfirmed().filter(|_| is_fleet) {
+            let name = &item.experiment.folder;
             return Err(match &tried {
                 Tried::Without(attempt) => {
                     anyhow::anyhow!("{name}: {}\n  {stands}", in_words(attempt))

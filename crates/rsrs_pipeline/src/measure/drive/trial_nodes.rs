@@ -152,11 +152,8 @@ fn controller_parameters(plan: &Plan) -> Vec<String> {
 
 /// Refuses a run that was not completed.
 fn completed(plan: &Plan, summary: &RunSummary, operator: &dyn Operator) -> anyhow::Result<()> {
-    if !summary.not_standing.is_empty() {
-        operator.note(&format!(
-            "not confirmed to stand, go and look: {}",
-            summary.not_standing.join(", ")
-        ));
+    if let Some(unconfirmed) = summary.unconfirmed() {
+        operator.note(&unconfirmed);
     }
     if summary.ending == EndingKind::Completed.key() && summary.bag.is_some() {
         return Ok(());
