@@ -43,15 +43,19 @@ def main():
     heading = np.arctan2(y, x)
     speed = SPEED_M_S * generator.normal(0.97, 0.05, x.shape)
     turn = TURN_RATE_RAD_S * generator.normal(0.97, 0.05, x.shape)
-    slope, offset_m = np.tan(HALF_ANGLE_RAD), BODY_M / np.cos(HALF_ANGLE_RAD)
+    edge_x, edge_y = np.cos(HALF_ANGLE_RAD), np.sin(HALF_ANGLE_RAD)
     start = time.process_time()
     for _ in range(steps):
         cosine, sine = np.cos(heading)[:, :, None], np.sin(heading)[:, :, None]
         dx, dy = x[:, None, :] - x[:, :, None], y[:, None, :] - y[:, :, None]
         d2 = dx * dx + dy * dy
         forward, lateral = dx * cosine + dy * sine, dy * cosine - dx * sine
-        inside = (forward > 0) & (d2 <= (RANGE_M + BODY_M) ** 2)
-        seen = (inside & (np.abs(lateral) <= forward * slope + offset_m)).any(axis=2)
+        # From the edge of the cone, and along it.
+        aside = np.abs(lateral)
+        beside, along = aside * edge_x - forward * edge_y, aside * edge_y + forward * edge_x
+        beyond = along - np.clip(along, 0, RANGE_M)
+        touches = (beside <= 0) | (beside * beside + beyond * beyond <= BODY_M**2)
+        seen = ((d2 <= (RANGE_M + BODY_M) ** 2) & (d2 > 0) & touches).any(axis=2)
         touching = (d2 < (2 * BODY_M) ** 2) & (d2 > 0)
         blocked = (touching & (forward > np.cos(FRONT_RAD) * np.sqrt(d2))).any(axis=2)
         probability = np.where(seen, TRUE_POSITIVE, FALSE_POSITIVE)

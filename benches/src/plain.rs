@@ -52,8 +52,9 @@ impl PlainWorld {
         let Region::Cone { half_angle_rad, range_m } = robot.region else {
             unreachable!("the benchmarks' robots have cones")
         };
-        let (slope, offset_m) = (half_angle_rad.tan(), robot.radius_m / half_angle_rad.cos());
-        let (reach_m, contact_m) = (range_m + robot.radius_m, 2.0 * robot.radius_m);
+        let (edge_y, edge_x) = half_angle_rad.sin_cos();
+        let (body_m, contact_m) = (robot.radius_m, 2.0 * robot.radius_m);
+        let reach_m = range_m + body_m;
         let front = robot.front_half_angle_rad.cos();
         let wall_m = self.conditions.arena.side_m / 2.0 - robot.radius_m;
         let controller = self.conditions.controller;
@@ -70,11 +71,16 @@ impl PlainWorld {
                     let d2_m2 = dx_m * dx_m + dy_m * dy_m;
                     let forward_m = dx_m * cosine + dy_m * sine;
                     let lateral_m = dy_m * cosine - dx_m * sine;
-                    if forward_m > 0.0
-                        && d2_m2 <= reach_m * reach_m
-                        && lateral_m.abs() <= forward_m * slope + offset_m
-                    {
-                        seen = true;
+                    if d2_m2 <= reach_m * reach_m {
+                        // From the edge of the cone, and along it.
+                        let beside_m = lateral_m.abs() * edge_x - forward_m * edge_y;
+                        let along_m = lateral_m.abs() * edge_y + forward_m * edge_x;
+                        let beyond_m = along_m - along_m.clamp(0.0, range_m);
+                        if beside_m <= 0.0
+                            || beside_m * beside_m + beyond_m * beyond_m <= body_m * body_m
+                        {
+                            seen = true;
+                        }
                     }
                     if d2_m2 < contact_m * contact_m && forward_m > front * d2_m2.sqrt() {
                         blocked = true;

@@ -155,7 +155,7 @@ pub struct SimulatedRobot {
     pub gust_time_constant_s: f64,
     /// Time constant of the turning rate, in seconds; 0 is at once.
     pub yaw_lag_s: f64,
-    /// What of a neighbour must lie in the region.
+    /// What of a neighbour must lie in the region, or touch it.
     pub sees: Sees,
     /// Where a neighbour is detected.
     pub region: Region,

@@ -168,6 +168,7 @@ impl Grid {
                 }
                 None => (-reach_m, reach_m),
             };
+            // The body's diameter, which covers what is seen behind the robot, too.
             let least_m = least_m.max(-reach_m).min(-body_m);
             let most_m = most_m.min(reach_m).max(body_m);
             let margin_m = slack_m + MARGIN * (reach_m + body_m);
@@ -291,13 +292,7 @@ mod tests {
             let lateral_m = dy_m * heading.0 - dx_m * heading.1;
             let is_met = contact.blocks_ahead(forward_m, d2_m2)
                 || contact.blocks_behind(forward_m, d2_m2)
-                || match &view {
-                    FieldOfView::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
-                    FieldOfView::PolygonCentre(polygon) => polygon.contains(forward_m, lateral_m),
-                    FieldOfView::PolygonBody(polygon) => {
-                        forward_m > 0.0 && polygon.contains(forward_m, lateral_m)
-                    }
-                };
+                || view.sees(forward_m, lateral_m, d2_m2);
             let ((from_x, to_x), (from_y, to_y)) =
                 grid.reach(at, heading, 20.0 * COORDINATE_MARGIN);
             let is_in_box =

@@ -9,7 +9,7 @@
 //! ```text
 //! dx = x' - x                      dy = y' - y
 //! d2 = dx*dx + dy*dy               forward = dx*cos + dy*sin       lateral = dy*cos - dx*sin
-//! seen    |= region(forward, lateral, d2)                          see `view`
+//! seen    |= region(forward, lateral, d2)                          see `field_of_view`
 //! ahead   |= d2 < (2r)² and forward*|forward| > cosφ|cosφ| * d2    see `contact`
 //! behind  |= the same with -forward
 //! ```
@@ -146,15 +146,9 @@ impl World {
                 let sees = |forward, lateral, d2| cone.sees(forward, lateral, d2);
                 sense_with(around, found, sees);
             }
-            (None, FieldOfView::PolygonCentre(polygon)) => {
-                sense_with(around, found, |forward, lateral, d2| {
-                    (d2 > 0.0) & polygon.contains(forward, lateral)
-                });
-            }
-            (None, FieldOfView::PolygonBody(polygon)) => {
-                sense_with(around, found, |forward, lateral, _| {
-                    (forward > 0.0) & polygon.contains(forward, lateral)
-                });
+            (None, FieldOfView::Polygon(polygon)) => {
+                let sees = |forward, lateral, d2| polygon.sees(forward, lateral, d2);
+                sense_with(around, found, sees);
             }
         }
         let row = self.detections.row_mut(self.step);

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use crate::trajectory::Ring;
 
-/// Corners on the arc of a cone.
+/// Chords on the arc of a cone: the widest one is drawn to 0.8 % of its range.
 const ARC_CORNERS: u32 = 12;
 /// Places are whole numbers of units from the middle, at most so many.
 const MOST_UNITS: f64 = 32_000.0;

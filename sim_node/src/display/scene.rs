@@ -12,8 +12,8 @@ use rsrs_msgs::tf2_msgs::TFMessage;
 use super::Names;
 use crate::frames::{FRAME, base_link, rotation};
 
-/// Points on the arc of a cone.
-const N_ARC: usize = 6;
+/// Points on the arc of a cone: the widest one is drawn to 0.5 % of its range.
+const N_ARC: usize = 17;
 
 /// What all robots look like.
 #[derive(Clone, Debug, PartialEq)]

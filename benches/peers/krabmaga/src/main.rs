@@ -49,7 +49,7 @@ impl Agent for Robot {
     fn step(&mut self, state: &mut dyn State) {
         let world = state.as_any().downcast_ref::<World>().expect("there is one kind of state");
         let (sine, cosine) = self.heading_rad.sin_cos();
-        let (slope, offset_m) = (HALF_ANGLE_RAD.tan(), BODY_M / HALF_ANGLE_RAD.cos());
+        let (edge_y, edge_x) = HALF_ANGLE_RAD.sin_cos();
         let (reach_m, contact_m) = (RANGE_M + BODY_M, 2.0 * BODY_M);
         let (mut seen, mut blocked) = (false, false);
         for other in world.field.get_neighbors_within_relax_distance(self.at, reach_m) {
@@ -60,8 +60,12 @@ impl Agent for Robot {
             let d2 = dx * dx + dy * dy;
             let forward = dx * cosine + dy * sine;
             let lateral = dy * cosine - dx * sine;
-            let is_in_cone = lateral.abs() <= forward * slope + offset_m;
-            seen |= forward > 0.0 && d2 <= reach_m * reach_m && is_in_cone;
+            // From the edge of the cone, and along it.
+            let beside = lateral.abs() * edge_x - forward * edge_y;
+            let along = lateral.abs() * edge_y + forward * edge_x;
+            let beyond = along - along.clamp(0.0, RANGE_M);
+            let touches = beside * beside + beyond * beyond <= BODY_M * BODY_M;
+            seen |= d2 <= reach_m * reach_m && (beside <= 0.0 || touches);
             blocked |= d2 < contact_m * contact_m && forward > FRONT_RAD.cos() * d2.sqrt();
         }
         let detected = self.uniform() < if seen { TRUE_POSITIVE } else { FALSE_POSITIVE };

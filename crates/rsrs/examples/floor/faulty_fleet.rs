@@ -151,9 +151,13 @@ impl FaultyFleet {
         let radius_m = self.conditions.robot.radius_m;
         let (sine, cosine) = libm::sincos(half_angle_rad);
         others(robot, poses).any(|[forward_m, left_m]| {
-            let is_near = libm::hypot(forward_m, left_m) <= range_m + radius_m;
-            let beyond_edge_m = left_m.abs() * cosine - forward_m * sine;
-            forward_m > 0.0 && is_near && beyond_edge_m <= radius_m
+            let aside_m = left_m.abs();
+            if libm::atan2(aside_m, forward_m) <= half_angle_rad {
+                return libm::hypot(forward_m, aside_m) <= range_m + radius_m;
+            }
+            // Beside the cone the nearest point lies on its edge.
+            let along_m = (forward_m * cosine + aside_m * sine).clamp(0.0, range_m);
+            libm::hypot(forward_m - along_m * cosine, aside_m - along_m * sine) <= radius_m
         })
     }
 

@@ -40,7 +40,7 @@ pub struct Ring {
 pub enum Condition {
     /// The cone is narrow enough for so many robots: `a < π/N`.
     Existence,
-    /// The robot ahead is within reach: `chord <= range + r`.
+    /// The edge of the cone is long enough to touch the robot ahead: `chord² <= range² + r²`.
     Reach,
     /// Bodies on the ring do not touch: `chord > 2r`.
     Room,
@@ -82,7 +82,7 @@ impl Condition {
     ///
     /// # Example
     ///
-    /// Nine Flockbots see far enough for their ring, by 0.32 m.
+    /// Nine Flockbots see far enough for their ring, by 0.25 m.
     ///
     /// ```
     /// use rsrs_core::diagram::theory::{Condition, Ring};
@@ -96,7 +96,7 @@ impl Condition {
     ///     false_positive: 0.08,
     /// };
     /// let margin_m = Condition::Reach.margin(&flockbots, 0.15, 0.75).unwrap();
-    /// assert_eq!(format!("{margin_m:.2}"), "0.32");
+    /// assert_eq!(format!("{margin_m:.2}"), "0.25");
     /// ```
     pub fn margin(self, ring: &Ring, speed_m_s: f64, turn_rate_rad_s: f64) -> Option<f64> {
         let balance = || {
@@ -107,9 +107,7 @@ impl Condition {
             Self::Existence => {
                 (ring.n_robots >= 2.0).then(|| PI / ring.n_robots - ring.half_angle_rad)
             }
-            Self::Reach => {
-                ring.chord_m().map(|chord_m| ring.range_m + ring.body_radius_m - chord_m)
-            }
+            Self::Reach => ring.chord_m().map(|chord_m| ring.longest_chord_m() - chord_m),
             Self::Room => ring.chord_m().map(|chord_m| chord_m - 2.0 * ring.body_radius_m),
             Self::FastTurnBalance => balance().map(|share| share - ring.false_positive),
             Self::SlowTurnBalance => balance().map(|share| ring.true_positive - share),
@@ -174,11 +172,18 @@ impl Ring {
         self.radius_m().map(|radius_m| 2.0 * radius_m * libm::sin(PI / self.n_robots))
     }
 
-    /// Whether there is such a ring for these bodies and their reach: `a < π/N`, and
-    /// `2r < chord <= range + r`.
+    /// The greatest distance to a robot that touches an edge of the cone with its side, in metres.
+    /// Up to a radius beyond the range it still touches the end of the edge, but at bearings that become
+    /// smaller quickly.
+    pub fn longest_chord_m(&self) -> f64 {
+        libm::hypot(self.range_m, self.body_radius_m)
+    }
+
+    /// Whether there is such a ring for these bodies and their reach: `a < π/N`, `2r < chord` and
+    /// `chord² <= range² + r²`.
     pub fn exists(&self) -> bool {
         self.chord_m().is_some_and(|chord_m| {
-            chord_m > 2.0 * self.body_radius_m && chord_m <= self.range_m + self.body_radius_m
+            chord_m > 2.0 * self.body_radius_m && chord_m <= self.longest_chord_m()
         })
     }
 

@@ -99,9 +99,7 @@ pub fn stretched(corners_m: &[[f64; 2]], half_angle_rad: f64) -> Option<Vec<[f64
 /// A cone that points elsewhere, as a polygon: its tip, and seven corners along its arc.
 ///
 /// The arc of radius R becomes six chords that lie half inside and half outside of it: the reach is
-/// off by at most 0.03 % for a half-angle of 0.2 rad, 0.2 % for 0.5 rad and 1.6 % for 1.5 rad. Where
-/// bodies are seen, the simulator moves the sides of a polygon out by the neighbour's radius, as it does
-/// with those of a cone.
+/// off by at most 0.03 % for a half-angle of 0.2 rad, 0.2 % for 0.5 rad and 1.6 % for 1.5 rad.
 pub fn turned_cone(cone: Cone, by_rad: f64) -> Vec<[f64; 2]> {
     let chord_rad = 2.0 * cone.half_angle_rad / f64::from(CHORDS);
     let radius_m = cone.range_m * 2.0 / (1.0 + libm::cos(chord_rad / 2.0));

@@ -75,9 +75,9 @@ fn why(swarm: Swarm, condition: Condition) -> String {
             ring.n_robots
         ),
         Condition::Reach => format!(
-            "neighbours on the ring are {chord_m:.2} m apart, and a body is seen up to {:.2} m \
-             away",
-            ring.range_m + ring.body_radius_m
+            "neighbours on the ring are {chord_m:.2} m apart, and the edge of a cone touches bodies \
+             up to {:.2} m away",
+            ring.longest_chord_m()
         ),
         Condition::Room => "bodies on the ring would touch each other".to_owned(),
         Condition::FastTurnBalance => format!(

@@ -7,7 +7,7 @@ use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::statistics::interval_kind::IntervalKind;
 use rsrs_core::statistics::share::Share;
 
-use crate::best_setting::search::{ATTEMPTS, Changes, Confirmed, Search};
+use crate::best_setting::search::{Changes, Confirmed, Search};
 
 /// Runs of every cell of the grid, in each world.
 const REPLICATES: u64 = 16;
@@ -43,7 +43,7 @@ pub fn recommend(search: &Search<'_>) -> anyhow::Result<Option<Confirmed>> {
     }
     let none = Changes::new();
     let mut best: Option<Confirmed> = None;
-    for (attempt, cell) in (0..ATTEMPTS).zip(cells) {
+    for (attempt, cell) in (0..).zip(cells) {
         let confirmed = search.confirmed(&none, cell, attempt)?;
         let is_enough = confirmed.b_s_low >= search.wanted;
         if best.as_ref().is_none_or(|best| confirmed.b_s_low > best.b_s_low) {

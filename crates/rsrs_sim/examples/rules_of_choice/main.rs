@@ -7,11 +7,16 @@
 //!
 //! With `-- seeds`, it sweeps with seeds 1 to 10 in place of drawing, and confirms on fresh seeds, as
 //! the program does: the rule of `rsrs choose` alone, one line for each sweep.
+//!
+//! With `-- inequality`, it looks for cells in which robots as measured mill less often than robots made
+//! worse, in the truth of that plane, and around its middle with eight and with ten robots.
 
 #![expect(clippy::print_stdout, reason = "a table for people")]
 
 mod plane;
 mod rules;
+
+use rsrs_core::statistics::comparison::fisher_less;
 
 use plane::{Plane, REPLICATES, Sweeper};
 use rules::{Outcome, RULES};
@@ -20,8 +25,10 @@ const SWEEPS: u64 = 300;
 
 fn main() {
     let sweeper = Sweeper::new();
-    if std::env::args().nth(1).as_deref() == Some("seeds") {
-        return seeds(&sweeper);
+    match std::env::args().nth(1).as_deref() {
+        Some("seeds") => return seeds(&sweeper),
+        Some("inequality") => return inequality(&sweeper),
+        _ => (),
     }
     let truth = sweeper.truth();
     let deepest = truth.deepest();
@@ -83,4 +90,34 @@ fn seeds(sweeper: &Sweeper) {
             println!("| {seed} | {replicates} | {recommended} | {n_confirmed} |");
         }
     }
+}
+
+/// Where robots as measured surely mill less often than robots made worse.
+fn inequality(nine: &Sweeper) {
+    const LEVEL: f64 = 0.05;
+    let planes = [8, 10].map(|robots| (robots, Sweeper::with_robots(robots)));
+    let n_cells: usize = planes.iter().map(|(_, sweeper)| sweeper.n_cells()).sum();
+    println!("| robots | cell | made worse | as measured | p (Fisher) |\n|---|---|---|---|---|");
+    let mut found = vec![less_often(9, nine, LEVEL / nine.n_cells() as f64)];
+    for (robots, sweeper) in &planes {
+        found.push(less_often(*robots, sweeper, LEVEL / n_cells as f64));
+    }
+    println!("\n{}.", found.join(", "));
+}
+
+/// Prints these cells, and returns how many there are.
+fn less_often(robots: u32, sweeper: &Sweeper, level: f64) -> String {
+    let truth = sweeper.truth();
+    let mut n_found = 0;
+    for cell in 0..sweeper.n_cells() {
+        let [worse, measured] = truth.milling(cell);
+        let p = fisher_less(measured, worse);
+        if p <= level {
+            n_found += 1;
+            let [worse, measured] = [worse, measured].map(|share| 100.0 * share.value());
+            let name = sweeper.names(&[cell]);
+            println!("| {robots} | {name} | {worse:.1} | {measured:.1} | {p:.1e} |");
+        }
+    }
+    format!("{robots} robots: {n_found} of {} cells", sweeper.n_cells())
 }

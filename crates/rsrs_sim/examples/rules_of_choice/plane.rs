@@ -12,6 +12,7 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::interval_kind::IntervalKind;
+use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, Watch, confirm, sweep};
 
 use crate::rules::VIABLE;
@@ -23,6 +24,8 @@ pub const TRUTH: u64 = 1000;
 const DURATION_S: f64 = 300.0;
 /// A seed that no sweep has.
 const TRUTH_SEED: u64 = 1_000_001;
+
+const SHIPPED: &str = include_str!("../../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
 
 /// Simulates the plane.
 pub struct Sweeper {
@@ -40,8 +43,21 @@ pub struct Plane {
 impl Sweeper {
     /// The plane of the shipped sweep.
     pub fn new() -> Self {
+        Self::from_text(SHIPPED)
+    }
+
+    /// Fifteen cells around 0.16 m/s and 0.9 rad/s, with another number of robots.
+    pub fn with_robots(robots: u32) -> Self {
+        let axes = "axes: {speed_m_s: {from: 0.14, to: 0.18, steps: 5}, \
+                    turn_rate_rad_s: {from: 0.8, to: 1.0, steps: 3}}\n";
+        let (before, rest) = SHIPPED.split_once("axes:").expect("it has axes");
+        let (_, after) = rest.split_once("fixed:").expect("something is fixed");
+        let after = after.replace("robots: 9", &format!("robots: {robots}"));
+        Self::from_text(&format!("{before}{axes}fixed:{after}"))
+    }
+
+    fn from_text(text: &str) -> Self {
         let name = "flockbot_speed_turn.yaml";
-        let text = include_str!("../../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
         let worse = SweepFile::parse(name, text).expect("it is shipped");
         let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
         let robot = RobotProfile::parse("flockbot.yaml", text).expect("it is shipped");
@@ -53,6 +69,11 @@ impl Sweeper {
         conditions.extend(resolve(&measured).into_iter().map(|(_, conditions)| conditions));
         let n_threads = std::thread::available_parallelism().map_or(1, usize::from);
         Self { cells, conditions, n_threads }
+    }
+
+    /// Cells of the plane.
+    pub fn n_cells(&self) -> usize {
+        self.cells.len()
     }
 
     fn runs(&self, seed: u64, replicates: u64) -> Runs {
@@ -100,6 +121,11 @@ impl Sweeper {
 }
 
 impl Plane {
+    /// Runs of a cell that milled, of all, made worse and as measured.
+    pub fn milling(&self, cell: usize) -> [Share; 2] {
+        [0, 1].map(|world| Share::milling(&self.worlds[world].cells[cell].counts))
+    }
+
     /// The shares of mills of a cell, made worse and as measured.
     pub fn shares(&self, cell: usize) -> [f64; 2] {
         [0, 1].map(|world| self.worlds[world].cells[cell].counts.share(Phase::StableMilling))

@@ -1,13 +1,13 @@
 //! The state of many worlds, a lane each, and its steps.
 
+use std::rc::Rc;
+
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::number::{Mask, Number};
 
 use super::advance::{Drift, LaneRules, NoisyTraits, NominalStep};
 use super::rows::{RowStep, Rows};
-use super::sense::{
-    Body, Cone, LaneContact, LaneView, Polygon, SensedNeighbours, Side, sense, sides,
-};
+use super::sense::{Body, Cone, LaneContact, LaneView, Polygon, SensedNeighbours, sense};
 use crate::draw::RunKey;
 use crate::field_of_view::FieldOfView;
 use crate::placement::{self, PlacementError};
@@ -34,10 +34,10 @@ pub struct Swarms<S: Simd> {
     behind: Vec<S::M>,
 }
 
+#[derive(Clone)]
 enum ViewInLanes<S: Simd> {
     Cone(Cone<S::F>),
-    PolygonCentre(Vec<Side<S::F>>),
-    PolygonBody(Vec<Side<S::F>>),
+    Polygon(Rc<Polygon<S::F>>),
 }
 
 impl<S: Simd> Swarms<S> {
@@ -99,20 +99,11 @@ impl<S: Simd> Swarms<S> {
 
     /// Makes steps, each from its row to the next.
     pub fn run(&mut self, rows: &mut Rows<S::F>, n_steps: u64) {
-        let simd = self.simd;
-        let zero = simd.single(0.0);
         // So that the view can be borrowed beside the rest.
-        let view = std::mem::replace(&mut self.view, ViewInLanes::PolygonBody(Vec::new()));
-        match &view {
-            ViewInLanes::Cone(cone) => self.run_with(*cone, rows, n_steps),
-            ViewInLanes::PolygonCentre(sides) => {
-                self.run_with(Polygon::<_, false> { zero, sides }, rows, n_steps);
-            }
-            ViewInLanes::PolygonBody(sides) => {
-                self.run_with(Polygon::<_, true> { zero, sides }, rows, n_steps);
-            }
+        match self.view.clone() {
+            ViewInLanes::Cone(cone) => self.run_with(cone, rows, n_steps),
+            ViewInLanes::Polygon(polygon) => self.run_with(&*polygon, rows, n_steps),
         }
-        self.view = view;
     }
 
     fn run_with<V: LaneView<S>>(&mut self, view: V, rows: &mut Rows<S::F>, n_steps: u64) {
@@ -237,8 +228,7 @@ impl<S: Simd> ViewInLanes<S> {
     fn new(simd: S, view: &FieldOfView) -> Self {
         match view {
             FieldOfView::Cone(cone) => Self::Cone(Cone::new(simd, *cone)),
-            FieldOfView::PolygonCentre(polygon) => Self::PolygonCentre(sides(simd, polygon)),
-            FieldOfView::PolygonBody(polygon) => Self::PolygonBody(sides(simd, polygon)),
+            FieldOfView::Polygon(polygon) => Self::Polygon(Rc::new(Polygon::new(simd, polygon))),
         }
     }
 }

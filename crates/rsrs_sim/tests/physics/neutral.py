@@ -58,7 +58,7 @@ def simulate(draw, cell, runs):
     x, y, heading = starts(draw, runs)
     steps, kept = int(DURATION / PERIOD), int(WINDOW / PERIOD) + 1
     own = np.eye(N, dtype=bool)
-    tan, offset = F(np.tan(HALF_ANGLE)), F(RADIUS / np.cos(HALF_ANGLE))
+    cos_edge, sin_edge = F(np.cos(HALF_ANGLE)), F(np.sin(HALF_ANGLE))
     window = []
     for step in range(steps + 1):
         cos, sin = np.cos(heading), np.sin(heading)
@@ -71,8 +71,13 @@ def simulate(draw, cell, runs):
             break
         ahead = dx * cos[:, :, None] + dy * sin[:, :, None]
         aside = np.abs(dy * cos[:, :, None] - dx * sin[:, :, None])
-        # Some of the body lies in the cone.
-        near = (squared <= REACH**2) & (ahead > 0) & (aside <= ahead * tan + offset)
+        # Some of the body lies in the cone: the nearest point of the cone is less than a radius away.
+        # Beside the cone it is on the edge, else on the arc.
+        on_edge = np.clip(ahead * cos_edge + aside * sin_edge, 0, F(RANGE))
+        from_edge = np.hypot(ahead - on_edge * cos_edge, aside - on_edge * sin_edge)
+        within = np.arctan2(aside, ahead) <= HALF_ANGLE
+        near = np.where(within, squared <= REACH**2, from_edge <= RADIUS)
+        near[:, own] = False
         seen = near.any(axis=2)
         touching = (squared < (2 * RADIUS) ** 2) & (ahead > np.cos(FRONT) * np.sqrt(squared))
         blocked = touching.any(axis=2)

@@ -1,11 +1,13 @@
 //! Milling fractions over one capability at a time, against an independent implementation: the
 //! prototype of this world, written before it and in other code, in double precision, with another
-//! generator, platform trigonometry and a judge of its own. It is not kept in the repository, so its
-//! percentages stand here as numbers. Its judge asks for stable milling over the whole window and not
-//! whether it lasts, so ours is asked the same here; `neutral.rs` holds the whole judge against another
-//! one, which is kept.
+//! generator, platform trigonometry and a judge of its own; how far a body is from a cone it finds by
+//! cases, from bearing and distance. It is not kept in the repository, so its percentages stand here as
+//! numbers. Its judge asks for stable milling over the whole window and not whether it lasts, so ours
+//! is asked the same here; `neutral.rs` holds the whole judge against another one, which is kept. A robot
+//! is blocked where it is held up, as here; were every touch counted, 49.8, 14.1, 3.0 and 57.2 % would mill
+//! with gains that differ by 0.1, 0.15 and 0.2 and where centres are seen, and elsewhere as many as here.
 //!
-//! Its fractions come from 200 runs each, ours from 1,000. Both are counts, so a row agrees if the
+//! Its fractions come from 1,000 runs each, as ours. Both are counts, so a row agrees if the
 //! exact intervals of both overlap; at a tail of 0.001 on each side, a row whose fractions are equal
 //! fails with a probability far below one in a thousand.
 
@@ -19,7 +21,7 @@ use crate::support::count;
 use rsrs_testing::conditions::flockbot_conditions;
 
 const REPLICATES: u64 = 1000;
-const THEIR_RUNS: u64 = 200;
+const THEIR_RUNS: u64 = 1000;
 const TAIL: f64 = 0.001;
 
 /// What is changed, to which value, and the percentage of mills that was found.
@@ -83,19 +85,19 @@ fn place_within(conditions: &mut Conditions, radius_m: f64) {
 fn how_often_so_many_robots_mill() {
     let near = rows(
         "robots, range 0.75 m,",
-        [(4.0, 14.0), (6.0, 88.5), (9.0, 84.5), (12.0, 0.5), (14.0, 0.0)],
+        [(4.0, 16.6), (6.0, 84.2), (9.0, 85.6), (12.0, 2.2), (14.0, 0.0)],
         |conditions, robots| conditions.robots = robots as usize,
     );
     let far = rows(
         "robots, range 1.5 m,",
-        [(6.0, 62.0), (9.0, 71.0), (12.0, 85.0), (15.0, 53.5), (20.0, 2.5), (30.0, 0.0)],
+        [(6.0, 61.3), (9.0, 71.3), (12.0, 80.5), (15.0, 56.8), (20.0, 1.6), (30.0, 0.0)],
         |conditions, robots| {
             conditions.robots = robots as usize;
             set_range(conditions, 1.5);
             place_within(conditions, 1.65);
         },
     );
-    let narrow = rows("robots, half-angle 5 degrees,", [(20.0, 63.5)], |conditions, robots| {
+    let narrow = rows("robots, half-angle 5 degrees,", [(20.0, 63.4)], |conditions, robots| {
         conditions.robots = robots as usize;
         set_range(conditions, 1.5);
         set_half_angle(conditions, 5_f64.to_radians());
@@ -111,7 +113,7 @@ fn how_often_so_many_robots_mill() {
 fn how_often_robots_mill_that_differ_or_sense_badly() {
     let spread = rows(
         "gain sd",
-        [(0.0, 87.0), (0.02, 88.0), (0.05, 84.5), (0.1, 48.5), (0.15, 18.0), (0.2, 3.5)],
+        [(0.0, 86.9), (0.02, 86.0), (0.05, 88.0), (0.1, 53.9), (0.15, 22.4), (0.2, 8.4)],
         |conditions, sd| {
             conditions.robot.speed_gain.robot_sd = sd;
             conditions.robot.turn_gain.robot_sd = sd;
@@ -119,26 +121,26 @@ fn how_often_robots_mill_that_differ_or_sense_badly() {
     );
     let detection = rows(
         "true positive",
-        [(1.0, 82.0), (0.95, 86.0), (0.8, 84.5), (0.6, 81.5), (0.5, 64.0), (0.4, 0.0)],
+        [(1.0, 85.4), (0.95, 87.4), (0.8, 86.3), (0.6, 81.1), (0.5, 60.9), (0.4, 0.1)],
         |conditions, probability| conditions.robot.true_positive = probability,
     );
     let false_positives = rows(
         "false positive",
-        [(0.0, 74.5), (0.05, 87.0), (0.12, 85.0), (0.16, 56.0), (0.2, 11.0), (0.3, 0.0)],
+        [(0.0, 73.6), (0.05, 85.4), (0.12, 83.0), (0.16, 62.5), (0.2, 13.6), (0.3, 0.0)],
         |conditions, probability| conditions.robot.false_positive = probability,
     );
     let range = rows(
         "range",
-        [(0.7, 81.0), (0.6, 49.5), (0.55, 26.5), (0.5, 5.5), (0.45, 0.5), (0.4, 0.0), (0.3, 0.0)],
+        [(0.7, 81.9), (0.6, 63.4), (0.55, 47.5), (0.5, 23.4), (0.45, 6.4), (0.4, 0.7), (0.3, 0.0)],
         set_range,
     );
     let latency = rows(
         "latency",
-        [(1.0, 88.5), (2.0, 80.0), (4.0, 10.0), (8.0, 0.0)],
+        [(1.0, 87.6), (2.0, 79.8), (4.0, 13.0), (8.0, 0.0)],
         |conditions, steps| conditions.robot.latency_steps = steps as u32,
     );
     let wide = rows("half-angle", [(30_f64.to_radians(), 0.0)], set_half_angle);
-    let centre = rows("centres only", [(0.0, 58.5)], |conditions, _| {
+    let centre = rows("centres only", [(0.0, 63.0)], |conditions, _| {
         conditions.robot.sees = Sees::Centre;
     });
 
@@ -154,28 +156,28 @@ fn how_often_robots_mill_that_differ_or_sense_badly() {
 fn how_often_disturbed_or_confined_robots_mill() {
     let gusts = rows(
         "gust",
-        [(0.01, 83.0), (0.02, 22.5), (0.03, 0.0), (0.05, 0.0)],
+        [(0.01, 82.6), (0.02, 22.4), (0.03, 0.4), (0.05, 0.0)],
         |conditions, sd_m_s| conditions.robot.gust_sd_m_s = sd_m_s,
     );
     let lag = rows(
         "yaw lag",
-        [(0.25, 87.5), (0.5, 75.5), (1.0, 61.5), (2.0, 1.5), (4.0, 0.0)],
+        [(0.25, 83.5), (0.5, 72.4), (1.0, 55.1), (2.0, 0.7), (4.0, 0.0)],
         |conditions, lag_s| conditions.robot.yaw_lag_s = lag_s,
     );
     let placement = rows(
         "placement radius",
-        [(0.4, 99.5), (0.6, 97.5), (1.2, 38.0), (1.6, 13.0), (2.5, 0.0)],
+        [(0.4, 99.6), (0.6, 98.5), (1.2, 41.0), (1.6, 11.1), (2.5, 0.2)],
         place_within,
     );
-    let period = rows("period", [(0.065, 88.0), (0.26, 33.5)], |conditions, period_s| {
+    let period = rows("period", [(0.065, 86.5), (0.26, 28.9)], |conditions, period_s| {
         conditions.period_s = period_s;
     });
     let walls = |walls: Walls| {
         move |conditions: &mut Conditions, side_m: f64| conditions.arena = Arena { side_m, walls }
     };
-    let stop = rows("side, stop", [(3.0, 51.0), (2.0, 0.5), (1.5, 0.0)], walls(Walls::Stop));
-    let clamp = rows("side, clamp", [(3.0, 85.0), (2.0, 98.0), (1.5, 100.0)], walls(Walls::Clamp));
-    let frozen = rows("frozen while blocked", [(0.0, 78.0)], |conditions, _| {
+    let stop = rows("side, stop", [(3.0, 49.4), (2.0, 0.5), (1.5, 0.0)], walls(Walls::Stop));
+    let clamp = rows("side, clamp", [(3.0, 84.2), (2.0, 98.7), (1.5, 99.9)], walls(Walls::Clamp));
+    let frozen = rows("frozen while blocked", [(0.0, 84.7)], |conditions, _| {
         conditions.robot.rotates_while_blocked = false;
     });
 
@@ -187,7 +189,7 @@ fn how_often_disturbed_or_confined_robots_mill() {
 
 #[test]
 fn how_often_robots_mill_after_so_long() {
-    for (duration_s, percent) in [(120.0, 79.0), (900.0, 88.0)] {
+    for (duration_s, percent) in [(120.0, 78.5), (900.0, 89.4)] {
         let base = rows("seconds", [(duration_s, percent)], |_, _| {});
 
         assert_eq!(disagreements(&base, duration_s), Vec::<String>::new());
@@ -196,7 +198,7 @@ fn how_often_robots_mill_after_so_long() {
 
 #[test]
 fn a_wrong_world_disagrees() {
-    let wrong = rows("false positive", [(0.12, 85.0)], |conditions, _| {
+    let wrong = rows("false positive", [(0.12, 83.0)], |conditions, _| {
         conditions.robot.false_positive = 0.16;
     });
 
