@@ -166,9 +166,9 @@ mod tests {
             assert!((half_angle_rad - std::f64::consts::PI / robots).abs() < 1e-9);
         }
         for (robots, half_angle_rad) in &line(&lines, Condition::Reach).points {
-            // The chord is r / sin(pi/N - a), and the reach 0.75 m + r.
+            // The chord is r / sin(pi/N - a), and a body's side touches the end of an edge of 0.75 m.
             let seen_rad = std::f64::consts::PI / robots - half_angle_rad;
-            assert!((0.075 / libm::sin(seen_rad) - 0.825).abs() < 1e-6);
+            assert!((0.075 / libm::sin(seen_rad) - libm::hypot(0.75, 0.075)).abs() < 1e-6);
         }
         for (robots, half_angle_rad) in &line(&lines, Condition::Room).points {
             let seen_rad = std::f64::consts::PI / robots - half_angle_rad;
@@ -182,8 +182,8 @@ mod tests {
 
         let reach = line(&lines, Condition::Reach);
         assert!(reach.points.len() > 100);
-        // The chord of nine Flockbots is 0.505 m, of which their own radius is seen.
-        assert!(reach.points.iter().all(|(range_m, _)| (range_m - 0.430).abs() < 1e-3));
+        // The chord of nine Flockbots is 0.505 m: with their radius across it, the hypotenuse.
+        assert!(reach.points.iter().all(|(range_m, _)| (range_m - 0.499).abs() < 1e-3));
     }
 
     #[test]
