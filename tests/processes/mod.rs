@@ -120,6 +120,7 @@ pub fn is_starved(printed: &str) -> bool {
         "was not acknowledged for",
         "of the poses",
         "no valid reading of the sensor for more than",
+        "no state of the microcontroller for",
     ]
     .iter()
     .any(|sign| printed.contains(sign))

@@ -182,7 +182,7 @@ fn aborts() -> Vec<Cause> {
         OtherRunner { run_id: text("milling_20261124_101500_3f2a") }: "A second run was started with the same robots.", "Start one after the other.";
         HigherEpoch { found: 8, expected: 7 }: "Another runner, which this one does not receive, has taken a robot.", "Look for a second `rsrs run`, also on other computers.";
         ArmedForAnother { run_id: text("milling_20261124_101500_3f2a") }: "Two runners that do not receive each other have started at once.", "Look for a second `rsrs run`, also on other computers.";
-        LostRobot { robot: robot(), reason: reason() }: "A robot is out of reach, stands, or gives no samples any more; the experiment's `robot_lost` ends the run then.", "The reason is in the message; [Why a robot stands](#why-a-robot-stands) and [Wi-Fi](troubleshooting.md#wi-fi).";
+        LostRobots { by_reason: vec![text("robot_3: silent for more than 1 s")] }: "A robot is out of reach, stands, or gives no samples any more; the experiment's `robot_lost` ends the run then.", "The reason is in the message; [Why a robot stands](#why-a-robot-stands) and [Wi-Fi](troubleshooting.md#wi-fi).";
         LostAll {}: "No robot is left in the run.", "Look at the network of the computer of the run.";
         SecondPublisher { topic: topic(), node: text("/teleop") }: "Another program began to steer a robot, such as teleoperation.", "End that program before the next run.";
         UnnamedPublisher { topic: topic() }: "The same, by a program whose node is not announced, as those of ROS 2 Humble.", "`ros2 topic info -v` on the topic.";

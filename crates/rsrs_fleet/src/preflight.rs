@@ -325,7 +325,7 @@ fn of_robot(robot: &str, expected: &Expected, seen: &Seen, reception: Reception)
 
 /// Robots that are not where the geofence keeps them. It is in the frame of the poses, so that they
 /// must have one.
-pub(crate) fn outside(
+pub fn outside(
     expected: &Expected,
     poses: &BTreeMap<String, (String, Pose)>,
 ) -> Vec<Problem> {

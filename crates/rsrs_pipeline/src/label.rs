@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use anyhow::anyhow;
 use rsrs_bags::trajectory::{Finding, Needed, RecordedTrajectory, TrajectoryError};
 use rsrs_bags::{Bag, Recovery};
 use rsrs_core::judge::behaviour::Behaviour;
@@ -302,14 +303,39 @@ impl ReadRun {
 pub enum NoLabel {
     /// Its end was not recorded.
     Part(RunPart),
+    /// It was stopped before there was enough to judge.
+    Stopped {
+        /// How long it went on, in seconds.
+        duration_s: f64,
+        /// How it ended.
+        ending: &'static str,
+        /// Why.
+        reason: String,
+    },
     /// The judge cannot decide.
     Judge(JudgeError),
 }
 
 impl NoLabel {
+    fn of(error: JudgeError, ending: Option<&Ending>) -> Self {
+        match (error, ending) {
+            (JudgeError::TooShort { duration_s }, Some(Ending { kind, reason, .. }))
+                if *kind != EndingKind::Completed =>
+            {
+                Self::Stopped { duration_s, ending: kind.key(), reason: reason.clone() }
+            }
+            (error, _) => Self::Judge(error),
+        }
+    }
+
     fn refused(self, path: &Path) -> anyhow::Error {
         match self {
             Self::Part(part) => only_a_part(path, part),
+            Self::Stopped { duration_s, ending, reason } => anyhow!(
+                "{}: the run was {ending} after {duration_s:.1} s ({reason}), and its last {WINDOW_S:.0} s \
+                 would be judged",
+                path.display()
+            ),
             Self::Judge(error) => not_judged(path, error),
         }
     }
@@ -324,6 +350,9 @@ impl fmt::Display for NoLabel {
             }
             Self::Part(RunPart { recorded_s, set_s: None }) => {
                 write!(out, "no label: {recorded_s:.0} s of a run whose end is lost")
+            }
+            Self::Stopped { duration_s, ending, .. } => {
+                write!(out, "no label: {ending} after {duration_s:.0} s")
             }
             Self::Judge(JudgeError::TooShort { duration_s }) => {
                 write!(out, "no label: {duration_s:.0} s of {WINDOW_S:.0}")
@@ -364,7 +393,10 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     let rules = behaviour.rules();
     let verdict = match label_with(trajectory, &bodies, &rules) {
         Ok(verdict) => verdict,
-        Err(error) => return without_label(recorded, NoLabel::Judge(error), labels, lost_robots),
+        Err(error) => {
+            let none = NoLabel::of(error, ending.as_ref());
+            return without_label(recorded, none, labels, lost_robots);
+        }
     };
     let certainty = Certainty::of(trajectory, &bodies, &verdict, &rules);
     let reason = Reason::of(trajectory, &bodies, &verdict, &rules);
@@ -519,6 +551,26 @@ fn recorded_bodies(record: Option<&ExperimentRecord>) -> Bodies {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_that_was_stopped_early_is_not_just_too_short() {
+        let lost = "lost robot_2: silent for more than 1 s".to_owned();
+        let ending = |kind| Ending {
+            kind,
+            reason: lost.clone(),
+            lost: Vec::new(),
+            paused: Vec::new(),
+        };
+        let short = || JudgeError::TooShort { duration_s: 34.0 };
+
+        let aborted = NoLabel::of(short(), Some(&ending(EndingKind::Aborted)));
+        let completed = NoLabel::of(short(), Some(&ending(EndingKind::Completed)));
+
+        assert_eq!(aborted.to_string(), "no label: aborted after 34 s");
+        let refused = aborted.refused(Path::new("bag")).to_string();
+        assert!(refused.contains("aborted after 34.0 s (lost robot_2: silent"), "{refused}");
+        assert_eq!(completed, NoLabel::Judge(short()));
+    }
 
     #[test]
     fn what_cannot_be_is_a_stronger_warning_than_a_phase_near_another_one() {

@@ -172,6 +172,9 @@ pub async fn run(
     for (robot, own) in &plan.record.own_profiles {
         run.note(format!("{robot}: {own}"));
     }
+    if let Some(unused) = plan.unused_keys() {
+        run.note(unused);
+    }
     let ended = run.serve(&mut samples, &mut written, stop).await;
     let report = ended.and_then(|()| run.report());
     drop(run);

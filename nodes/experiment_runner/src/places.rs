@@ -284,11 +284,23 @@ impl<'a> Places<'a> {
             robots,
             deviations,
             problems,
-            notes: self.notes.clone(),
+            notes: self.without_world().into_iter().chain(self.notes.clone()).collect(),
             others: self.tracked.others().map(str::to_owned).collect(),
             is_as_wanted,
             looked_for_s: now.duration_since(self.start).as_secs_f64(),
         }
+    }
+
+    /// That virtual robots are not seen before they have a world.
+    fn without_world(&self) -> Option<String> {
+        let unseen = self.plan.robots.iter().filter(|robot| {
+            self.plan.is_virtual(robot) && self.known[&robot.name].last.is_none()
+        });
+        let names: Vec<&str> = unseen.map(|robot| robot.name.as_str()).collect();
+        (!names.is_empty()).then(|| {
+            let names = names.join(", ");
+            format!("virtual, and seen once a run has placed them in a world: {names}")
+        })
     }
 
     fn seen_robot(&self, robot: &str, known: &Known, now: Instant) -> SeenRobot {
@@ -333,8 +345,14 @@ impl<'a> Places<'a> {
             parents: self.parents.clone(),
             ..Seen::default()
         };
+        let fenced = Expected {
+            robots: self.plan.record.robots.clone(),
+            geofence: self.plan.geofence,
+            ..Expected::default()
+        };
+        let outside = preflight::outside(&fenced, &seen.poses);
         let mut told = BTreeSet::new();
-        let problems = preflight::problems(&expected, &seen).into_iter();
+        let problems = preflight::problems(&expected, &seen).into_iter().chain(outside);
         problems.filter(|problem| told.insert(problem.to_string())).collect()
     }
 }

@@ -12,6 +12,7 @@ use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::tracker::Tracker;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder};
 use rsrs_fleet::geofence::Geofence;
@@ -214,6 +215,11 @@ impl Plan {
         }
     }
 
+    /// That keys of the fleet file are not used, if there are any.
+    pub fn unused_keys(&self) -> Option<String> {
+        unused_keys(&self.robots)
+    }
+
     /// Greatest commands of a robot of this run, in m/s and rad/s.
     pub fn limits_of(&self, robot: &str) -> [f64; 2] {
         self.own_limits.get(robot).copied().unwrap_or(self.limits)
@@ -398,6 +404,24 @@ fn controller_only(backend: Backend, robots: &[FleetRobot]) -> Vec<String> {
     robots.iter().filter(is_alone).map(|robot| robot.name.clone()).collect()
 }
 
+/// That keys of virtual robots are not used, as the simulator publishes their poses.
+fn unused_keys(robots: &[FleetRobot]) -> Option<String> {
+    let is_asked = |robot: &&FleetRobot| {
+        let has_keys = robot.pose != PoseSource::default()
+            || robot.tracker != Tracker::default()
+            || robot.body.is_some();
+        robot.driver == Driver::Virtual && has_keys
+    };
+    let asked: Vec<&str> = robots.iter().filter(is_asked).map(|robot| robot.name.as_str()).collect();
+    (!asked.is_empty()).then(|| {
+        format!(
+            "virtual, so their poses are the simulator's odometry, and `pose`, `tracker` and `body` of \
+             the fleet file are not used: {}",
+            asked.join(", ")
+        )
+    })
+}
+
 /// A fleet some of whose robots are virtual and some are not is a mixed one.
 ///
 /// One without any real robot, too: it is on a fleet's network, but moved by the simulator, which has to
@@ -426,9 +450,16 @@ fn read(path: &Path) -> anyhow::Result<(String, String)> {
 
 #[cfg(test)]
 mod tests {
-    use rsrs_core::tracker::Tracker;
-
     use super::*;
+
+    #[test]
+    fn keys_for_a_tracker_are_not_used_for_virtual_robots() {
+        let sources = [PoseSource::Pose, PoseSource::Odom, PoseSource::Pose];
+
+        assert_eq!(unused_keys(&robots(sources, 0)), None);
+        let note = unused_keys(&robots(sources, 2)).unwrap();
+        assert!(note.ends_with("of the fleet file are not used: robot_0"), "{note}");
+    }
 
     fn robots(poses: [PoseSource; 3], n_virtual: usize) -> Vec<FleetRobot> {
         let robot = |(index, pose): (usize, PoseSource)| FleetRobot {

@@ -2,6 +2,7 @@
 
 use super::outcome::{Failure, Target};
 use crate::preflight::{Problem, UnfitTopic};
+use crate::record::LostRobot;
 
 /// Names of robots that one line has before the rest of them are only counted.
 const MOST_NAMES: usize = 12;
@@ -35,6 +36,19 @@ fn line(cause: &str, robots: &[&str]) -> String {
         _ => format!("/{{{names}}}/"),
     };
     cause.replace(&format!("/{PLACE}/"), &topics).replace(PLACE, &names)
+}
+
+/// Why robots were lost, `robot_1, robot_4: silent for more than 1 s`, each reason once.
+pub(super) fn by_reason(lost: &[LostRobot]) -> Vec<String> {
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    for LostRobot { robot, reason, .. } in lost {
+        match reasons.iter_mut().find(|(other, _)| other == reason) {
+            Some((_, robots)) => robots.push(robot),
+            None => reasons.push((reason, vec![robot])),
+        }
+    }
+    let line = |(reason, robots): (&str, Vec<&str>)| format!("{}: {reason}", names(&robots));
+    reasons.into_iter().map(line).collect()
 }
 
 /// Stands for the robot's name; no text of ours has it.
@@ -170,6 +184,18 @@ mod tests {
             [faulted("a", "no battery"), faulted("b", "no motor"), faulted("c", "no motor")];
 
         assert_eq!(grouped(&failures), ["a: no battery", "b, c: no motor"]);
+    }
+
+    #[test]
+    fn robots_that_are_lost_at_once_are_all_named() {
+        let lost = |robot: &str, reason: &str| LostRobot {
+            robot: robot.to_owned(),
+            after_s: 3.0,
+            reason: reason.to_owned(),
+        };
+        let lost = [lost("a", "silent"), lost("b", "no pose"), lost("c", "silent")];
+
+        assert_eq!(by_reason(&lost), ["a, c: silent", "b: no pose"]);
     }
 
     #[test]

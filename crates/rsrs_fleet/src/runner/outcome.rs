@@ -51,13 +51,11 @@ pub enum AbortCause {
         /// That run.
         run_id: String,
     },
-    /// A robot was lost, and the experiment wants the run to end then.
-    #[error("lost {robot}: {reason}")]
-    LostRobot {
-        /// The robot.
-        robot: String,
-        /// What is wrong with it.
-        reason: String,
+    /// Robots were lost, and the experiment wants the run to end then.
+    #[error("lost {}", by_reason.join("; "))]
+    LostRobots {
+        /// What is wrong, each time with the robots of which it is.
+        by_reason: Vec<String>,
     },
     /// No robot is left.
     #[error("lost every robot")]

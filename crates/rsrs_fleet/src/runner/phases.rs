@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::preflight::Problem;
 
-use super::grouped::names;
+use super::grouped::{by_reason, names};
 use super::roster::Unarmed;
 use super::{
     ARM_TIMEOUT, AbortCause, Action, CONFIGURE_TIMEOUT, COUNTDOWN_TIMEOUT, Duration,
@@ -335,8 +335,7 @@ impl Runner {
         let implausible = self.plausibility.look(since, now, &given_up);
         actions.extend(implausible.into_iter().map(Action::Note));
         if let Some(robot) = lost.first() {
-            let (name, reason) = (robot.robot.clone(), robot.reason.clone());
-            let cause = AbortCause::LostRobot { robot: name, reason };
+            let cause = AbortCause::LostRobots { by_reason: by_reason(&lost) };
             match (self.options.length, self.options.robot_lost) {
                 // The world stands still without it, and it is chance whether the simulator or the
                 // runner finds that first.

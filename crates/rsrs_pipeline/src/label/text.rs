@@ -14,7 +14,8 @@ impl fmt::Display for Labelled {
         for sentence in &self.why {
             write!(out, "\n  why: {sentence}")?;
         }
-        if let Some(certainty) = &self.certainty {
+        // How sure a phase is of poses that cannot be is of no use.
+        if let Some(certainty) = self.certainty.as_ref().filter(|_| self.implausible.is_empty()) {
             write!(out, "\n  {}", sure(certainty))?;
         }
         for finding in &self.findings {
