@@ -89,7 +89,7 @@ async fn live(session: &Session) {
             (status, detection.expect("it is allowed"))
         })
         .collect();
-    let mut counter = rsrs_ros::wire::first_counter(wall_time());
+    let mut counter = rsrs_fleet::wire::first_counter(wall_time());
     let mut beat = tokio::time::interval(PERIOD);
     loop {
         beat.tick().await;

@@ -8,7 +8,7 @@ use crate::command::{code, json, repository, rsrs, stderr, stdout};
 use crate::laboratory::chosen;
 use crate::simulated_bags::{Run, SeenBy};
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_pipeline::watch::recording;
+use rsrs_operate::watch::recording;
 use rsrs_testing::python;
 use serde_json::Value;
 

@@ -13,6 +13,7 @@ use rsrs_fleet::parameters::simulator::FULL_NAME;
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Action, Event, Gate, Simulator};
 use rsrs_fleet::timing::TICK;
+use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::rsrs::{RobotStatus, WorldDigest};
@@ -20,14 +21,13 @@ use rsrs_msgs::simulation_interfaces::{Result as Outcome, StepSimulationResponse
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::{ClockPublisher, wall_time};
+use rsrs_ros::e_stop::{EStopMessage, LocksPublisher};
 use rsrs_ros::logging::{Complaints, Level};
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::services::{Responder, Service};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_ros::shutdown;
-use rsrs_ros::wire;
-use rsrs_ros::wire::e_stop::{EStopMessage, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::display::Display;

@@ -10,6 +10,7 @@ use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot::{Event, Lapse, Robot, RobotOptions};
 use rsrs_fleet::simulator::{Gate, Gates};
 use rsrs_fleet::timing::{Transport, command_timeout};
+use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -19,7 +20,6 @@ use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Complaints;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
-use rsrs_ros::wire;
 
 use crate::frames::{FRAME, base_link, rotation};
 

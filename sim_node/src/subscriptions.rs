@@ -8,8 +8,8 @@ use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::topics::{self, Topic};
+use rsrs_ros::e_stop::{EStopMessage, EStopSubscriptions};
 use rsrs_ros::session::{EndpointKind, NodeHandle, Session, Subscription};
-use rsrs_ros::wire::e_stop::{EStopMessage, EStopSubscriptions};
 use tokio::sync::mpsc::UnboundedSender;
 
 use crate::robots::VirtualRobot;

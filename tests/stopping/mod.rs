@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use rsrs_bags::Bag;
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
+use rsrs_experiment_runner::plan::{Plan, Request};
+use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::{Backend, ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};

@@ -37,7 +37,7 @@ use anyhow::Context;
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_experiment_runner::plan;
+use rsrs_fleet::placement;
 use serde::Serialize;
 
 use crate::words::Words;
@@ -62,7 +62,7 @@ pub enum PlaceCheck {
     Off,
 }
 
-impl From<PlaceCheck> for plan::PlaceCheck {
+impl From<PlaceCheck> for placement::PlaceCheck {
     fn from(check: PlaceCheck) -> Self {
         match check {
             PlaceCheck::On => Self::On,

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rsrs_experiment_runner::Progress;
-use rsrs_pipeline::run::operator::{Operator, Verbosity};
+use rsrs_operate::run::operator::{Operator, Verbosity};
 use rsrs_ros::printing::{Printed, Printer};
 
 use crate::interrupt::asked_to_stop;

@@ -23,6 +23,7 @@ mod words;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use rsrs_core::program;
 
 use crate::failure::Outcome;
 use crate::output::Output;
@@ -81,6 +82,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    program::set_commit(env!("RSRS_COMMIT"));
     let arguments: Arguments = match command_line::parse() {
         Ok(arguments) => arguments,
         Err(code) => return code,

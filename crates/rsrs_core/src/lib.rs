@@ -41,3 +41,4 @@ pub mod trials;
 pub mod digest;
 pub mod document;
 pub mod help;
+pub mod program;

@@ -175,7 +175,6 @@ fn failures() -> Vec<Cause> {
 }
 
 fn aborts() -> Vec<Cause> {
-    let reason = || text("silent for more than 1 s");
     let topic = || text("/robot_3/cmd_vel");
     causes!(AbortCause {
         EStop {}: "The e-stop was pressed, or its publisher fell silent.", "When the floor is safe, `rsrs stop --release` lets the next run start.";

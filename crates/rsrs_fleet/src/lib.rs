@@ -7,7 +7,7 @@
 //! Times are [`std::time::Duration`]s on the monotonic clock of the machine's own host, from
 //! any origin; no two hosts' times are ever compared.
 //!
-//! Reading order: the messages ([`message`]); who has locked all robots
+//! Reading order: the messages ([`message`]), as they are on the wire ([`wire`]); who has locked all robots
 //! ([`e_stop`]); of which run they are ([`epoch`]); who may move ([`robot`], the final gate); who decides
 //! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`placement`], [`geofence`],
 //! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
@@ -20,6 +20,7 @@ pub mod epoch;
 mod heartbeat;
 pub mod message;
 pub mod timing;
+pub mod wire;
 
 pub mod controller;
 pub mod robot;

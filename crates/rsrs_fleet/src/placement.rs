@@ -3,6 +3,18 @@
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::robot::unicycle::Pose;
 
+/// Whether start poses are held against the wanted placement.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlaceCheck {
+    /// They are, and what deviates is noted.
+    #[default]
+    On,
+    /// They are, and no robot moves while one deviates.
+    Require,
+    /// They are not, as where there are no poses.
+    Off,
+}
+
 /// How the robots are to start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WantedStart {

@@ -325,10 +325,7 @@ fn of_robot(robot: &str, expected: &Expected, seen: &Seen, reception: Reception)
 
 /// Robots that are not where the geofence keeps them. It is in the frame of the poses, so that they
 /// must have one.
-pub fn outside(
-    expected: &Expected,
-    poses: &BTreeMap<String, (String, Pose)>,
-) -> Vec<Problem> {
+pub fn outside(expected: &Expected, poses: &BTreeMap<String, (String, Pose)>) -> Vec<Problem> {
     let Some(geofence) = expected.geofence else { return Vec::new() };
     let known = || expected.robots.iter().filter_map(|robot| Some((robot, poses.get(robot)?)));
     let frames: BTreeSet<&String> = known().map(|(_, (frame, _))| frame).collect();

@@ -20,6 +20,9 @@ pub const ATTACHMENT: &str = "experiment.json";
 /// Name of the metadata record of a bag that holds an [`Ending`].
 pub const ENDING: &str = "rsrs_ending";
 
+/// Name of the metadata record of a bag that holds what is missing in it, by topic.
+pub const RECORDING: &str = "rsrs.recording";
+
 /// Version of [`ExperimentRecord`]'s shape.
 pub const RECORD_SCHEMA_VERSION: u32 = 1;
 

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use anyhow::Context;
 use rsrs_sim::sweep::{Progress, Swept, Watch};
 
 use crate::error::with_help;
@@ -95,16 +94,4 @@ impl Execution<'_> {
 /// As many threads as the machine runs at once.
 pub fn n_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// A runtime on this thread, by whose end the nodes notice that of this process.
-///
-/// # Errors
-///
-/// If the system has no resources for it.
-pub fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
-    tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("starting the runtime")
 }

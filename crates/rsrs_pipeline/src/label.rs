@@ -555,12 +555,8 @@ mod tests {
     #[test]
     fn a_run_that_was_stopped_early_is_not_just_too_short() {
         let lost = "lost robot_2: silent for more than 1 s".to_owned();
-        let ending = |kind| Ending {
-            kind,
-            reason: lost.clone(),
-            lost: Vec::new(),
-            paused: Vec::new(),
-        };
+        let ending =
+            |kind| Ending { kind, reason: lost.clone(), lost: Vec::new(), paused: Vec::new() };
         let short = || JudgeError::TooShort { duration_s: 34.0 };
 
         let aborted = NoLabel::of(short(), Some(&ending(EndingKind::Aborted)));

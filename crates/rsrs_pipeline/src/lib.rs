@@ -4,13 +4,12 @@
 //! [`measure`] makes trials and fits a profile to them, [`validate`] asks whether real robots stay in
 //! the simulated reach, [`sweep`] simulates a phase diagram, [`choose`] confirms its most robust cell,
 //! [`diagnose`] names what to change where there is none,
-//! [`run`] and [`campaign`] carry out experiments over ROS 2, [`label`] names the phase of a bag, [`draw`] shows it,
+//! [`campaign`] reads and keeps what experiments over ROS 2 leave, [`label`] names the phase of a bag, [`draw`] shows it,
 //! [`compare`] tests `B_r(E) ≥ B_s(E)`, [`report`] shows all of it on one page; [`episode`] and
 //! [`replay`] go back to single runs.
 //!
-//! A step parses no arguments and prints nothing. Who watches it is an [`execution::Observer`] of
-//! simulations, or a [`run::operator::Operator`] of runs over ROS 2; both have an implementation that
-//! does nothing. Errors are `anyhow`'s, and [`error::help_of`] is the command to type next.
+//! A step parses no arguments, prints nothing and needs no middleware; what touches robots is
+//! `rsrs_operate`. Who watches simulations is an [`execution::Observer`], of which one does nothing. Errors are `anyhow`'s, and [`error::help_of`] is the command to type next.
 //!
 //! # Examples
 //!
@@ -42,6 +41,7 @@
 //! ```
 
 pub mod answer;
+pub mod attempt;
 mod best_setting;
 pub mod campaign;
 pub mod choose;
@@ -62,10 +62,8 @@ pub mod provenance;
 pub mod recorded_run;
 pub mod replay;
 pub mod report;
-pub mod run;
 pub mod schema;
 mod swarm;
 pub mod sweep;
 pub mod validate;
-pub mod watch;
 pub mod wording;

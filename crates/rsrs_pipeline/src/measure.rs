@@ -2,7 +2,6 @@
 
 pub mod bag_trials;
 pub mod command_rhythm;
-pub mod drive;
 pub mod fit;
 pub mod plan_folder;
 pub mod sensor_readings;

@@ -1,7 +1,7 @@
 //! Where a result comes from: enough to make it again.
 
+use rsrs_core::program;
 use rsrs_core::robot::profile::RobotProfile;
-pub use rsrs_experiment_runner::plan::COMMIT;
 use serde::{Deserialize, Serialize};
 
 /// Version of the shapes of files that this program writes.
@@ -25,8 +25,8 @@ impl Provenance {
     /// The provenance of what this program makes from a profile.
     pub fn of(profile: &RobotProfile) -> Self {
         Self {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            commit: COMMIT.to_owned(),
+            version: program::VERSION.to_owned(),
+            commit: program::commit().to_owned(),
             profile_digest: profile.digest(),
             schema_version: SCHEMA_VERSION,
         }

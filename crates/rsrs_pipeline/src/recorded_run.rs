@@ -1,5 +1,6 @@
 //! The record of a run in its bag: how it was set up, where it breaks off, and how it ended.
 
+pub mod gaps;
 mod poses;
 
 use std::path::Path;

@@ -2,10 +2,8 @@
 
 mod into_controller;
 mod into_judge;
-mod publish;
 mod selection;
 
 pub use into_controller::{ControllerReplay, Difference, RobotReplay, replay_into_controller};
 pub use into_judge::{JudgeReplay, JudgedPhase, replay_into_judge};
-pub use publish::{PublishOptions, Published, publish};
 pub use selection::{Selected, Selection, select};

@@ -11,13 +11,14 @@
 //! * [`confine`] and [`interfaces`] — where the packets may go.
 //! * [`security`] — which enclave of a keystore a process has.
 //! * [`shutdown`], [`logging`] and [`printing`] — how a node ends, what it logs, and who prints it.
-//! * [`wire`] — messages to and from the machines of `rsrs_fleet`.
+//! * [`e_stop`] — the three topics of the e-stop.
 //!
 //! What it does not do: lifecycle nodes, actions, discovery servers, static peers.
 
 mod boot_time;
 pub mod clock;
 pub mod confine;
+pub mod e_stop;
 pub mod interfaces;
 mod kernel;
 pub mod logging;
@@ -30,4 +31,3 @@ pub mod services;
 pub mod session;
 pub mod shutdown;
 mod wall_time;
-pub mod wire;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::robot::other_profile::OtherProfile;
+use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::Backend;
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::{AFTER_HELP, NodeArgumentsError, split};
@@ -12,7 +13,7 @@ use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 
 use crate::event_loop::NODE;
-use crate::plan::{PlaceCheck, Request};
+use crate::plan::Request;
 
 /// Arguments of the runner.
 #[derive(Clone, Debug)]

@@ -18,6 +18,7 @@ use rsrs_fleet::rates::Rates;
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_fleet::runner::{Action, Event, Runner, Target};
 use rsrs_fleet::timing::{CONFIGURE_TIMEOUT, NODE_TIMEOUT, TICK};
+use rsrs_fleet::wire;
 use rsrs_msgs::rsrs::{Recorded, RunLease};
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
@@ -27,7 +28,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer};
 use rsrs_ros::session::{
     NodeHandle, Publisher, ReceivedRaw, Session, SessionEnded, SessionOptions,
 };
-use rsrs_ros::{shutdown, wire};
+use rsrs_ros::shutdown;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::expectation::{self, Presence};

@@ -8,7 +8,7 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::FleetRobot;
-use rsrs_fleet::placement::WantedStart;
+use rsrs_fleet::placement::{PlaceCheck, WantedStart};
 use rsrs_fleet::preflight::{self, Apart, Expected, ExpectedTopic, Graph, Publishers};
 use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{MotionCheck, RunLength, RunnerOptions, SampleKind, StartRule};
@@ -18,7 +18,7 @@ use rsrs_msgs::topics;
 use rsrs_ros::session::{Endpoint, EndpointKind, Session};
 
 use crate::fit::{self, Fit};
-use crate::plan::{PlaceCheck, Plan, Poses};
+use crate::plan::{Plan, Poses};
 use crate::recorded_topics::{RecordedTopic, Role};
 use crate::tracked;
 

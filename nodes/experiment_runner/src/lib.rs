@@ -21,7 +21,7 @@ pub mod stop;
 pub mod tracked;
 
 pub use event_loop::{NODE, run};
-pub use recorder::{RECORDING, RecorderError};
+pub use recorder::RecorderError;
 pub use report::{Progress, RunReport};
 
 use anyhow::{Context, bail};

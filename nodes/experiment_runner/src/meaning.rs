@@ -6,6 +6,7 @@ use rsrs_fleet::fleet_file::CmdVel;
 use rsrs_fleet::message::Status;
 use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{Event, SampleKind};
+use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use rsrs_msgs::geometry_msgs::{TransformStamped, Twist, TwistStamped};
@@ -15,7 +16,6 @@ use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
-use rsrs_ros::wire;
 
 use crate::plan::Plan;
 use crate::recorded_topics::Role;

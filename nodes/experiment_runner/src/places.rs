@@ -293,9 +293,10 @@ impl<'a> Places<'a> {
 
     /// That virtual robots are not seen before they have a world.
     fn without_world(&self) -> Option<String> {
-        let unseen = self.plan.robots.iter().filter(|robot| {
-            self.plan.is_virtual(robot) && self.known[&robot.name].last.is_none()
-        });
+        let unseen =
+            self.plan.robots.iter().filter(|robot| {
+                self.plan.is_virtual(robot) && self.known[&robot.name].last.is_none()
+            });
         let names: Vec<&str> = unseen.map(|robot| robot.name.as_str()).collect();
         (!names.is_empty()).then(|| {
             let names = names.join(", ");

@@ -7,6 +7,7 @@ use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::help::{Help, Helpful};
+use rsrs_core::program;
 use rsrs_core::robot::controller::Reaction;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
@@ -17,7 +18,7 @@ use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder};
 use rsrs_fleet::geofence::Geofence;
 use rsrs_fleet::parameters::{GateSettings, of_gate};
-use rsrs_fleet::placement::WantedStart;
+use rsrs_fleet::placement::{PlaceCheck, WantedStart};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
 
 mod profiles;
@@ -31,7 +32,7 @@ use profiles::{Measured, Profiles};
 pub use recording::Recording;
 use run_id::new_run_id;
 pub use swept::{SweptCell, SweptCellError};
-pub use trial::{SETTLING_TIME_S, Trial, TrialRequest, Unmeasured};
+pub use trial::{Trial, TrialRequest, Unmeasured};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -52,18 +53,6 @@ pub struct Request {
     pub place_check: PlaceCheck,
     /// What to do if the sweep of the cell is of robots with another profile.
     pub other_profile: OtherProfile,
-}
-
-/// Whether start poses are held against the wanted placement.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PlaceCheck {
-    /// They are, and what deviates is noted.
-    #[default]
-    On,
-    /// They are, and no robot moves while one deviates.
-    Require,
-    /// They are not, as where there are no poses.
-    Off,
 }
 
 /// One run, resolved.
@@ -105,12 +94,6 @@ pub enum Poses {
     /// They are recorded where they are published: a trial is also measured with a tape.
     IfThere,
 }
-
-/// The commit that this program was built from.
-pub const COMMIT: &str = env!("RSRS_COMMIT");
-
-/// Version of this program.
-const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 impl Plan {
     /// Reads an experiment file and all that it names.
@@ -155,7 +138,12 @@ impl Plan {
         let backend = backend(request.backend, &robots);
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            provenance: Provenance::new(VERSION, COMMIT, &measured.digest(), &conditions),
+            provenance: Provenance::new(
+                program::VERSION,
+                program::commit(),
+                &measured.digest(),
+                &conditions,
+            ),
             conditions,
             duration_s: experiment.duration_s,
             seed: request.seed.unwrap_or(experiment.seed),
@@ -412,7 +400,8 @@ fn unused_keys(robots: &[FleetRobot]) -> Option<String> {
             || robot.body.is_some();
         robot.driver == Driver::Virtual && has_keys
     };
-    let asked: Vec<&str> = robots.iter().filter(is_asked).map(|robot| robot.name.as_str()).collect();
+    let asked: Vec<&str> =
+        robots.iter().filter(is_asked).map(|robot| robot.name.as_str()).collect();
     (!asked.is_empty()).then(|| {
         format!(
             "virtual, so their poses are the simulator's odometry, and `pose`, `tracker` and `body` of \

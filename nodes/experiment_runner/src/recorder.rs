@@ -10,7 +10,7 @@ use std::io;
 
 use rsrs_bags::{BagError, BagOptions, BagWriter};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
+use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord, RECORDING};
 use rsrs_msgs::cdr::{self, CdrError, ENCAPSULATION};
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::WorldDigest;
@@ -23,7 +23,6 @@ use tokio::sync::mpsc::UnboundedSender;
 use crate::plan::Plan;
 use crate::recorded_topics::{RecordedTopic, Role};
 use account::Account;
-pub use account::RECORD as RECORDING;
 pub use disk::{Closing, Written};
 use disk::{Disk, Message, ROOM};
 

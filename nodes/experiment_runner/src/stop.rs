@@ -11,15 +11,15 @@ use rsrs_fleet::stopper::{
     Action, Event, MOST_ROBOTS, RobotAcknowledgement, StopCommand, StopOutcome, Stopper,
 };
 use rsrs_fleet::timing::TICK;
+use rsrs_fleet::wire;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::topics;
+use rsrs_ros::e_stop::{self, EStopMessage, EStopSubscriptions};
 use rsrs_ros::logging::Level;
 use rsrs_ros::session::{
     EndpointKind, NodeHandle, Publisher, Session, SessionError, SessionOptions, Subscription,
 };
-use rsrs_ros::wire;
-use rsrs_ros::wire::e_stop::{EStopMessage, EStopSubscriptions};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 /// Name of the node.
@@ -188,7 +188,7 @@ impl<'a> StopNode<'a> {
             let published = match action {
                 Action::Publish(data) => self.e_stop.publish(Bool { data }).await,
                 Action::Release(sources) => {
-                    self.release.publish(wire::e_stop::release_message(&sources)).await
+                    self.release.publish(e_stop::release_message(&sources)).await
                 }
                 Action::Finish(ending) => {
                     self.ending = Some(ending);

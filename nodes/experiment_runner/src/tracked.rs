@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use rsrs_bags::trajectory::{PoseReader, TrackedTopic, UnreadablePoses};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::tracker::{HandOver, Taken, Tracker, TrackerFrame};
+use rsrs_fleet::wire;
 use rsrs_ros::session::ReceivedRaw;
-use rsrs_ros::wire;
 
 use crate::meaning::seconds_ahead;
 use crate::plan::Plan;

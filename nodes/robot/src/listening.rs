@@ -3,8 +3,8 @@
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::topics;
+use rsrs_ros::e_stop::{EStopMessage, EStopSubscriptions};
 use rsrs_ros::session::{NodeHandle, Session, SessionError, Subscription};
-use rsrs_ros::wire::e_stop::{EStopMessage, EStopSubscriptions};
 use tokio::sync::mpsc::UnboundedSender;
 
 /// What reaches the robot.

@@ -11,15 +11,15 @@ use rsrs_fleet::robot::detector::{Detector, Reading};
 use rsrs_fleet::robot::limits::Ramp;
 use rsrs_fleet::robot::{Event, Lapse, Robot, RobotOptions};
 use rsrs_fleet::timing::{TICK, command_timeout};
+use rsrs_fleet::wire;
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_ros::clock::{since_boot, wall_time};
+use rsrs_ros::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
 use rsrs_ros::logging::{Complaints, Level};
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
 use rsrs_ros::shutdown;
-use rsrs_ros::wire;
-use rsrs_ros::wire::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Interval, MissedTickBehavior};
 

@@ -1,6 +1,7 @@
 //! The publishers of a robot.
 
 use rsrs_fleet::message::Status;
+use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::diagnostic_msgs::DiagnosticArray;
 use rsrs_msgs::rsrs::RobotStatus;
@@ -9,7 +10,6 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, PublishError, Publisher, Session, SessionError};
-use rsrs_ros::wire;
 
 use crate::diagnostics::{self, Health};
 

@@ -8,6 +8,7 @@ use rsrs_core::conditions::{Conditions, Placement, Settings};
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::robot::controller::decide;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
@@ -16,7 +17,6 @@ use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
-use rsrs_ros::wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");

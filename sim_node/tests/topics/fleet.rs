@@ -193,7 +193,7 @@ pub fn publisher<M: RosMessage>(
 
 /// What a controller with these parameters reports now that it is armed by [`armed_lease`].
 pub fn controller_status(parameter_digest: u64) -> RobotStatus {
-    let counter = rsrs_ros::wire::first_counter(wall_time());
+    let counter = rsrs_fleet::wire::first_counter(wall_time());
     RobotStatus { counter, epoch: 1, parameter_digest, ..RobotStatus::default() }
 }
 

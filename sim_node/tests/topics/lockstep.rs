@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use rsrs_core::robot::controller::{Command, decide};
+use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
@@ -10,7 +11,6 @@ use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
-use rsrs_ros::wire;
 use rsrs_sim::episode::episode_digests;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use rsrs_fleet::timing::LEASE_DURATION;
+use rsrs_fleet::wire;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rosgraph_msgs::Clock;
@@ -11,7 +12,6 @@ use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
-use rsrs_ros::wire;
 
 use crate::fleet::{
     FORWARD, Latest, ROBOTS, World, armed_lease, conditions, controller_status, publisher, start,

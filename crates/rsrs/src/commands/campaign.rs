@@ -18,10 +18,11 @@ use crate::notes::print_note;
 use crate::profile_arguments::ProfileArguments;
 use crate::words::{Tone, Words};
 use prompt::Prompt;
-use rsrs_pipeline::campaign::{Campaign, CampaignFolder, Conductor, RunTarget, Summary};
+use rsrs_operate::campaign::{self, Conductor, RunTarget};
+use rsrs_operate::run::own_network::OwnNetwork;
+use rsrs_operate::runtime::runtime;
+use rsrs_pipeline::campaign::{Campaign, CampaignFolder, Summary};
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::execution::runtime;
-use rsrs_pipeline::run::own_network::OwnNetwork;
 use rsrs_pipeline::wording::shell::quoted;
 
 /// Run many experiments one after the other, and go on where it was interrupted.
@@ -93,7 +94,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Backend::Fleet => record::Backend::Fleet,
     };
     let Campaign { text, mut items } =
-        Campaign::read(&arguments.campaign, backend, arguments.other.profile())?;
+        campaign::read(&arguments.campaign, backend, arguments.other.profile())?;
     for differ in items.iter().filter_map(|item| item.other_profile.as_ref()).take(1) {
         print_note(format!("note: {differ}"));
     }

@@ -7,7 +7,8 @@ use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::comparison::{Share, Verdict, decide};
 use rsrs_core::statistics::pooled::PooledTest;
-use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
+use rsrs_experiment_runner::plan::{Plan, Request};
+use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_ros::logging::{self, Level};
 use serde::Serialize;
@@ -21,18 +22,18 @@ use crate::starter_files::StarterFiles;
 use crate::sweep_report::in_words;
 use crate::verdicts;
 use crate::words::Words;
+use rsrs_operate::run::own_network::OwnNetwork;
+use rsrs_operate::run::simulated_fleet::SimulatedFleet;
+use rsrs_operate::run::{RunSummary, on_simulated_fleet};
+use rsrs_operate::runtime::runtime;
+use rsrs_pipeline::attempt::{SIMULATED_TRIES, keep_aside};
 use rsrs_pipeline::choose::{self, Chosen};
 use rsrs_pipeline::compare;
 use rsrs_pipeline::compare::report::Report as Comparison;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
 use rsrs_pipeline::picture::{self, DiagramOptions};
-use rsrs_pipeline::run::attempt::{Attempt, SIMULATED_TRIES, keep_aside};
-use rsrs_pipeline::run::own_network::OwnNetwork;
-use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
-use rsrs_pipeline::run::{RunSummary, on_simulated_fleet};
 use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
@@ -261,7 +262,7 @@ impl DryRun<'_> {
             if summary.ending == EndingKind::Completed.key() {
                 return Ok(summary);
             }
-            let attempt = Attempt::of_run(&plan.record, &summary);
+            let attempt = summary.attempt(&plan.record);
             if !attempt.is_made_again(&plan.record, n_tries, SIMULATED_TRIES) {
                 return Err(with_help(
                     format!("{experiment} {}: {}", summary.ending, summary.reason),

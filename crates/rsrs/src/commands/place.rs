@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
+use rsrs_experiment_runner::plan::{Plan, Request};
+use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::Backend;
 use rsrs_view::placement::PlacementPicture;
 
@@ -18,8 +19,8 @@ use self::check::Until;
 use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
+use rsrs_operate::run::start_poses::{StartPose, StartPoses};
 use rsrs_pipeline::picture::PictureFile;
-use rsrs_pipeline::run::start_poses::{StartPose, StartPoses};
 
 /// Print start poses for the floor, as a table and a picture.
 ///

@@ -19,14 +19,14 @@ use crate::interrupt::asked_to_stop;
 use crate::notes::{print_always, print_note};
 use crate::profile_arguments::ProfileArguments;
 use crate::words::{Tone, Words};
+use rsrs_operate::run::own_network::OwnNetwork;
+use rsrs_operate::run::place_command;
+use rsrs_operate::run::simulated_fleet::SimulatedFleet;
+use rsrs_operate::run::start_poses::StartPoses;
+use rsrs_operate::run::{NOT_STANDING, RunSummary, on_simulated_fleet, watched};
+use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::execution::runtime;
-use rsrs_pipeline::run::own_network::OwnNetwork;
-use rsrs_pipeline::run::place_command;
-use rsrs_pipeline::run::recording_gaps;
-use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
-use rsrs_pipeline::run::start_poses::StartPoses;
-use rsrs_pipeline::run::{NOT_STANDING, RunSummary, on_simulated_fleet, watched};
+use rsrs_pipeline::recorded_run::gaps;
 use rsrs_pipeline::wording::shell::quoted;
 
 /// Run one experiment over ROS 2, and record it.
@@ -229,7 +229,7 @@ fn text(summary: &RunSummary) -> String {
     if summary.n_lost > 0 {
         lines.push(format!("{} messages were lost on the way to the bag", summary.n_lost));
     }
-    lines.extend(recording_gaps::lines(&summary.gaps));
+    lines.extend(gaps::lines(&summary.gaps));
     lines.extend(summary.bag.as_ref().map(|bag| next(bag, summary.duration_s)));
     lines.join("\n")
 }

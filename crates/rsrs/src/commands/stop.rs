@@ -16,8 +16,8 @@ use crate::failure::Outcome;
 use crate::fleet_network::{chosen_network, other_middleware};
 use crate::notes::print_always;
 use crate::words::{Tone, Words};
+use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::error::helped;
-use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::files::read_text;
 
 /// Stop every robot; return when all have acknowledged.

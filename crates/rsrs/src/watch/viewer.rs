@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use rsrs_experiment_runner::stop::StopReport;
 use rsrs_fleet::observation::{Condition, SwarmOrder};
 use rsrs_fleet::stopper::StopOutcome;
+use rsrs_operate::watch::live::LiveFleet;
+use rsrs_operate::watch::stop::StopUnderWay;
 use rsrs_pipeline::error::in_one_line;
-use rsrs_pipeline::watch::live::LiveFleet;
-use rsrs_pipeline::watch::stop::StopUnderWay;
 use rsrs_ros::ros_args::OtherMiddleware;
 use rsrs_ros::session::SessionOptions;
 

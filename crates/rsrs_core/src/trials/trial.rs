@@ -20,6 +20,12 @@ mod moved_by;
 mod reduced;
 pub(crate) mod table;
 
+/// Time in which a robot's motion or its sensor settles, and nothing is measured, in seconds.
+///
+/// A command is on its way for about a control period, and the robot's own watchdog and wheels take
+/// another; what a tape measures begins behind that.
+pub const SETTLING_TIME_S: f64 = 0.5;
+
 /// All trials of one table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trials<T> {

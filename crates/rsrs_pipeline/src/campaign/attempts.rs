@@ -6,8 +6,8 @@ use anyhow::Context;
 
 use super::folder::{BAG, names_in};
 use super::manifest::write_whole;
+use crate::attempt::{Attempt, keep_aside, number_aside};
 use crate::files::read_text;
-use crate::run::attempt::{Attempt, keep_aside, number_aside};
 
 /// Their list, in the folder of the experiment.
 pub const ATTEMPTS: &str = "attempts.json";

@@ -15,12 +15,12 @@ use serde::{Deserialize, Serialize};
 use super::attempts::{ATTEMPTS, attempts_in, keep};
 use super::manifest::{self, MANIFEST, Manifest, write_whole};
 use super::{Item, is_same};
+use crate::attempt::Attempt;
 use crate::error::{in_one_line, with_help};
 use crate::files::{read_text, write_file};
 use crate::label::{LabelOptions, Settledness, label_bag};
 use crate::recorded_run;
-use crate::run::attempt::Attempt;
-use crate::run::recording_gaps;
+use crate::recorded_run::gaps;
 
 const LOCK: &str = "campaign.lock";
 const STATE: &str = "campaign.json";
@@ -253,7 +253,7 @@ impl CampaignFolder {
             not_judged,
             n_messages: bag.info().n_messages,
             n_lost,
-            gaps: recording_gaps::in_bag(&bag),
+            gaps: gaps::in_bag(&bag),
             lost_robots: ending.lost.clone(),
             kept_aside: attempts.iter().filter_map(|attempt| attempt.bag.clone()).collect(),
             attempts,

@@ -12,9 +12,9 @@ use rsrs_fleet::record::{EndingKind, ExperimentRecord, LostRobot};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::attempt::{Attempt, NOT_JUDGED};
 use crate::error::with_help;
-use crate::run::attempt::{Attempt, NOT_JUDGED};
-use crate::run::recording_gaps::Gap;
+use crate::recorded_run::gaps::Gap;
 
 /// Its name in the folder of an experiment.
 pub const MANIFEST: &str = "manifest.json";

@@ -9,9 +9,9 @@ use serde::Serialize;
 
 use super::Item;
 use super::folder::{BAG, CampaignFolder};
+use crate::attempt::{Attempt, BROKEN_OFF, NOT_JUDGED};
 use crate::label::{Settledness, marked};
-use crate::run::attempt::{Attempt, BROKEN_OFF, NOT_JUDGED};
-use crate::run::recording_gaps::{self, Gap};
+use crate::recorded_run::gaps::{self, Gap};
 use crate::wording::columns;
 use crate::wording::shell::quoted;
 use crate::wording::{count, counted};
@@ -215,7 +215,7 @@ impl Row {
         }
         let counts = if self.counts { "; it counts" } else { "; it counts nowhere" };
         notes.extend(self.lost_robots.iter().map(|lost| format!("{lost}{counts}")));
-        notes.extend(recording_gaps::lines(&self.gaps));
+        notes.extend(gaps::lines(&self.gaps));
         notes.iter().map(|note| format!("{}: {note}", self.experiment)).collect()
     }
 }

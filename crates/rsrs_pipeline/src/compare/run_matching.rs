@@ -15,10 +15,10 @@ use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobot, PausedRobot};
 use rsrs_sim::sweep::confirmation_seed;
 
+use crate::attempt::number_aside;
 use crate::compare::not_counted::Cause;
 use crate::error::{help_of, in_one_line, with_help};
 use crate::recorded_run;
-use crate::run::attempt::number_aside;
 use crate::sweep::result::SweepResult;
 
 /// A bag of a run that a swept cell stands for.

@@ -8,6 +8,7 @@ use rsrs_bags::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Sample};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
+use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, Quaternion, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -15,7 +16,6 @@ use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::{Bool, Header, Text};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_msgs::{RosMessage, cdr};
-use rsrs_ros::wire;
 
 /// One turn of a robot's control loop: what it saw, and what it did about it.
 #[derive(Clone, Copy, Debug)]

@@ -9,6 +9,7 @@ use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::settling::Settling;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{Phase, converged_s, label};
+use rsrs_core::program;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
@@ -17,7 +18,6 @@ use serde::Serialize;
 use super::write;
 use crate::error::{helped, with_help};
 use crate::execution::Execution;
-use crate::provenance;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::sweep::settling;
@@ -139,7 +139,7 @@ fn find(
 /// The record of a run that never was on any network.
 fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> ExperimentRecord {
     let sweep = &result.source.sweep;
-    let (version, commit) = (env!("CARGO_PKG_VERSION"), provenance::COMMIT);
+    let (version, commit) = (program::VERSION, program::commit());
     let profile_digest = result.source.profile.digest();
     ExperimentRecord {
         run_id: run_id(&conditions, sweep.duration_s, sweep.seed, replicate),

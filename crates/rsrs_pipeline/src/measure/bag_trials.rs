@@ -9,10 +9,9 @@ use rsrs_core::conditions::Placement;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::trial::{
-    DetectionTrial, DrivenSample, DrivenTrial, MovedBy, Neighbour, PeriodTrial, TrialBackend,
-    Trials,
+    DetectionTrial, DrivenSample, DrivenTrial, MovedBy, Neighbour, PeriodTrial, SETTLING_TIME_S,
+    TrialBackend, Trials,
 };
-use rsrs_experiment_runner::plan::SETTLING_TIME_S;
 use rsrs_fleet::fleet_file::{Driver, FleetFile};
 use rsrs_fleet::record::{Backend, ExperimentRecord};
 use rsrs_msgs::topics;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use rsrs_bags::BagMessage;
-use rsrs_experiment_runner::plan::SETTLING_TIME_S;
+use rsrs_core::trials::trial::SETTLING_TIME_S;
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::{cdr, topics};
 

@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use rsrs_core::judge::behaviour::Verb;
+use rsrs_core::program;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::comparison::SIGNIFICANCE;
 use rsrs_view::page::Table;
@@ -9,7 +10,6 @@ use serde_json::Value;
 
 use super::Reported;
 use crate::compare::report::{ComparedBag, ComparedCell, Report as Comparison};
-use crate::provenance;
 use crate::wording::quantity;
 
 fn table<const N: usize>(caption: &str, head: [&str; N], rows: Vec<[String; N]>) -> Table {
@@ -147,7 +147,7 @@ pub fn provenance(of: &Reported) -> Table {
     let source = &result.source;
     let made_by = |version: &str, commit: &str| format!("rsrs {version}, commit {commit}");
     let mut rows = vec![
-        ["report".to_owned(), made_by(env!("CARGO_PKG_VERSION"), provenance::COMMIT)],
+        ["report".to_owned(), made_by(program::VERSION, program::commit())],
         ["sweep".to_owned(), made_by(&source.provenance.version, &source.provenance.commit)],
         ["folder of the sweep".to_owned(), folder.display().to_string()],
         ["seed of the sweep".to_owned(), source.sweep.seed.to_string()],

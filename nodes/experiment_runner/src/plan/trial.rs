@@ -7,15 +7,17 @@ use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::help::Helpful;
+use rsrs_core::program;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_core::trials::trial::Neighbour;
+use rsrs_core::trials::trial::{Neighbour, SETTLING_TIME_S};
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
+use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
 
-use super::{COMMIT, Measured, PlaceCheck, Plan, Poses, Recording, VERSION, new_run_id, read};
+use super::{Measured, Plan, Poses, Recording, new_run_id, read};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -63,12 +65,6 @@ pub enum Trial {
         samples: u64,
     },
 }
-
-/// Time in which a robot's motion or its sensor settles, and nothing is measured, in seconds.
-///
-/// A command is on its way for about a control period, and the robot's own watchdog and wheels take
-/// another; what a tape measures begins behind that.
-pub const SETTLING_TIME_S: f64 = 0.5;
 
 /// More readings are waited for than are taken by this share: a robot may be slower than its profile.
 const SPARE: f64 = 0.1;
@@ -132,7 +128,12 @@ impl Plan {
         let run_id = new_run_id(Path::new(&format!("trial_{}", request.robot)))?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            provenance: Provenance::new(VERSION, COMMIT, &measured.digest(), &conditions),
+            provenance: Provenance::new(
+                program::VERSION,
+                program::commit(),
+                &measured.digest(),
+                &conditions,
+            ),
             conditions,
             duration_s,
             seed: request.seed,

@@ -6,9 +6,6 @@ use rsrs_msgs::topics::Reliability;
 
 use crate::recorded_topics::RecordedTopic;
 
-/// The record in a bag of what is missing in it.
-pub const RECORD: &str = "rsrs.recording";
-
 /// What did not get into the bag.
 pub struct Account {
     recorded_topics: Vec<RecordedTopic>,

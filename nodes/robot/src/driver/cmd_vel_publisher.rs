@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use anyhow::bail;
 use rsrs_core::robot::controller::Command;
+use rsrs_fleet::wire;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, SessionError};
-use rsrs_ros::wire;
 
 use super::DriverContext;
 

@@ -181,7 +181,7 @@ async fn publish(publishers: Publishers, messages: Arc<Mutex<RunnerMessages>>) {
             (lease, messages.foreign_controller, messages.e_stop, messages.command)
         };
         if let Some(parameter_digest) = foreign {
-            let counter = rsrs_ros::wire::first_counter(wall_time());
+            let counter = rsrs_fleet::wire::first_counter(wall_time());
             // A controller stays in the run that it was armed for last.
             epoch = lease.as_ref().map_or(epoch, |lease| lease.epoch);
             let status = RobotStatus { counter, epoch, parameter_digest, ..RobotStatus::default() };

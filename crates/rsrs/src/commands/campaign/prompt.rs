@@ -2,14 +2,14 @@
 
 use std::pin::Pin;
 
-use rsrs_pipeline::campaign::{OperatorDecision, Placer};
+use rsrs_operate::campaign::{OperatorDecision, Placer};
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use crate::experiment_bar::TerminalOperator;
 use crate::interrupt::asked_to_stop;
 use crate::keyboard;
 use crate::notes::print_always;
-use rsrs_pipeline::run::place_command::{self, WantedPlacement};
+use rsrs_operate::run::place_command::{self, WantedPlacement};
 
 /// Who is asked before a run starts.
 pub enum Prompt {

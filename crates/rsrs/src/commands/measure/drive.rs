@@ -9,10 +9,8 @@ use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_experiment_runner::plan::Trial;
 use rsrs_fleet::record;
-use rsrs_pipeline::measure::drive::{
-    DriveOptions, RunTarget, SingleTrial, drive, fill_plan, fill_table,
-};
-use rsrs_pipeline::run::own_network::OwnNetwork;
+use rsrs_operate::drive::{DriveOptions, RunTarget, SingleTrial, drive, fill_plan, fill_table};
+use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
 

@@ -10,9 +10,9 @@ use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_experiment_runner::plan::Plan;
 
 use crate::interrupt::asked_to_stop;
+use rsrs_operate::drive::Ready;
+use rsrs_operate::drive::result::Motion;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::measure::drive::Ready;
-use rsrs_pipeline::measure::drive::result::Motion;
 
 /// Asks on standard error for what the robot did, and reads the answers from standard input; a signal
 /// ends it.

@@ -8,12 +8,12 @@ use super::Arguments;
 use super::operator;
 use crate::commands::Backend;
 use crate::experiment_bar::TerminalOperator;
+use rsrs_operate::drive::placement::{wanted, words};
+use rsrs_operate::drive::result::Motion;
+use rsrs_operate::drive::{OperatorFuture, Ready, TrialOperator};
+use rsrs_operate::run::operator::Operator;
+use rsrs_operate::run::place_command;
 use rsrs_pipeline::files::read_text;
-use rsrs_pipeline::measure::drive::placement::{wanted, words};
-use rsrs_pipeline::measure::drive::result::Motion;
-use rsrs_pipeline::measure::drive::{OperatorFuture, Ready, TrialOperator};
-use rsrs_pipeline::run::operator::Operator;
-use rsrs_pipeline::run::place_command;
 
 /// Who places robots before a trial.
 pub enum Placing {

@@ -13,8 +13,8 @@ use rsrs_fleet::observation::{Event, Playback, RecordedSwarm};
 use rsrs_fleet::record::ExperimentRecord;
 
 use super::meaning::WatchedTopic;
-use crate::error::{in_one_line, with_help};
-use crate::recorded_run::{self, PosesOfRun};
+use rsrs_pipeline::error::{in_one_line, with_help};
+use rsrs_pipeline::recorded_run::{self, PosesOfRun};
 
 /// No bag holds who published a message.
 const NOBODY: Source = Source([0; 16]);

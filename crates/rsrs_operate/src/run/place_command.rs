@@ -11,7 +11,7 @@ use tokio::io::{AsyncRead, AsyncReadExt as _};
 use tokio::task::JoinHandle;
 
 use super::operator::Operator;
-use crate::error::with_help;
+use rsrs_pipeline::error::with_help;
 
 /// Where robots are to stand, as the program gets it on its standard input: one line of JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]

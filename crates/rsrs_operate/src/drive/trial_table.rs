@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::trials::plan::{ARC_HEADER, DETECTION_HEADER, SPEED_HEADER, TURN_HEADER};
-use rsrs_core::trials::trial::{Neighbour, TrialBackend};
-use rsrs_experiment_runner::plan::{SETTLING_TIME_S, Trial};
+use rsrs_core::trials::trial::{Neighbour, SETTLING_TIME_S, TrialBackend};
+use rsrs_experiment_runner::plan::Trial;
 
 use super::table_file::{self, TableLock};
-use crate::error::with_help;
-use crate::files::read_text;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::files::read_text;
 
 /// What the rows of a table are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

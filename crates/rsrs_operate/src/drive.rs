@@ -15,12 +15,12 @@ use std::pin::Pin;
 use rsrs_experiment_runner::plan::{Plan, Trial, TrialRequest, Unmeasured};
 use rsrs_fleet::record::Backend;
 
-use super::sensor_readings;
-use crate::execution::runtime;
 use crate::run::RunSummary;
 use crate::run::operator::Operator;
+use crate::runtime::runtime;
 pub use filling::{Filled, fill_plan, fill_table};
 use result::{Motion, Source, TrialResult};
+use rsrs_pipeline::measure::sensor_readings;
 pub use trial_nodes::RunTarget;
 use trial_nodes::TrialNodes;
 

@@ -4,19 +4,18 @@ use std::pin::Pin;
 
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::record::{Ending, EndingKind};
+use rsrs_pipeline::attempt::{Attempt, NOT_JUDGED, SIMULATED_TRIES};
+use rsrs_pipeline::campaign::{BAG, CampaignFolder, Finished, Item, Manifest};
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::label::{Settledness, marked};
+use rsrs_pipeline::recorded_run::gaps;
 use rsrs_ros::session::SessionOptions;
 
-use super::Item;
-use super::folder::{BAG, CampaignFolder, Finished};
-use super::manifest::Manifest;
-use crate::error::with_help;
-use crate::files::write_file;
-use crate::label::{Settledness, marked};
-use crate::run::attempt::{Attempt, NOT_JUDGED, SIMULATED_TRIES};
+use super::plan_now;
 use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
 use crate::run::place_command::WantedPlacement;
-use crate::run::recording_gaps;
 use crate::run::simulated_fleet::SimulatedFleet;
 use crate::run::start_poses::StartPoses;
 use crate::run::{RunSummary, on_simulated_fleet, watched};
@@ -211,7 +210,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
     /// Runs an experiment once, if whoever places the robots agrees.
     async fn once(&mut self, item: &Item) -> anyhow::Result<Tried> {
         let folder = self.folder.of(item);
-        let plan = item.plan(folder.join(BAG))?;
+        let plan = plan_now(item, folder.join(BAG))?;
         match self.ask(&plan, item).await? {
             OperatorDecision::Start => {}
             OperatorDecision::Skip => return Ok(Tried::NotNow),
@@ -275,7 +274,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
     fn settle(&self, item: &Item, plan: Plan, summary: &RunSummary) -> anyhow::Result<Tried> {
         let name = &item.experiment.folder;
         let kind = EndingKind::from_key(summary.ending).expect("a run has an ending");
-        let mut attempt = Attempt::of_run(&plan.record, summary);
+        let mut attempt = summary.attempt(&plan.record);
         if kind == EndingKind::Completed {
             let (lost, paused) = (summary.lost_robots.clone(), summary.paused_robots.clone());
             let ending = Ending { kind, reason: summary.reason.clone(), lost, paused };
@@ -300,7 +299,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
         for lost in &manifest.lost_robots {
             self.operator.note(&format!("  {lost}"));
         }
-        for line in recording_gaps::lines(&manifest.gaps) {
+        for line in gaps::lines(&manifest.gaps) {
             self.operator.note(&format!("  {line}"));
         }
     }

@@ -22,9 +22,9 @@ use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Endpoint, EndpointKind, Session, SessionOptions, Subscription};
 
-use crate::error::with_help;
-use crate::recorded_run;
 use hub::Hub;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::recorded_run;
 
 /// Where Foxglove looks first; nobody on another machine can reach it.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";

@@ -6,6 +6,7 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
 use rsrs_fleet::observation::Event;
 use rsrs_fleet::record::{Ending, ExperimentRecord};
+use rsrs_fleet::wire;
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rosgraph_msgs::Clock;
@@ -13,7 +14,6 @@ use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_msgs::{RosMessage, cdr};
-use rsrs_ros::wire;
 
 /// Topics of each robot that are watched.
 const OF_ROBOTS: [Topic; 6] = [

@@ -12,7 +12,6 @@ use rsrs_fleet::experiment::{RobotLost, judged_from_s};
 use rsrs_fleet::record::{EndingKind, ExperimentRecord, LostRobot};
 use serde::{Deserialize, Serialize};
 
-use super::RunSummary;
 use crate::error::in_one_line;
 use crate::recorded_run;
 
@@ -49,20 +48,7 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    /// What is to be kept of a run that was made just now.
-    pub fn of_run(record: &ExperimentRecord, run: &RunSummary) -> Self {
-        Self {
-            run_id: run.run_id.clone(),
-            robots: record.robots.clone(),
-            ending: run.ending.to_owned(),
-            reason: run.reason.clone(),
-            has_started: run.has_started,
-            lost_robots: run.lost_robots.clone(),
-            bag: None,
-        }
-    }
-
-    /// The same of a run of which there is a recording alone; where that is damaged, what it still has.
+    /// What is to be kept of a run of which there is a recording; where that is damaged, what it still has.
     pub fn of_recording(folder: &Path) -> Self {
         let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
         let mut attempt = Self {

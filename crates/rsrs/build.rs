@@ -1,4 +1,4 @@
-//! Names the commit that this binary was built from, for the provenance of its results.
+//! Names the commit that this binary was built from, which the results that it makes name.
 
 use std::process::Command;
 

@@ -16,7 +16,7 @@ use rsrs_ros::session::{EndpointKind, Session, SessionOptions, Subscription};
 use tokio::sync::oneshot;
 
 use super::meaning::{OF_SWARM, WatchedTopic};
-use crate::execution::runtime;
+use crate::runtime::runtime;
 
 /// Name of the node.
 const NODE: &str = "rsrs_watch";

@@ -1,7 +1,7 @@
 //! What did not get into a bag, by topic, as its recorder counted it.
 
 use rsrs_bags::Bag;
-use rsrs_experiment_runner::RECORDING;
+use rsrs_fleet::record::RECORDING;
 use serde::{Deserialize, Serialize};
 
 use crate::wording::counted;

@@ -7,12 +7,12 @@ use rsrs_fleet::record::{self, EndingKind};
 use rsrs_ros::interfaces;
 use rsrs_ros::session::SessionOptions;
 
-use crate::error::with_help;
 use crate::run::node_process::NodeProcess;
 use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
 use crate::run::simulated_fleet::{CONSTANT, SimulatedFleet, limit_parameters};
 use crate::run::{RunSummary, on_simulated_fleet, watched};
+use rsrs_pipeline::error::with_help;
 
 /// The variable that names the enclave of a program.
 const ENCLAVE: &str = "ROS_SECURITY_ENCLAVE_OVERRIDE";

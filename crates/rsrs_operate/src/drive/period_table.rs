@@ -7,7 +7,7 @@ use rsrs_core::trials::plan::PERIOD_HEADER;
 use rsrs_core::trials::trial::TrialBackend;
 
 use super::table_file::{self, TableLock};
-use crate::files::read_text;
+use rsrs_pipeline::files::read_text;
 
 /// The last column; tables of earlier versions do not have it.
 const BACKEND: &str = ",backend";

@@ -14,10 +14,10 @@ use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Endpoint, EndpointKind, RawPublisher, Session, SessionOptions};
 use serde::Serialize;
 
-use super::selection::{Selected, Selection};
-use crate::error::with_help;
 use crate::run::operator::Operator;
-use crate::wording::{count, counted};
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::replay::{Selected, Selection};
+use rsrs_pipeline::wording::{count, counted};
 
 /// How often `/clock` is published between messages.
 const CLOCK_PERIOD: Duration = Duration::from_millis(25);

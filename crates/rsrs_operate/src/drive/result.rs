@@ -11,11 +11,11 @@ use rsrs_fleet::fleet_file::Driver;
 use serde::Serialize;
 
 use super::trial_table::{Kind, TrialTable};
-use crate::error::{in_one_line, with_help};
-use crate::measure::bag_trials;
-use crate::measure::command_rhythm;
-use crate::measure::sensor_readings::Readings;
-use crate::recorded_run::{self, PosesOfRun};
+use rsrs_pipeline::error::{in_one_line, with_help};
+use rsrs_pipeline::measure::bag_trials;
+use rsrs_pipeline::measure::command_rhythm;
+use rsrs_pipeline::measure::sensor_readings::Readings;
+use rsrs_pipeline::recorded_run::{self, PosesOfRun};
 
 /// What one trial came to.
 #[derive(Clone, Debug, Serialize)]
@@ -305,7 +305,7 @@ fn motion(trial: &DrivenTrial) -> Option<Motion> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::help_of;
+    use rsrs_pipeline::error::help_of;
 
     #[test]
     fn a_trial_that_was_not_seen_is_to_be_made_again() {

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 
-use crate::error::with_help;
-use crate::files::lock_file::try_lock;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::files::lock_file::try_lock;
 
 /// How long a row waits for another process that adds one, which takes milliseconds.
 pub const TIMEOUT: Duration = Duration::from_secs(10);

@@ -11,8 +11,8 @@ use rsrs_sim::placement;
 use rsrs_view::placement::Area;
 use serde::Serialize;
 
-use crate::error::helped;
 use crate::run::place_command::{PlacedRobot, WantedPlacement};
+use rsrs_pipeline::error::helped;
 
 /// Start poses.
 #[derive(Debug, Serialize)]

@@ -1,11 +1,9 @@
 //! Step 4: one experiment over ROS 2, with an operator who watches.
 
-pub mod attempt;
 pub mod node_process;
 pub mod operator;
 pub mod own_network;
 pub mod place_command;
-pub mod recording_gaps;
 pub mod simulated_fleet;
 pub mod start_poses;
 
@@ -16,13 +14,16 @@ use rsrs_core::robot::other_profile::ProfilesDiffer;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_experiment_runner::{RunReport, run};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{Backend, EndingKind, LostRobot, OwnProfile, PausedRobot};
+use rsrs_fleet::record::{
+    Backend, EndingKind, ExperimentRecord, LostRobot, OwnProfile, PausedRobot,
+};
+use rsrs_pipeline::attempt::Attempt;
+use rsrs_pipeline::recorded_run;
+use rsrs_pipeline::recorded_run::gaps::{self, Gap};
 use rsrs_ros::session::SessionOptions;
 use serde::Serialize;
 
 use self::operator::{Operator, Verbosity};
-use self::recording_gaps::Gap;
-use crate::recorded_run;
 use crate::run::own_network::OwnNetwork;
 use crate::run::simulated_fleet::SimulatedFleet;
 
@@ -72,6 +73,19 @@ pub struct RunSummary {
 pub const NOT_STANDING: &str = "not confirmed to stand, go and look";
 
 impl RunSummary {
+    /// What is to be kept of it, if it gave no result.
+    pub fn attempt(&self, record: &ExperimentRecord) -> Attempt {
+        Attempt {
+            run_id: self.run_id.clone(),
+            robots: record.robots.clone(),
+            ending: self.ending.to_owned(),
+            reason: self.reason.clone(),
+            has_started: self.has_started,
+            lost_robots: self.lost_robots.clone(),
+            bag: None,
+        }
+    }
+
     /// Robots that did not report that they stand, if there are any: `not confirmed to stand, go and look:
     /// robot_3`.
     pub fn unconfirmed(&self) -> Option<String> {
@@ -118,7 +132,7 @@ pub async fn watched(
     };
     let report = run(plan, network, &mut *operator.watch_run(&name, verbosity), stop).await?;
     let gaps = match &report.bag {
-        Some(bag) => recording_gaps::in_bag(&recorded_run::open(&bag.folder)?),
+        Some(bag) => gaps::in_bag(&recorded_run::open(&bag.folder)?),
         None => Vec::new(),
     };
     Ok(summary(plan, report, gaps))

@@ -7,7 +7,7 @@ use rsrs_experiment_runner::stop::{StopReport, command_all};
 use rsrs_fleet::stopper::StopCommand;
 use rsrs_ros::session::SessionOptions;
 
-use crate::execution::runtime;
+use crate::runtime::runtime;
 
 /// A stop that is under way, on a thread of its own: no drawing delays it.
 pub struct StopUnderWay {
