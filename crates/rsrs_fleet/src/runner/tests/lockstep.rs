@@ -88,7 +88,7 @@ fn in_lockstep_a_lapse_that_lasts_makes_the_run_void_whoever_finds_it_first() {
         let (outcome, not_standing) = bench.end();
         bench.give(simulator(RobotState::Fault, "frozen"));
 
-        let reason = "lost robot_1: silent for more than 1 s".to_owned();
+        let reason = "lost robot_1, robot_2: silent for more than 1 s".to_owned();
         assert_eq!(outcome, Outcome::Void { reason });
         assert_eq!(not_standing, NAMES);
     }
