@@ -22,8 +22,9 @@ use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{Phase, Verdict, label};
-use rsrs_fleet::experiment::{RobotLost, Time};
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::record::{Backend, ExperimentRecord};
+use rsrs_testing::record::fleet_record;
 
 /// With this variable set, 2,000 episodes are labelled instead of 200.
 const LONG: &str = "RSRS_LONG_TESTS";
@@ -205,23 +206,14 @@ fn a_replicate_as_a_bag_has_the_label_that_the_sweep_gave_it() {
 }
 
 fn episode(cell: [f64; 4], replicate: u64) -> ExperimentRecord {
-    let conditions = conditions(cell);
     ExperimentRecord {
         run_id: format!("episode_{replicate}"),
-        robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
-        provenance: Provenance::new("0.1.0", "unknown", &flockbot().digest(), &conditions),
-        conditions,
         duration_s: 66.0,
         seed: 11,
         replicate,
-        robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
-        controller_only: Vec::new(),
-        gates: BTreeMap::new(),
-        own_profiles: BTreeMap::new(),
-        pose_source: None,
-        tracker: None,
         time: Time::Lockstep,
+        ..fleet_record(&flockbot().digest(), conditions(cell))
     }
 }
 

@@ -9,8 +9,8 @@ use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_fleet::experiment::{RobotLost, Time};
-use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord, Provenance};
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RobotStatus;
@@ -18,6 +18,7 @@ use rsrs_msgs::topics;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::session::EndpointKind;
 use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
+use rsrs_testing::record::fleet_record;
 use serde_json::Value;
 use tokio::sync::mpsc::unbounded_channel;
 
@@ -36,20 +37,11 @@ fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
     let conditions = Conditions::resolve(&profile, &settings).expect("the cell is possible");
     let record = ExperimentRecord {
         run_id: name.to_owned(),
-        robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
-        provenance: Provenance::new("0.1.0", "unknown", &profile.digest(), &conditions),
-        conditions,
         duration_s,
         seed: 3,
-        replicate: 0,
-        robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
-        controller_only: Vec::new(),
-        gates: std::collections::BTreeMap::new(),
-        own_profiles: std::collections::BTreeMap::new(),
-        pose_source: None,
-        tracker: None,
         time: Time::Lockstep,
+        ..fleet_record(&profile.digest(), conditions)
     };
     let path = folder.join(name);
     rsrs_pipeline::episode::write(&path, &record).expect("the disk has room");

@@ -6,12 +6,12 @@ use std::path::Path;
 use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::diagram::axis::Axis;
-use rsrs_fleet::experiment::{RobotLost, Time};
-use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord, Provenance};
+use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::Topic;
 use rsrs_msgs::{RosMessage, cdr, topics};
+use rsrs_testing::record::fleet_record;
 
 use super::place;
 use crate::cells::flockbot;
@@ -30,23 +30,8 @@ fn record(neighbour: Option<(f64, f64)>) -> ExperimentRecord {
     if let Some((distance_m, bearing_rad)) = neighbour {
         conditions.placement = Placement::Pair { distance_m, bearing_rad };
     }
-    ExperimentRecord {
-        run_id: "trial".to_owned(),
-        robots: vec!["robot_1".to_owned()],
-        provenance: Provenance::new("0.1.0", "unknown", &profile.digest(), &conditions),
-        conditions,
-        duration_s: 14.0,
-        seed: 1,
-        replicate: 0,
-        robot_lost: RobotLost::Abort,
-        backend: Backend::Fleet,
-        controller_only: Vec::new(),
-        gates: std::collections::BTreeMap::new(),
-        own_profiles: std::collections::BTreeMap::new(),
-        pose_source: None,
-        tracker: None,
-        time: Time::RealTime,
-    }
+    let record = fleet_record(&profile.digest(), conditions);
+    ExperimentRecord { run_id: "trial".to_owned(), duration_s: 14.0, ..record }
 }
 
 /// The bag of a trial without a tracker: the lease, and what the sensor reported.

@@ -10,9 +10,7 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::experiment::{RobotLost, Time};
-use rsrs_fleet::record::{
-    ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord, Provenance,
-};
+use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{Pose as Pose3, PoseStamped, Quaternion, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -22,6 +20,7 @@ use rsrs_msgs::topics::Topic;
 use rsrs_msgs::{RosMessage, cdr, topics};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
+use rsrs_testing::record::fleet_record;
 
 /// The Flockbot's control period, in nanoseconds.
 const PERIOD_NS: u64 = 130_000_000;
@@ -163,15 +162,10 @@ impl Run {
     }
 
     fn experiment(&self, name: &str) -> ExperimentRecord {
-        let conditions = self.conditions();
         ExperimentRecord {
             run_id: name.to_owned(),
-            robots: (1..=self.robots).map(|robot| format!("robot_{robot}")).collect(),
-            provenance: Provenance::new("0.1.0", "unknown", &flockbot().digest(), &conditions),
-            conditions,
             duration_s: self.duration_s,
             seed: self.seed,
-            replicate: 0,
             robot_lost: self.robot_lost,
             // A fleet runs in real time.
             backend: match self.time {
@@ -179,11 +173,9 @@ impl Run {
                 Time::RealTime => Backend::Fleet,
             },
             controller_only: self.controller_only.clone(),
-            gates: std::collections::BTreeMap::new(),
-            own_profiles: std::collections::BTreeMap::new(),
             pose_source: self.pose_source,
-            tracker: None,
             time: self.time,
+            ..fleet_record(&flockbot().digest(), self.conditions())
         }
     }
 }

@@ -237,7 +237,7 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
         problems.extend(of_robot(robot, expected, seen, reception));
     }
     problems.extend(expected.apart.iter().flat_map(|apart| places::problems(apart, seen)));
-    problems.extend(outside(expected, &seen.poses));
+    problems.extend(outside(expected.geofence, &expected.robots, &seen.poses));
     let (publishers, subscribers) =
         (by_topic(&seen.graph.publishers), by_topic(&seen.graph.subscribers));
     for topic in &expected.topics {
@@ -325,9 +325,13 @@ fn of_robot(robot: &str, expected: &Expected, seen: &Seen, reception: Reception)
 
 /// Robots that are not where the geofence keeps them. It is in the frame of the poses, so that they
 /// must have one.
-pub fn outside(expected: &Expected, poses: &BTreeMap<String, (String, Pose)>) -> Vec<Problem> {
-    let Some(geofence) = expected.geofence else { return Vec::new() };
-    let known = || expected.robots.iter().filter_map(|robot| Some((robot, poses.get(robot)?)));
+pub fn outside(
+    geofence: Option<Geofence>,
+    robots: &[String],
+    poses: &BTreeMap<String, (String, Pose)>,
+) -> Vec<Problem> {
+    let Some(geofence) = geofence else { return Vec::new() };
+    let known = || robots.iter().filter_map(|robot| Some((robot, poses.get(robot)?)));
     let frames: BTreeSet<&String> = known().map(|(_, (frame, _))| frame).collect();
     if frames.len() > 1 {
         let frames = frames.into_iter().cloned().collect();

@@ -5,6 +5,7 @@ use std::fmt;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::operator::OperatorConditions;
+use rsrs_core::program;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::Tracker;
 use serde::{Deserialize, Serialize};
@@ -277,16 +278,11 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// The provenance of a run under these conditions.
-    ///
-    /// # Arguments
-    ///
-    /// * `version`, `commit` — of the program.
-    /// * `profile_digest` — that of the measured robot.
-    pub fn new(version: &str, commit: &str, profile_digest: &str, conditions: &Conditions) -> Self {
+    /// The provenance of a run of this program, with a measured robot's digest, under these conditions.
+    pub fn new(profile_digest: &str, conditions: &Conditions) -> Self {
         Self {
-            version: version.to_owned(),
-            commit: commit.to_owned(),
+            version: program::VERSION.to_owned(),
+            commit: program::commit().to_owned(),
             profile_digest: profile_digest.to_owned(),
             conditions_digest: format!("{:016x}", conditions.digest()),
             schema_version: RECORD_SCHEMA_VERSION,
@@ -575,7 +571,7 @@ pub(crate) mod tests {
         ExperimentRecord {
             run_id: "run".to_owned(),
             robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
-            provenance: Provenance::new("0.1.0", "unknown", &profile.digest(), &conditions),
+            provenance: Provenance::new(&profile.digest(), &conditions),
             conditions,
             duration_s: experiment.duration_s,
             seed: experiment.seed,

@@ -3,13 +3,14 @@
 //! What a message cannot mean in the protocol is refused here, so that no machine has to check its
 //! events again.
 
-use crate::message::{Echo, Lease, LeaseState, RobotState, Status, StopCause};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, NoOrientation, Twist, TwistStamped, Vector3};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Header;
+
+use crate::message::{Echo, Lease, LeaseState, RobotState, Status, StopCause};
 
 /// Why a message does not mean anything in the protocol.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -9,10 +9,18 @@ use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::{self, ExperimentRecord};
-use rsrs_pipeline::campaign::{Campaign, Experiment, Item, file, is_same};
+use rsrs_pipeline::campaign::{Experiment, Item, file, is_same};
 use rsrs_pipeline::error::with_help;
 
 pub use conduct::{Conductor, OperatorDecision, Placer, RunTarget};
+
+/// What is to be run.
+pub struct Campaign {
+    /// The text of the campaign file.
+    pub text: String,
+    /// Its experiments, in order.
+    pub items: Vec<Item>,
+}
 
 /// Reads a campaign file and all files that it names.
 ///

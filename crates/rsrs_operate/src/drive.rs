@@ -14,13 +14,13 @@ use std::pin::Pin;
 
 use rsrs_experiment_runner::plan::{Plan, Trial, TrialRequest, Unmeasured};
 use rsrs_fleet::record::Backend;
+use rsrs_pipeline::measure::sensor_readings;
 
 use crate::run::RunSummary;
 use crate::run::operator::Operator;
 use crate::runtime::runtime;
 pub use filling::{Filled, fill_plan, fill_table};
 use result::{Motion, Source, TrialResult};
-use rsrs_pipeline::measure::sensor_readings;
 pub use trial_nodes::RunTarget;
 use trial_nodes::TrialNodes;
 

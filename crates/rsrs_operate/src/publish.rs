@@ -9,15 +9,15 @@ use rsrs_bags::{Bag, BagError};
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::topics;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::replay::{Selected, Selection};
+use rsrs_pipeline::wording::{count, counted};
 use rsrs_ros::clock::ClockPublisher;
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Endpoint, EndpointKind, RawPublisher, Session, SessionOptions};
 use serde::Serialize;
 
 use crate::run::operator::Operator;
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::replay::{Selected, Selection};
-use rsrs_pipeline::wording::{count, counted};
 
 /// How often `/clock` is published between messages.
 const CLOCK_PERIOD: Duration = Duration::from_millis(25);

@@ -16,14 +16,6 @@ pub use folder::{BAG, CampaignFolder, Finished};
 pub use manifest::Manifest;
 pub use summary::Summary;
 
-/// What is to be run.
-pub struct Campaign {
-    /// The text of the campaign file.
-    pub text: String,
-    /// Its experiments, in order.
-    pub items: Vec<Item>,
-}
-
 /// An experiment of a campaign with what it is, whenever it is run.
 pub struct Item {
     /// As the campaign file has it.

@@ -317,7 +317,7 @@ pub enum NoLabel {
 }
 
 impl NoLabel {
-    fn of(error: JudgeError, ending: Option<&Ending>) -> Self {
+    fn from_error(error: JudgeError, ending: Option<&Ending>) -> Self {
         match (error, ending) {
             (JudgeError::TooShort { duration_s }, Some(Ending { kind, reason, .. }))
                 if *kind != EndingKind::Completed =>
@@ -394,7 +394,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     let verdict = match label_with(trajectory, &bodies, &rules) {
         Ok(verdict) => verdict,
         Err(error) => {
-            let none = NoLabel::of(error, ending.as_ref());
+            let none = NoLabel::from_error(error, ending.as_ref());
             return without_label(recorded, none, labels, lost_robots);
         }
     };
@@ -559,8 +559,8 @@ mod tests {
             |kind| Ending { kind, reason: lost.clone(), lost: Vec::new(), paused: Vec::new() };
         let short = || JudgeError::TooShort { duration_s: 34.0 };
 
-        let aborted = NoLabel::of(short(), Some(&ending(EndingKind::Aborted)));
-        let completed = NoLabel::of(short(), Some(&ending(EndingKind::Completed)));
+        let aborted = NoLabel::from_error(short(), Some(&ending(EndingKind::Aborted)));
+        let completed = NoLabel::from_error(short(), Some(&ending(EndingKind::Completed)));
 
         assert_eq!(aborted.to_string(), "no label: aborted after 34 s");
         let refused = aborted.refused(Path::new("bag")).to_string();

@@ -7,3 +7,5 @@ pub mod draw;
 #[cfg(feature = "network")]
 pub mod network;
 pub mod python;
+#[cfg(feature = "records")]
+pub mod record;

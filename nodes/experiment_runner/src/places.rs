@@ -346,12 +346,7 @@ impl<'a> Places<'a> {
             parents: self.parents.clone(),
             ..Seen::default()
         };
-        let fenced = Expected {
-            robots: self.plan.record.robots.clone(),
-            geofence: self.plan.geofence,
-            ..Expected::default()
-        };
-        let outside = preflight::outside(&fenced, &seen.poses);
+        let outside = preflight::outside(self.plan.geofence, &self.plan.record.robots, &seen.poses);
         let mut told = BTreeSet::new();
         let problems = preflight::problems(&expected, &seen).into_iter().chain(outside);
         problems.filter(|problem| told.insert(problem.to_string())).collect()

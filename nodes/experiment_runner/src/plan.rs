@@ -7,7 +7,6 @@ use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::help::{Help, Helpful};
-use rsrs_core::program;
 use rsrs_core::robot::controller::Reaction;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
@@ -138,12 +137,7 @@ impl Plan {
         let backend = backend(request.backend, &robots);
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            provenance: Provenance::new(
-                program::VERSION,
-                program::commit(),
-                &measured.digest(),
-                &conditions,
-            ),
+            provenance: Provenance::new(&measured.digest(), &conditions),
             conditions,
             duration_s: experiment.duration_s,
             seed: request.seed.unwrap_or(experiment.seed),

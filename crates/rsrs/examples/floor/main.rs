@@ -18,6 +18,7 @@ use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::judge::phase::{Phase, label};
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::program;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::pose_source::PoseSource;
@@ -77,6 +78,7 @@ struct Experiment {
 }
 
 fn main() -> anyhow::Result<()> {
+    program::set_commit("reproduce");
     let folder = std::env::args_os().nth(1).map(PathBuf::from);
     let folder = folder.context("give the folder that holds the sweep `plane`")?;
     let plane = folder::read(&folder.join("plane"))?;
@@ -187,7 +189,6 @@ fn record(
     conditions: &Conditions,
     seed: u64,
 ) -> anyhow::Result<()> {
-    let version = env!("CARGO_PKG_VERSION");
     let record = ExperimentRecord {
         run_id: format!("reproduce_{seed}_0"),
         robots: (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect(),
@@ -203,7 +204,7 @@ fn record(
         pose_source: Some(PoseSource::Odom),
         tracker: None,
         time: Time::RealTime,
-        provenance: Provenance::new(version, "reproduce", &measured.digest(), conditions),
+        provenance: Provenance::new(&measured.digest(), conditions),
     };
     let (mut recorder, []) = Recorder::open(bag, &record, [])?;
     let mut fleet = FaultyFleet::new(conditions, Seed { seed, replicate: 0 })?;

@@ -18,10 +18,10 @@ use crate::notes::print_note;
 use crate::profile_arguments::ProfileArguments;
 use crate::words::{Tone, Words};
 use prompt::Prompt;
-use rsrs_operate::campaign::{self, Conductor, RunTarget};
+use rsrs_operate::campaign::{self, Campaign, Conductor, RunTarget};
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_operate::runtime::runtime;
-use rsrs_pipeline::campaign::{Campaign, CampaignFolder, Summary};
+use rsrs_pipeline::campaign::{CampaignFolder, Summary};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::wording::shell::quoted;
 

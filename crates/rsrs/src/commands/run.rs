@@ -237,29 +237,13 @@ fn text(summary: &RunSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rsrs_fleet::experiment::{RobotLost, Time};
-    use rsrs_fleet::record::{Backend, LostRobot, Provenance};
+    use rsrs_fleet::experiment::RobotLost;
+    use rsrs_fleet::record::LostRobot;
     use rsrs_testing::conditions::flockbot_conditions;
+    use rsrs_testing::record::fleet_record;
 
     fn record(robot_lost: RobotLost) -> ExperimentRecord {
-        let conditions = flockbot_conditions();
-        ExperimentRecord {
-            run_id: "run".to_owned(),
-            robots: vec!["robot_1".to_owned()],
-            provenance: Provenance::new("0", "0", "0", &conditions),
-            conditions,
-            duration_s: 300.0,
-            seed: 1,
-            replicate: 0,
-            robot_lost,
-            backend: Backend::Fleet,
-            controller_only: Vec::new(),
-            gates: std::collections::BTreeMap::new(),
-            own_profiles: std::collections::BTreeMap::new(),
-            pose_source: None,
-            tracker: None,
-            time: Time::RealTime,
-        }
+        ExperimentRecord { robot_lost, ..fleet_record("0", flockbot_conditions()) }
     }
 
     fn completed() -> RunSummary {

@@ -19,13 +19,17 @@ pub fn grouped(failures: &[Failure]) -> Vec<String> {
             causes.push((text, Vec::new()));
             continue;
         };
-        let cause = text.replace(robot, PLACE);
-        match causes.iter_mut().find(|(other, _)| *other == cause) {
-            Some((_, robots)) => robots.push(robot),
-            None => causes.push((cause, vec![robot])),
-        }
+        add(&mut causes, text.replace(robot, PLACE), robot);
     }
     causes.into_iter().map(|(cause, robots)| line(&cause, &robots)).collect()
+}
+
+/// Adds a robot to its cause.
+fn add<'a>(causes: &mut Vec<(String, Vec<&'a str>)>, cause: String, robot: &'a str) {
+    match causes.iter_mut().find(|(other, _)| *other == cause) {
+        Some((_, robots)) => robots.push(robot),
+        None => causes.push((cause, vec![robot])),
+    }
 }
 
 /// A cause with the names of its robots; names of topics have several in braces, as shells do.
@@ -40,15 +44,11 @@ fn line(cause: &str, robots: &[&str]) -> String {
 
 /// Why robots were lost, `robot_1, robot_4: silent for more than 1 s`, each reason once.
 pub(super) fn by_reason(lost: &[LostRobot]) -> Vec<String> {
-    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut reasons = Vec::new();
     for LostRobot { robot, reason, .. } in lost {
-        match reasons.iter_mut().find(|(other, _)| other == reason) {
-            Some((_, robots)) => robots.push(robot),
-            None => reasons.push((reason, vec![robot])),
-        }
+        add(&mut reasons, reason.clone(), robot);
     }
-    let line = |(reason, robots): (&str, Vec<&str>)| format!("{}: {reason}", names(&robots));
-    reasons.into_iter().map(line).collect()
+    reasons.iter().map(|(reason, robots)| format!("{}: {reason}", names(robots))).collect()
 }
 
 /// Stands for the robot's name; no text of ours has it.

@@ -196,7 +196,8 @@ impl Runner {
             ..Seen::default()
         };
         let mut problems = preflight::health(&self.options.expected, &seen);
-        problems.extend(preflight::outside(&self.options.expected, &self.start_check.poses()));
+        let (expected, poses) = (&self.options.expected, self.start_check.poses());
+        problems.extend(preflight::outside(expected.geofence, &expected.robots, &poses));
         problems.into_iter().map(Failure::from).collect()
     }
 

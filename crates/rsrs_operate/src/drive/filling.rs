@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_experiment_runner::plan::{Plan, TrialRequest, Unmeasured};
+use rsrs_pipeline::error::with_help;
 use serde::Serialize;
 use tokio::runtime::Runtime;
 
@@ -15,7 +16,6 @@ use super::trial_nodes::{RunTarget, TrialNodes};
 use super::trial_table::{Kind, Todo, TrialTable};
 use super::{DriveOptions, Ready, TrialOperator, made};
 use crate::runtime::runtime;
-use rsrs_pipeline::error::with_help;
 
 /// A trial in which commands pause is made again at once, up to this often in all; after that the same
 /// command makes it again.

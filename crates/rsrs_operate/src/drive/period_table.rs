@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use rsrs_core::trials::plan::PERIOD_HEADER;
 use rsrs_core::trials::trial::TrialBackend;
+use rsrs_pipeline::files::read_text;
 
 use super::table_file::{self, TableLock};
-use rsrs_pipeline::files::read_text;
 
 /// The last column; tables of earlier versions do not have it.
 const BACKEND: &str = ",backend";

@@ -8,14 +8,14 @@ use rsrs_core::trials::trial::{DrivenTrial, Neighbour, TrialBackend, reduced};
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::Driver;
-use serde::Serialize;
-
-use super::trial_table::{Kind, TrialTable};
 use rsrs_pipeline::error::{in_one_line, with_help};
 use rsrs_pipeline::measure::bag_trials;
 use rsrs_pipeline::measure::command_rhythm;
 use rsrs_pipeline::measure::sensor_readings::Readings;
 use rsrs_pipeline::recorded_run::{self, PosesOfRun};
+use serde::Serialize;
+
+use super::trial_table::{Kind, TrialTable};
 
 /// What one trial came to.
 #[derive(Clone, Debug, Serialize)]

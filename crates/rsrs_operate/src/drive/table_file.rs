@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::lock_file::try_lock;
 

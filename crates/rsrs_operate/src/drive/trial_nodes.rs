@@ -4,6 +4,7 @@ use anyhow::Context;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::fleet_file::{CmdVel, FleetRobot, LeaseHolder};
 use rsrs_fleet::record::{self, EndingKind};
+use rsrs_pipeline::error::with_help;
 use rsrs_ros::interfaces;
 use rsrs_ros::session::SessionOptions;
 
@@ -12,7 +13,6 @@ use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
 use crate::run::simulated_fleet::{CONSTANT, SimulatedFleet, limit_parameters};
 use crate::run::{RunSummary, on_simulated_fleet, watched};
-use rsrs_pipeline::error::with_help;
 
 /// The variable that names the enclave of a program.
 const ENCLAVE: &str = "ROS_SECURITY_ENCLAVE_OVERRIDE";

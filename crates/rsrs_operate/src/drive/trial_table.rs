@@ -7,10 +7,10 @@ use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::trials::plan::{ARC_HEADER, DETECTION_HEADER, SPEED_HEADER, TURN_HEADER};
 use rsrs_core::trials::trial::{Neighbour, SETTLING_TIME_S, TrialBackend};
 use rsrs_experiment_runner::plan::Trial;
-
-use super::table_file::{self, TableLock};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::read_text;
+
+use super::table_file::{self, TableLock};
 
 /// What the rows of a table are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
+use rsrs_pipeline::error::with_help;
 use serde::Serialize;
 use tokio::io::{AsyncRead, AsyncReadExt as _};
 use tokio::task::JoinHandle;
 
 use super::operator::Operator;
-use rsrs_pipeline::error::with_help;
 
 /// Where robots are to stand, as the program gets it on its standard input: one line of JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -6,13 +6,13 @@ use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::placement::WantedStart;
+use rsrs_pipeline::error::helped;
 use rsrs_sim::draw::{RunKey, Seed};
 use rsrs_sim::placement;
 use rsrs_view::placement::Area;
 use serde::Serialize;
 
 use crate::run::place_command::{PlacedRobot, WantedPlacement};
-use rsrs_pipeline::error::helped;
 
 /// Start poses.
 #[derive(Debug, Serialize)]

@@ -19,12 +19,12 @@ use anyhow::Context;
 use rsrs_bags::{Bag, BagError};
 use rsrs_msgs::schema::schema_text;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::recorded_run;
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Endpoint, EndpointKind, Session, SessionOptions, Subscription};
 
 use hub::Hub;
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::recorded_run;
 
 /// Where Foxglove looks first; nobody on another machine can reach it.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";

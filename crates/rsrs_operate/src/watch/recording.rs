@@ -11,10 +11,10 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::observation::{Event, Playback, RecordedSwarm};
 use rsrs_fleet::record::ExperimentRecord;
-
-use super::meaning::WatchedTopic;
 use rsrs_pipeline::error::{in_one_line, with_help};
 use rsrs_pipeline::recorded_run::{self, PosesOfRun};
+
+use super::meaning::WatchedTopic;
 
 /// No bag holds who published a message.
 const NOBODY: Source = Source([0; 16]);

@@ -9,7 +9,6 @@ use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::settling::Settling;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{Phase, converged_s, label};
-use rsrs_core::program;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
@@ -139,7 +138,6 @@ fn find(
 /// The record of a run that never was on any network.
 fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> ExperimentRecord {
     let sweep = &result.source.sweep;
-    let (version, commit) = (program::VERSION, program::commit());
     let profile_digest = result.source.profile.digest();
     ExperimentRecord {
         run_id: run_id(&conditions, sweep.duration_s, sweep.seed, replicate),
@@ -155,7 +153,7 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         pose_source: Some(PoseSource::Odom),
         tracker: None,
         time: Time::Lockstep,
-        provenance: Provenance::new(version, commit, &profile_digest, &conditions),
+        provenance: Provenance::new(&profile_digest, &conditions),
         conditions,
     }
 }

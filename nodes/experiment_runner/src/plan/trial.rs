@@ -7,7 +7,6 @@ use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::help::Helpful;
-use rsrs_core::program;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
@@ -128,12 +127,7 @@ impl Plan {
         let run_id = new_run_id(Path::new(&format!("trial_{}", request.robot)))?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            provenance: Provenance::new(
-                program::VERSION,
-                program::commit(),
-                &measured.digest(),
-                &conditions,
-            ),
+            provenance: Provenance::new(&measured.digest(), &conditions),
             conditions,
             duration_s,
             seed: request.seed,
