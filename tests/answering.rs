@@ -55,6 +55,35 @@ fn of_the_papers_plane_its_cell_is_recommended_and_the_ranges_contain_it() {
     assert!(png.starts_with(b"\x89PNG"));
 }
 
+/// Five robots that see 1.5 m far would be 6 m apart on an ideal ring, and mill, 1.7 m apart.
+#[test]
+fn rings_of_another_kind_are_explained_by_no_geometry_and_contradict_its_lines() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let init = "init mine --name tb --robots 5 --radius 0.17 --speed 0.31 --turn-rate 1.9 --range 1.5 \
+                --half-angle 0.6 --period 0.05";
+    let begun = rsrs(place.path(), &init.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(code(&begun), 0, "{}", stderr(&begun));
+    let sweep = "profile: profile.yaml\naxes: {turn_rate_rad_s: [0.57, 1.0], robots: [3, 4, 5]}\n\
+                 fixed: {speed_m_s: 0.25, placement_radius_m: 1.7, arena_m: 30, walls: stop}\n\
+                 replicates: 50\nduration_s: 300\nseed: 7\n";
+    std::fs::write(place.path().join("mine/few.yaml"), sweep).expect("the folder is writable");
+    let swept = rsrs(place.path(), &["sweep", "mine/few.yaml", "-o", "out"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+
+    let answered =
+        rsrs(place.path(), &["answer", "out", "--replicates", "100", "--format", "json"]);
+    let drawn = rsrs(place.path(), &["diagram", "out", "-o", "out.svg"]);
+
+    let robots = quantity(&json(&answered), Axis::Robots);
+    let share = |n: usize| robots["curve"][n - 2]["b_s"].as_f64().expect("a share");
+    assert!(share(5) > 0.6, "{robots:#}");
+    let reason = robots["reason"].as_str().expect("a sentence");
+    assert!(!reason.contains("no ring") && !reason.contains("on the ring"), "{reason}");
+    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+    let svg = std::fs::read_to_string(place.path().join("out.svg")).expect("it was drawn");
+    assert!(!svg.contains("the robot ahead is in reach"), "{svg}");
+}
+
 #[test]
 fn candidates_are_confirmed_until_one_holds_however_many_that_takes() {
     let place = tempfile::tempdir().expect("a temporary folder");

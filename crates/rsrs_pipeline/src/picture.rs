@@ -172,11 +172,16 @@ impl<'a> Drawn<'a> {
                 }
                 let diagram = result.of_world(*world)?;
                 let (plane, conditions) = self.plane(diagram, *world, at)?;
+                let mills = |entry: &&DiagramCell| {
+                    entry.counts.wanted_share() >= 0.5 && is_at(&entry.cell, at)
+                };
+                let mills: Vec<&Cell> =
+                    diagram.cells.iter().filter(mills).map(|entry| &entry.cell).collect();
                 panels.push(Panel {
                     heading: heading.join(", "),
                     diagram,
                     at: at.clone(),
-                    boundaries: boundaries(&conditions, plane),
+                    boundaries: boundaries(&conditions, plane, &mills),
                 });
             }
         }
@@ -272,10 +277,10 @@ fn slice(
     let free: Vec<Axis> = diagram.axes.iter().copied().filter(is_free).collect();
     let values =
         |cell: &Cell| -> Option<Vec<f64>> { free.iter().map(|axis| cell.get(*axis)).collect() };
-    let has_requested =
-        |cell: &Cell| options.at.iter().all(|(axis, at)| cell.get(*axis) == Some(*at));
     let mut slices: Vec<(Vec<f64>, usize)> = Vec::new();
-    for cell in diagram.cells.iter().map(|entry| &entry.cell).filter(|cell| has_requested(cell)) {
+    for cell in
+        diagram.cells.iter().map(|entry| &entry.cell).filter(|cell| is_at(cell, &options.at))
+    {
         let Some(values) = values(cell) else { continue };
         match slices.iter_mut().find(|(slice, _)| *slice == values) {
             Some((_, n_cells)) => *n_cells += 1,
@@ -366,9 +371,12 @@ fn plane(
         let values = diagram.values(axis);
         Some((axis, *values.first()?, *values.last()?))
     };
-    let is_here = |cell: &Cell| at.iter().all(|(axis, value)| cell.get(*axis) == Some(*value));
-    let here = cells.iter().find(|(cell, _)| is_here(cell));
+    let here = cells.iter().find(|(cell, _)| is_at(cell, at));
     let (_, conditions) = here.or(cells.first()).expect("a sweep has cells");
     let x = span(x).unwrap_or((x, 0.0, 0.0));
     (Plane { x, y: y.and_then(span) }, conditions.clone())
+}
+
+fn is_at(cell: &Cell, at: &[(Axis, f64)]) -> bool {
+    at.iter().all(|(axis, value)| cell.get(*axis) == Some(*value))
 }

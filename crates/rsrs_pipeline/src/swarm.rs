@@ -4,6 +4,10 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::theory::{Condition, Ring};
 
+/// Radii of rings that differ by no more than this share are the same: steering once per period, noise
+/// and misses change that of an ideal ring a little.
+const SAME_RADIUS: f64 = 0.15;
+
 /// Robots on a ring, their commands, and how far their wheels follow them.
 #[derive(Clone, Copy)]
 pub struct Swarm {
@@ -63,6 +67,13 @@ impl Swarm {
     pub fn meets(self, condition: Condition) -> Option<bool> {
         let (speed_m_s, turn_rate_rad_s) = self.delivered();
         condition.margin(&self.ring, speed_m_s, turn_rate_rad_s).map(|margin| margin > 0.0)
+    }
+
+    /// Whether a ring that was simulated is that of theory, by its radius in metres.
+    pub fn is_ring(self, simulated_m: f64) -> bool {
+        let (speed_m_s, turn_rate_rad_s) = self.delivered();
+        let expected_m = self.ring.radius_m().map(|ring_m| ring_m.max(speed_m_s / turn_rate_rad_s));
+        expected_m.is_some_and(|ring_m| (simulated_m / ring_m - 1.0).abs() <= SAME_RADIUS)
     }
 
     /// Share of the time in which robots on the ring turn towards its inside; `None` without a ring.

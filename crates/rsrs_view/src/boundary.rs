@@ -53,13 +53,13 @@ impl Side {
         }
     }
 
-    /// What a reader looks for: `left of it`.
+    /// Where the condition of a line holds: `holds left of the line`.
     pub fn in_words(self) -> &'static str {
         match self {
-            Self::Left => "left of it",
-            Self::Right => "right of it",
-            Self::Below => "below it",
-            Self::Above => "above it",
+            Self::Left => "holds left of the line",
+            Self::Right => "holds right of the line",
+            Self::Below => "holds below the line",
+            Self::Above => "holds above the line",
         }
     }
 }

@@ -284,7 +284,7 @@ fn a_slice_of_three_axes_states_where_it_was_cut() {
 
     assert!(svg.contains("Slice at 9 robots"));
     assert!(svg.contains("chosen cell (not shown"));
-    assert!(svg.contains("far away, left of it (not"), "{svg}");
+    assert!(svg.contains("far away, holds left of the"), "{svg}");
 }
 
 #[test]

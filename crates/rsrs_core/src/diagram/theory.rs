@@ -3,8 +3,9 @@
 //! In a mill each robot drives along a ring and keeps the body of the robot ahead on the edge of its
 //! cone: it turns one way while it sees it and the other way while it does not. That fixes the
 //! radius of the ring, the number of robots that can form one, and how fast they may drive. These
-//! are oracles for the world and lines upon the phase diagram ([`Condition`]); they are not used to
-//! decide anything.
+//! are oracles for the world, and lines upon the phase diagram and reasons in answers ([`Condition`])
+//! where simulated rings are this one; they are not used to decide anything. Rings of another kind
+//! exist: such as that on which each robot just reaches the one ahead.
 //!
 //! # Source
 //!
@@ -16,6 +17,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::conditions::{Conditions, Region};
+use crate::judge::behaviour::Behaviour;
 use crate::robot::profile::Sees;
 
 /// The ring that robots with a cone can form.
@@ -35,7 +37,7 @@ pub struct Ring {
     pub false_positive: f64,
 }
 
-/// What must hold for robots to form a ring and stay on it.
+/// What must hold for robots to form this ring and stay on it; robots may mill on another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Condition {
     /// The cone is narrow enough for so many robots: `a < π/N`.
@@ -58,11 +60,11 @@ impl Condition {
     /// What the line on a diagram is called on which it only just holds.
     pub fn title(self) -> &'static str {
         match self {
-            Self::Existence => "a ring exists",
+            Self::Existence => "the cone is narrow enough for one",
             Self::Reach => "the robot ahead is in reach",
-            Self::Room => "bodies on the ring are apart",
-            Self::FastTurnBalance => "turn balance above false positives",
-            Self::SlowTurnBalance => "turn balance below true positives",
+            Self::Room => "bodies do not touch",
+            Self::FastTurnBalance => "turns inward more often than by false detections alone",
+            Self::SlowTurnBalance => "turns inward less often than the robot ahead is detected",
         }
     }
 
@@ -117,10 +119,12 @@ impl Condition {
 
 impl Ring {
     /// The ring of robots under these conditions; `None` if they see with a polygon or by centres,
-    /// for which this geometry does not hold, or have another controller than that of the paper.
+    /// for which this geometry does not hold, have another controller than that of the paper, or are to
+    /// do something else than mill.
     pub fn of(conditions: &Conditions) -> Option<Self> {
         let robot = &conditions.robot;
-        if conditions.controller.undetected.is_some() {
+        if conditions.controller.undetected.is_some() || conditions.behaviour != Behaviour::Milling
+        {
             return None;
         }
         let Region::Cone { half_angle_rad, range_m } = robot.region else {

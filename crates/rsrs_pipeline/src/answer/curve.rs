@@ -4,9 +4,11 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::{Axis, AxisValues, Cell};
 use rsrs_core::diagram::choice::Margin;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::harsher::tidy;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::share::Share;
+use rsrs_sim::sweep::ReplicateOutcome;
 
 use super::reason::{self, Edge};
 use super::{Options, Point, Quantity, Range};
@@ -40,6 +42,8 @@ pub struct Swept {
     pub phases: PhaseCounts,
     /// Its conditions in the world of robots made worse.
     pub harsher: Conditions,
+    /// Mean radius of the mills in that world, in metres; `None` if there were none.
+    pub ring_m: Option<f64>,
 }
 
 /// Moves one quantity from the recommendation.
@@ -73,15 +77,16 @@ pub fn quantity(
         swept.iter().map(|swept| Point::new(swept.value, Share::milling(&swept.phases))).collect();
     let around = around(&curve, now, search.wanted);
     let range = around.map(|(first, last)| Range::of(&curve, (first, last), now));
-    let at = swept.iter().find(|swept| same(swept.value, now));
+    let at = swept.iter().position(|swept| same(swept.value, now));
     let reason = match (around, at) {
         (Some((first, last)), Some(at)) => {
-            let edge =
-                |beyond: Vec<&Swept>| (!beyond.is_empty()).then(|| Edge(beyond).sentence(axis, at));
-            let below = edge(swept[..first].iter().rev().collect());
-            reason::of(axis, [below, edge(swept[last + 1..].iter().collect())])
+            let edge = |outward: Vec<_>, n_inside| {
+                (n_inside < outward.len()).then(|| Edge { outward, n_inside }.sentence(axis))
+            };
+            let below = edge(swept[..=at].iter().rev().collect(), at - first + 1);
+            reason::of(axis, [below, edge(swept[at..].iter().collect(), last - at + 1)])
         }
-        (_, at) => reason::nowhere(axis, &swept, at),
+        (_, at) => reason::nowhere(axis, &swept, at.map(|at| &swept[at])),
     };
     Ok(Some(Quantity { axis, recommended: now, range, curve, reason }))
 }
@@ -106,16 +111,28 @@ fn swept(
     let conditions: Vec<Conditions> =
         possible.iter().flat_map(|(_, worlds)| worlds.iter().cloned()).collect();
     let doing = axis.key();
-    let counts = search.counts(&conditions, (search.grid.seed, options.replicates), doing)?;
+    let ran = search.simulate(&conditions, (search.grid.seed, options.replicates), doing)?;
     let rarer = |counts: &[PhaseCounts]| {
         let milling = |counts: &PhaseCounts| Share::milling(counts).hits;
         if milling(&counts[1]) < milling(&counts[0]) { counts[1] } else { counts[0] }
     };
-    let swept = possible
-        .into_iter()
-        .zip(counts.chunks(2))
-        .map(|((value, [harsher, _]), counts)| Swept { value, phases: rarer(counts), harsher });
+    let counts = ran.counts(conditions.len());
+    let swept = possible.into_iter().enumerate().zip(counts.chunks(2)).map(
+        |((index, (value, [harsher, _])), counts)| {
+            let ring_m = ring_m(&ran.outcomes, 2 * index);
+            Swept { value, phases: rarer(counts), harsher, ring_m }
+        },
+    );
     Ok(swept.collect())
+}
+
+/// Mean radius of the mills of a cell, in metres; `None` if there are none.
+fn ring_m(outcomes: &[ReplicateOutcome], cell: usize) -> Option<f64> {
+    let is_mill =
+        |it: &&ReplicateOutcome| it.cell == cell && it.phase == Behaviour::Milling.wanted();
+    let radii_m: Vec<f64> =
+        outcomes.iter().filter(is_mill).map(|it| it.evidence.mean_radius_m).collect();
+    (!radii_m.is_empty()).then(|| radii_m.iter().sum::<f64>() / radii_m.len() as f64)
 }
 
 /// The values of a quantity that are tried, ascending, what the robot has among them.

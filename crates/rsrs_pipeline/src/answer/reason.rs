@@ -10,55 +10,50 @@ use crate::swarm::Swarm;
 use crate::wording::percent;
 use crate::wording::quantity::{noun, quantity};
 
-/// An end of a range: what was tried beyond it, the nearest value first; at least one.
-pub struct Edge<'a>(pub Vec<&'a Swept>);
+/// An end of a range.
+pub struct Edge<'a> {
+    /// What was tried from the recommendation outward, itself first.
+    pub outward: Vec<&'a Swept>,
+    /// How many of these belong to the range; not all.
+    pub n_inside: usize,
+}
 
 /// Where fewer runs mill than this share of those at the recommendation, it is plain what goes wrong.
 const RARE: f64 = 0.5;
 
 impl Edge<'_> {
     /// What goes wrong beyond it: `with 11 robots neighbours on the ring are …`.
-    ///
-    /// # Arguments
-    ///
-    /// * `at` — the recommendation.
-    pub fn sentence(&self, axis: Axis, at: &Swept) -> String {
-        let (shown, why) = self.by_theory(at).unwrap_or_else(|| {
-            let plain = self.plain(at);
-            (plain, as_runs_end(plain))
-        });
+    pub fn sentence(&self, axis: Axis) -> String {
+        let last = self.outward.len() - 1;
+        let is_rare =
+            |index: &usize| milling(self.outward[*index]) < RARE * milling(self.outward[0]);
+        let rare = (self.n_inside..=last).find(is_rare);
+        // If mills never become rare, what happens is plainest at the farthest value.
+        let shown = self.outward[rare.unwrap_or(last)];
+        let why = rare.and_then(|rare| self.by_theory(rare)).unwrap_or_else(|| as_runs_end(shown));
         format!("with {} {why}", quantity(axis, shown.value))
     }
 
-    /// The nearest value beyond the edge with which mills are rare; if they never are, the farthest.
-    fn plain(&self, at: &Swept) -> &Swept {
-        let rare = RARE * milling(at);
-        let found = self.0.iter().find(|swept| milling(swept) < rare);
-        found.unwrap_or(&self.0[self.0.len() - 1])
-    }
-
-    /// The condition of theory that holds at the recommendation and not beyond the edge.
+    /// The condition for an ideal ring that ceases to hold where mills become rare, in words.
     ///
     /// # Returns
     ///
-    /// The nearest value with which it does not, if mills are not rare before, and the condition in
-    /// words.
-    fn by_theory(&self, at: &Swept) -> Option<(&Swept, String)> {
-        let swarm = Swarm::of(&at.harsher)?;
-        let plain = self.plain(at).value;
-        for beyond in &self.0 {
-            let Some(other) = Swarm::of(&beyond.harsher) else { continue };
-            let broken = |condition: &Condition| {
-                swarm.meets(*condition) == Some(true) && other.meets(*condition) != Some(true)
-            };
-            if let Some(condition) = Condition::ALL.into_iter().find(broken) {
-                return Some((beyond, why(other, condition)));
-            }
-            if beyond.value.total_cmp(&plain).is_eq() {
-                break;
-            }
-        }
-        None
+    /// `None` also if up to there robots mill on rings of another kind.
+    fn by_theory(&self, rare: usize) -> Option<String> {
+        let is_ideal = |swept: &&Swept| {
+            let swarm = Swarm::of(&swept.harsher);
+            swarm.zip(swept.ring_m).is_some_and(|(swarm, ring_m)| swarm.is_ring(ring_m))
+        };
+        let (mills, beyond) = (&self.outward[..rare], Swarm::of(&self.outward[rare].harsher)?);
+        let meets = |swept: &Swept, condition| {
+            Swarm::of(&swept.harsher).and_then(|swarm| swarm.meets(condition)) == Some(true)
+        };
+        let breaks = |condition: &Condition| {
+            mills.iter().all(|swept| meets(swept, *condition))
+                && !meets(self.outward[rare], *condition)
+        };
+        let broken = Condition::ALL.into_iter().find(breaks);
+        broken.filter(|_| mills.iter().all(is_ideal)).map(|condition| why(beyond, condition))
     }
 }
 
@@ -81,13 +76,13 @@ fn why(swarm: Swarm, condition: Condition) -> String {
         ),
         Condition::Room => "bodies on the ring would touch each other".to_owned(),
         Condition::FastTurnBalance => format!(
-            "the ring asks for turning inward in {} of the time, and false detections alone make \
-             {} of it",
+            "robots on an ideal ring turn inward in {} of the time, and by false detections alone \
+             they do in {}",
             percent(balance),
             percent(ring.false_positive)
         ),
         Condition::SlowTurnBalance => format!(
-            "the ring asks for turning inward in {} of the time, and the robot ahead is detected \
+            "robots on an ideal ring turn inward in {} of the time, and the robot ahead is detected \
              in only {}",
             percent(balance),
             percent(ring.true_positive)
@@ -106,7 +101,7 @@ fn as_runs_end(swept: &Swept) -> String {
     let phase = *others.max_by_key(|phase| phases.get(**phase)).expect("there are five phases");
     let share = percent(phases.share(phase));
     match phase {
-        Phase::SemiStableMilling => format!("{share} of the mills do not stay round"),
+        Phase::SemiStableMilling => format!("the mills do not stay round in {share} of the runs"),
         Phase::Unformed => format!("{share} of the runs come to no mill"),
         Phase::Dispersion => format!("the robots lose each other in {share} of the runs"),
         Phase::CollidingUnstable => format!("the robots block each other in {share} of the runs"),

@@ -7,7 +7,7 @@ use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::share::Share;
-use rsrs_sim::sweep::{Runs, check, confirmation_seed, sweep};
+use rsrs_sim::sweep::{Runs, Swept, check, confirmation_seed, sweep};
 use serde::Serialize;
 
 use super::grid::Grid;
@@ -415,9 +415,22 @@ impl Search<'_> {
         (seed, replicates): (u64, u64),
         doing: &str,
     ) -> anyhow::Result<Vec<PhaseCounts>> {
+        Ok(self.simulate(conditions, (seed, replicates), doing)?.counts(conditions.len()))
+    }
+
+    /// What so many runs under each of some conditions come to.
+    ///
+    /// # Errors
+    ///
+    /// As [`Search::best`].
+    pub fn simulate(
+        &self,
+        conditions: &[Conditions],
+        (seed, replicates): (u64, u64),
+        doing: &str,
+    ) -> anyhow::Result<Swept> {
         let runs = self.runs(seed, replicates);
-        let swept = self.execution.simulate(doing, |watch| sweep(conditions, runs, watch))?;
-        Ok(swept.counts(conditions.len()))
+        self.execution.simulate(doing, |watch| sweep(conditions, runs, watch))
     }
 
     fn shares(

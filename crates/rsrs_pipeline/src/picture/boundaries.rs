@@ -1,7 +1,7 @@
 //! The boundaries of a mill by geometry, as lines in the plane of a diagram.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::theory::Condition;
 use rsrs_view::diagram::{Boundary, Side};
 
@@ -16,7 +16,8 @@ pub struct Plane {
     pub y: Option<(Axis, f64, f64)>,
 }
 
-/// The line of each condition of theory that begins or ceases to hold in the plane.
+/// The line of each condition for an ideal ring that begins or ceases to hold in the plane, where
+/// simulated robots do not contradict it.
 ///
 /// Each condition holds on one side of a line, as each depends on every axis in one direction only.
 ///
@@ -24,12 +25,13 @@ pub struct Plane {
 ///
 /// * `conditions` — a cell of the plane; what is no axis is taken from it.
 /// * `plane` — the plane.
+/// * `mills` — the cells of the plane in which most runs mill.
 ///
 /// # Returns
 ///
 /// No lines if the theory does not hold for these robots, see [`Ring::of`], nor where their sensor is
 /// turned along an axis.
-pub fn boundaries(conditions: &Conditions, plane: Plane) -> Vec<Boundary> {
+pub fn boundaries(conditions: &Conditions, plane: Plane, mills: &[&Cell]) -> Vec<Boundary> {
     if plane.x.0 == Axis::SensorBearing || plane.y.is_some_and(|y| y.0 == Axis::SensorBearing) {
         return Vec::new();
     }
@@ -41,10 +43,27 @@ pub fn boundaries(conditions: &Conditions, plane: Plane) -> Vec<Boundary> {
             Some(y) => curve(condition, swarm, (plane.x, y))?,
             None => upright(condition, swarm, plane.x)?,
         };
-        let label = format!("analytic: {}", condition.title());
+        let label = label(condition);
         (points.len() >= 2).then_some(Boundary { label, points, holds })
     };
-    Condition::ALL.into_iter().filter_map(line).collect()
+    let stands = |condition: &Condition| !is_contradicted(*condition, swarm, mills);
+    Condition::ALL.into_iter().filter(stands).filter_map(line).collect()
+}
+
+fn label(condition: Condition) -> String {
+    format!("ideal ring: {}", condition.title())
+}
+
+/// More than this share of the cells that mill beyond a line is no scatter.
+const SCATTER: f64 = 0.1;
+
+/// Whether robots mill where a condition does not hold: on a ring of another kind.
+fn is_contradicted(condition: Condition, swarm: Swarm, mills: &[&Cell]) -> bool {
+    let is_beyond = |cell: &&&Cell| {
+        let there = cell.iter().fold(swarm, |swarm, (axis, value)| swarm.with(axis, value));
+        there.meets(condition) == Some(false)
+    };
+    mills.iter().filter(is_beyond).count() as f64 > SCATTER * mills.len() as f64
 }
 
 type Span = (Axis, f64, f64);
@@ -134,12 +153,12 @@ mod tests {
     }
 
     fn lines(x: Span, y: Option<Span>) -> Vec<Boundary> {
-        boundaries(&conditions(), Plane { x, y })
+        boundaries(&conditions(), Plane { x, y }, &[])
     }
 
     /// The only line with this label.
     fn line(lines: &[Boundary], condition: Condition) -> &Boundary {
-        let label = format!("analytic: {}", condition.title());
+        let label = label(condition);
         lines.iter().find(|line| line.label == label).expect("the line is there")
     }
 
@@ -199,6 +218,20 @@ mod tests {
     }
 
     #[test]
+    fn a_line_beyond_which_robots_mill_is_not_drawn() {
+        let plane = Plane { x: (Axis::Robots, 3.0, 12.0), y: Some((Axis::Range, 0.3, 1.0)) };
+        let cell = |robots| Cell::new([(Axis::Robots, robots), (Axis::Range, 0.4)]).unwrap();
+        let (fits, beyond) = (cell(7.0), cell(9.0));
+        let has_reach = |mills: &[&Cell]| {
+            let lines = boundaries(&conditions(), plane, mills);
+            lines.iter().any(|line| line.label == label(Condition::Reach))
+        };
+
+        assert!(has_reach(&[&fits]));
+        assert!(!has_reach(&[&fits, &beyond]));
+    }
+
+    #[test]
     fn robots_for_which_the_theory_does_not_hold_have_no_lines() {
         let mut centres = conditions();
         centres.robot.sees = Sees::Centre;
@@ -207,7 +240,7 @@ mod tests {
             Region::Polygon { corners_m: vec![[0.0, -0.1], [0.7, 0.0], [0.0, 0.1]] };
         let plane = Plane { x: (Axis::Speed, 0.05, 0.5), y: Some((Axis::TurnRate, 0.25, 2.0)) };
 
-        assert_eq!(boundaries(&centres, plane), []);
-        assert_eq!(boundaries(&polygon, plane), []);
+        assert_eq!(boundaries(&centres, plane, &[]), []);
+        assert_eq!(boundaries(&polygon, plane, &[]), []);
     }
 }

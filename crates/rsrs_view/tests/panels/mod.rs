@@ -49,7 +49,7 @@ fn pages_of_curves_can_be_read() {
         marked: Some(0.15),
         boundaries: vec![UprightBoundary {
             value: 0.12,
-            label: "analytic: the robot ahead is in reach".to_owned(),
+            label: "ideal ring: the robot ahead is in reach".to_owned(),
             holds: Side::Right,
         }],
         real: vec![(0.11, Share { hits: 2, n: 3 })],
@@ -75,7 +75,7 @@ fn pages_of_curves_can_be_read() {
         rasterise(name, &svg.unwrap());
     }
 
-    assert!(svg.contains("in reach, right of it"));
+    assert!(svg.contains("in reach, holds right of the line"));
 }
 
 #[test]
