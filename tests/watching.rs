@@ -1,14 +1,20 @@
 //! `rsrs watch` in a window: over a fleet of the simulator's, and over bags.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
-use std::process::Command;
-use std::time::Duration;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
-use rsrs_testing::network::{TIMEOUT, eventually, in_own_network};
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::topics;
+use rsrs_ros::session::{Endpoint, Publisher, Session};
+use rsrs_testing::conditions::flockbot_conditions;
+use rsrs_testing::network::{CYCLONE_ON_LOOPBACK, TIMEOUT, eventually, in_own_network, session};
 use rsrs_testing::python;
+use rsrs_testing::record::fleet_record;
 use serde_json::Value;
 
 use crate::command;
@@ -156,6 +162,113 @@ fn without_a_terminal_it_prints_what_to_do() {
     let errors = command::stderr(&output);
     assert!(errors.contains("standard output is not a terminal"), "{errors}");
     assert!(errors.contains("ssh -t"), "{errors}");
+}
+
+/// What anybody may publish: a robot that obeys nobody and writes over the table of others, a record of
+/// another world, and, over Cyclone DDS, topics of no ROS name.
+struct Stranger {
+    _script: Process,
+    status: Publisher<RobotStatus>,
+    record: Publisher<Text>,
+    lease: Publisher<RunLease>,
+}
+
+/// Up a line, over it, and hidden from there on.
+const HOSTILE: &str =
+    "stopped by the e-stop \u{1b}[1A\r\u{1b}[2Krobot_8  yes\u{1b}[1B\r\u{1b}[8m\u{9b}2J";
+
+impl Stranger {
+    fn start(session: &Session) -> Self {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/watching/stranger.py");
+        let python = python::python_with(&python::CYCLONE);
+        let names = ["rt/my-robot/detection", "rt/9/detection"];
+        let node = session.node("/", "stranger").expect("the name is allowed");
+        let robot = topics::STATUS.for_robot("robot_8");
+        let publish = "the names are allowed";
+        Self {
+            _script: Process::start(
+                Command::new(python)
+                    .arg("-B")
+                    .arg(script)
+                    .args(names)
+                    .env("CYCLONEDDS_URI", CYCLONE_ON_LOOPBACK)
+                    .stdin(Stdio::piped()),
+            ),
+            status: session.publish_on(&node, &robot, topics::STATUS.qos).expect(publish),
+            record: session
+                .publish_on(&node, topics::EXPERIMENT.name, topics::EXPERIMENT.qos)
+                .expect(publish),
+            lease: session.publish_on(&node, topics::LEASE.name, topics::LEASE.qos).expect(publish),
+        }
+    }
+
+    async fn publish(&self, counter: u64, state: u8) {
+        let stop_reason = HOSTILE.to_owned();
+        let status = RobotStatus { counter, epoch: 1, state, stop_reason, ..Default::default() };
+        let lease = RunLease { epoch: 1, state: RunLease::RUNNING, ..RunLease::default() };
+        let mut record = fleet_record("0", flockbot_conditions());
+        record.conditions.period_s = -1.0;
+        self.status.publish(status).await.expect("there is a network");
+        self.record.publish(Text { data: record.to_json() }).await.expect("there is a network");
+        self.lease.publish(lease).await.expect("there is a network");
+    }
+
+    /// Publishes one state until it is seen.
+    async fn until(
+        &self,
+        counter: &mut u64,
+        state: u8,
+        shown: impl Fn() -> String,
+        mut is_seen: impl FnMut() -> bool,
+    ) {
+        let start = Instant::now();
+        while !is_seen() {
+            assert!(start.elapsed() < TIMEOUT, "state {state} was never shown: {}", shown());
+            *counter += 1;
+            self.publish(*counter, state).await;
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    }
+}
+
+#[test]
+fn nothing_that_anybody_publishes_ends_watching_or_writes_over_what_a_stop_shows() {
+    let name = "watching::\
+                nothing_that_anybody_publishes_ends_watching_or_writes_over_what_a_stop_shows";
+    // Installed outside of the network without a package index.
+    python::python_with(&python::CYCLONE);
+    in_own_network(name, async || {
+        let session = session();
+        let stranger = Stranger::start(&session);
+        let is_odd = |end: &Endpoint| end.topic.contains("my-robot");
+        eventually("the odd topic is there", || session.endpoints().iter().any(is_odd)).await;
+        let mut counter = 0;
+        let window = Window::open(&watch(&["--interface", "127.0.0.1"]), (100, 30));
+        let text = || window.text();
+        let shows = |word: &str| {
+            let row = |line: &str| line.starts_with("robot_8") && line.contains(word);
+            window.text().lines().any(row)
+        };
+        stranger.until(&mut counter, RobotStatus::MOVING, text, || shows("moving")).await;
+        stranger.until(&mut counter, RobotStatus::FAULT, text, || shows("FAULT")).await;
+        stranger.until(&mut counter, RobotStatus::MOVING, text, || shows("moving")).await;
+        assert!(!window.text().contains("my-robot"), "{}", window.text());
+
+        let mut stop = Process::start(rsrs().args(["stop", "--interface", "127.0.0.1"]));
+        let ended = |stop: &mut Process| stop.0.try_wait().expect("it is a child").is_some();
+        stranger.until(&mut counter, RobotStatus::MOVING, text, || ended(&mut stop)).await;
+        let (status, errors) = stop.wait(TIMEOUT);
+        let mut output = String::new();
+        let mut stdout = stop.0.stdout.take().expect("it is a pipe");
+        stdout.read_to_string(&mut output).expect("its output is text");
+
+        assert_eq!(status.code(), Some(3), "{output}{errors}");
+        let is_obeyed = |c: char| c.is_control() && c != '\n';
+        assert!(!format!("{output}{errors}").contains(is_obeyed), "{output:?}{errors:?}");
+        assert!(output.contains("robot_8  NO"), "{output}");
+        assert!(output.contains("\\u001b[8m"), "{output}");
+        assert!(errors.contains("go and look: robot_8"), "{errors}");
+    });
 }
 
 /// What a client of other people's receives: the first message of each topic.

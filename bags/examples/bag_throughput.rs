@@ -142,7 +142,7 @@ fn label(path: &Path) -> Outcome {
 
 fn save(path: &Path) -> Outcome {
     let saved = fresh(&path.with_file_name("saved"))?;
-    let recovered = recover_into(path, &saved)?;
+    let recovered = recover_into(path, &saved, None)?;
     fs::remove_dir_all(&saved)?;
     if recovered.is_complete() { Ok(()) } else { Err("something was lost".into()) }
 }

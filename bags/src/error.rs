@@ -42,6 +42,16 @@ pub enum BagError {
     /// A file without a byte.
     #[error("{} is empty", .path.display())]
     Empty { path: PathBuf },
+    /// A pipe, a device or a folder where a file should be.
+    #[error("{} is no regular file", .path.display())]
+    NoFile { path: PathBuf },
+    /// A file that was compressed as a whole, and unpacks to more than it is believed to hold.
+    #[error(
+        "{} holds more than {limit_bytes} bytes, {} times its size",
+        .path.display(),
+        .limit_bytes / (*.n_packed).max(1)
+    )]
+    TooLarge { path: PathBuf, n_packed: u64, limit_bytes: u64 },
     /// A file of another kind.
     #[error("{} is not an MCAP file", .path.display())]
     NotMcap { path: PathBuf },
@@ -93,6 +103,9 @@ impl Help for BagError {
                 "mend it or move it away: bags are read without it, too, and `rsrs bag recover BAG` \
                  writes it anew"
             }
+            Self::TooLarge { .. } => {
+                "if you trust where it comes from, give a larger `--unpack-limit` and the space"
+            }
             Self::NothingSaved { .. } => "nothing was recorded, or the damage took all of it",
             Self::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
                 "give the folder that holds metadata.yaml, or the .mcap file itself"
@@ -100,6 +113,7 @@ impl Help for BagError {
             Self::NoName { .. }
             | Self::Io { .. }
             | Self::Write { .. }
+            | Self::NoFile { .. }
             | Self::UnknownType { .. }
             | Self::DuplicateTopic { .. } => return None,
         };

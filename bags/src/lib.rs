@@ -30,5 +30,7 @@ pub use error::BagError;
 pub use info::BagInfo;
 pub use qos::OfferedQos;
 pub use reader::{Attachment, Bag, BagMessage, Damage, TopicInfo};
-pub use recover::{Loss, LossKind, LostMessages, Recovered, Recovery, recover, recover_into};
+pub use recover::{
+    Loss, LossKind, LostMessages, Recovered, Recovery, recover, recover_into, recovered_name,
+};
 pub use writer::{BagOptions, BagSummary, BagWriter, ChannelId, Compression, Packing, Sample};

@@ -4,6 +4,8 @@ mod contents;
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -164,11 +166,16 @@ impl Information {
     pub fn write_into(&self, folder: &Path) -> Result<(), BagError> {
         let document = Document { rosbag2_bagfile_information: self };
         let yaml = serde_saphyr::to_string(&document).expect("it has a YAML form");
-        let temporary = folder.join(".metadata.yaml.part");
         let path = folder.join(FILE_NAME);
-        fs::write(&temporary, yaml)
-            .and_then(|()| fs::rename(&temporary, &path))
-            .map_err(|source| BagError::Io { action: "write", path, source })
+        let write = || {
+            let mut draft = tempfile::Builder::new()
+                .permissions(fs::Permissions::from_mode(0o666))
+                .tempfile_in(folder)?;
+            draft.write_all(yaml.as_bytes())?;
+            draft.persist(&path)?;
+            Ok(())
+        };
+        write().map_err(|source| BagError::Io { action: "write", path: path.clone(), source })
     }
 }
 

@@ -16,7 +16,7 @@ use crate::BagError;
 use crate::metadata::{self, Contents};
 pub(crate) use file::BagFile;
 pub(crate) use messages::plain;
-pub(crate) use source::{Source, ZSTD_MAGIC, open, read_some};
+pub(crate) use source::{Source, ZSTD_MAGIC, open, read_some, unpacked_limit};
 pub(crate) use summary::read as read_summary;
 
 /// A bag that was opened; its messages are still on disk.
@@ -232,7 +232,9 @@ fn listed_files(folder: &Path, contents: &Contents) -> Result<Vec<PathBuf>, BagE
     if contents.storage_identifier == "sqlite3" {
         return Err(BagError::Sqlite { path: folder.to_owned() });
     }
-    Ok(contents.relative_file_paths.iter().map(|file| present(folder.join(file))).collect())
+    // Their names alone count: no bag names a file outside of its folder.
+    let name = |path: &String| Path::new(path).file_name().unwrap_or_default().to_owned();
+    Ok(contents.relative_file_paths.iter().map(|path| present(folder.join(name(path)))).collect())
 }
 
 /// A listed file, or the same one with or without the compression around it: rosbag2 unpacks files

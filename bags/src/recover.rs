@@ -15,18 +15,18 @@ mod validity;
 
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use mcap::Summary;
 use serde::Serialize;
+use tempfile::NamedTempFile;
 
 pub use loss::{Loss, LossKind, LostMessages};
 pub use recovery::Recovery;
 
 use crate::metadata::Contents;
-use crate::reader::{Source, files_of, open, read_summary};
+use crate::reader::{Source, files_of, open, read_summary, unpacked_limit};
 use crate::{BagError, BagSummary, Compression};
 use bytes::Bytes;
 use sink::Sink;
@@ -66,18 +66,23 @@ impl Recovered {
 
 /// Saves a bag into a new one beside it, `run` into `run_recovered`.
 ///
-/// # Arguments
-///
-/// * `path` — a folder as rosbag2 makes it, or one `.mcap` file.
-///
 /// # Errors
 ///
 /// As [`recover_into`].
 pub fn recover(path: &Path) -> Result<Recovered, BagError> {
+    recover_into(path, &recovered_name(path)?, None)
+}
+
+/// Where [`recover`] puts the new bag.
+///
+/// # Errors
+///
+/// [`BagError::NoName`].
+pub fn recovered_name(path: &Path) -> Result<PathBuf, BagError> {
     let name = path.file_name().and_then(|name| name.to_str());
     let name = name.ok_or_else(|| BagError::NoName { path: path.to_owned() })?;
     let stem = name.split(".mcap").next().unwrap_or(name);
-    recover_into(path, &path.with_file_name(format!("{stem}_recovered")))
+    Ok(path.with_file_name(format!("{stem}_recovered")))
 }
 
 /// Saves a bag into a new one.
@@ -89,13 +94,19 @@ pub fn recover(path: &Path) -> Result<Recovered, BagError> {
 ///
 /// * `path` — a folder as rosbag2 makes it, or one `.mcap` file.
 /// * `folder` — the new bag; it must not exist.
+/// * `unpack_limit` — to how many bytes a file that rosbag2 compressed as a whole may unpack; by
+///   default 64 times its size, and 64 MiB in any case.
 ///
 /// # Errors
 ///
-/// [`BagError::Exists`], [`BagError::NothingSaved`], [`BagError::NoFiles`], [`BagError::Sqlite`],
+/// [`BagError::Exists`], [`BagError::TooLarge`], [`BagError::NothingSaved`], [`BagError::NoFiles`], [`BagError::Sqlite`],
 /// [`BagError::NotMcap`], [`BagError::Profile`], [`BagError::Empty`], and those of reading and
 /// writing.
-pub fn recover_into(path: &Path, folder: &Path) -> Result<Recovered, BagError> {
+pub fn recover_into(
+    path: &Path,
+    folder: &Path,
+    unpack_limit: Option<u64>,
+) -> Result<Recovered, BagError> {
     if folder.exists() {
         return Err(BagError::Exists { path: folder.to_owned() });
     }
@@ -115,7 +126,7 @@ pub fn recover_into(path: &Path, folder: &Path) -> Result<Recovered, BagError> {
     let mut lost = LostMessages { is_exact: true, ..LostMessages::default() };
     let mut is_closed = true;
     for file in &paths {
-        match salvage(file, folder, &mut sink) {
+        match salvage(file, folder, unpack_limit, &mut sink) {
             Ok(found) => {
                 losses.extend(found.losses);
                 lost.add(found.lost);
@@ -162,14 +173,25 @@ struct Salvaged {
 }
 
 /// Saves what is in one file.
-fn salvage(path: &Path, folder: &Path, sink: &mut Sink) -> Result<Salvaged, BagError> {
+fn salvage(
+    path: &Path,
+    folder: &Path,
+    unpack_limit: Option<u64>,
+    sink: &mut Sink,
+) -> Result<Salvaged, BagError> {
     let io = |source| BagError::Io { action: "read", path: path.to_owned(), source };
     let source = Source::open(path)?;
     let unpacked = match source {
         Source::Plain(_) => None,
-        Source::Zstd(decoder) => Some(Unpacked::new(decoder, folder)?),
+        Source::Zstd(decoder) => {
+            let n_packed = path.metadata().map_err(io)?.len();
+            let believed = unpacked_limit(usize::try_from(n_packed).unwrap_or(usize::MAX)) as u64;
+            let limit_bytes = unpack_limit.unwrap_or(believed);
+            let too_large = || BagError::TooLarge { path: path.to_owned(), n_packed, limit_bytes };
+            Some(unpack(decoder, folder, limit_bytes)?.ok_or_else(too_large)?)
+        }
     };
-    let mut file = open(unpacked.as_ref().map_or(path, |unpacked| &unpacked.path))?;
+    let mut file = open(unpacked.as_ref().map_or(path, |unpacked| unpacked.path()))?;
     if file.metadata().map_err(io)?.len() == 0 {
         return Err(BagError::Empty { path: path.to_owned() });
     }
@@ -246,36 +268,44 @@ fn is_of_writing(error: &BagError) -> bool {
         || matches!(error, BagError::Io { action, .. } if *action != "read" && *action != "open")
 }
 
+/// What unpacking leaves of a disk to everybody else, in bytes.
+const KEPT_FREE_BYTES: u64 = 256 << 20;
+
 /// A file that rosbag2 compressed as a whole, unpacked as far as it goes; gone when dropped.
-struct Unpacked {
-    path: PathBuf,
-}
-
-impl Unpacked {
-    fn new(mut packed: impl Read, folder: &Path) -> Result<Self, BagError> {
-        let mut name = folder.file_name().unwrap_or_default().to_owned();
-        name.push(".unpacked.part");
-        let unpacked = Self { path: folder.with_file_name(name) };
-        let io = |action| {
-            let path = unpacked.path.clone();
-            move |source| BagError::Io { action, path, source }
-        };
-        let mut file = File::create(&unpacked.path).map_err(io("create"))?;
-        let mut buffer = vec![0; 1 << 20];
-        // Where unpacking fails, the file breaks off: the scan reports it.
-        while let Ok(n_bytes) = crate::reader::read_some(&mut packed, &mut buffer) {
-            if n_bytes == 0 {
-                break;
-            }
-            file.write_all(&buffer[..n_bytes]).map_err(io("write"))?;
+///
+/// # Returns
+///
+/// `None` if it does not end within so many bytes.
+fn unpack(
+    mut packed: impl Read,
+    folder: &Path,
+    limit_bytes: u64,
+) -> Result<Option<NamedTempFile>, BagError> {
+    // Of a name of its own, as somebody may have put a link to another file where it would be.
+    let beside = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let beside = beside.unwrap_or(Path::new("."));
+    let io = |action| {
+        let path = beside.to_owned();
+        move |source| BagError::Io { action, path, source }
+    };
+    let mut file = NamedTempFile::new_in(beside).map_err(io("unpack into"))?;
+    let mut buffer = vec![0; 1 << 20];
+    let mut n_written = 0;
+    // Where unpacking fails, the file breaks off: the scan reports it.
+    while let Ok(n_bytes) = crate::reader::read_some(&mut packed, &mut buffer) {
+        if n_bytes == 0 {
+            break;
         }
-        Ok(unpacked)
+        n_written += n_bytes as u64;
+        if n_written > limit_bytes {
+            return Ok(None);
+        }
+        let free =
+            rustix::fs::statvfs(file.path()).map_err(|error| io("unpack into")(error.into()))?;
+        if free.f_bavail.saturating_mul(free.f_frsize) < KEPT_FREE_BYTES {
+            return Err(io("unpack into")(std::io::ErrorKind::StorageFull.into()));
+        }
+        file.write_all(&buffer[..n_bytes]).map_err(io("unpack into"))?;
     }
-}
-
-impl Drop for Unpacked {
-    fn drop(&mut self) {
-        // Nothing is wrong with a bag because a file beside it stayed.
-        let _removed: io::Result<()> = fs::remove_file(&self.path);
-    }
+    Ok(Some(file))
 }

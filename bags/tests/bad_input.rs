@@ -1,7 +1,13 @@
 //! Bags that are in order and still not what was asked for.
 
+use std::error::Error;
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
 use rsrs_bags::trajectory::TrajectoryError;
-use rsrs_bags::{Bag, BagOptions, BagWriter, recover};
+use rsrs_bags::{Bag, BagError, BagOptions, BagWriter, Sample, recover, recover_into};
+use rsrs_core::help::Help;
 use rsrs_msgs::rsrs::RunLease;
 
 use crate::recording::damage::{messages, temporary};
@@ -86,4 +92,95 @@ fn a_clock_that_was_set_back_in_the_middle_is_refused() {
 
     // In the order of the bag's times the same stamps come twice.
     assert!(matches!(outcome, Err(TrajectoryError::TooClose { .. })), "{outcome:?}");
+}
+
+/// A file as rosbag2 compresses it as a whole.
+fn packed(path: &Path, content: &[u8]) {
+    fs::write(path, zstd::encode_all(content, 19).unwrap()).unwrap();
+}
+
+#[test]
+fn nothing_that_lies_beside_a_bag_is_written_to_or_removed_when_it_is_saved() {
+    let folder = temporary();
+    let whole = folder.path().join("whole");
+    let mut recording = Recording::new(&whole, &["robot_1", "robot_2"]);
+    (0..40).for_each(|step| recording.step(step));
+    recording.writer.finish().unwrap();
+    packed(&folder.path().join("run.mcap.zstd"), &fs::read(whole.join("whole_0.mcap")).unwrap());
+    let keys = folder.path().join("keys");
+    fs::write(&keys, "mine").unwrap();
+    let link = folder.path().join("run_recovered.unpacked.part");
+    symlink(&keys, &link).unwrap();
+
+    let saved = recover(&folder.path().join("run.mcap.zstd")).unwrap();
+
+    assert_eq!(saved.n_messages, 40 * 2 * 3);
+    assert_eq!(fs::read_to_string(&keys).unwrap(), "mine");
+    assert!(link.is_symlink());
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 5, "nothing was left beside them");
+}
+
+#[test]
+fn a_file_that_unpacks_to_far_more_than_its_size_is_saved_only_if_somebody_insists() {
+    let folder = temporary();
+    let path = folder.path().join("run.mcap.zstd");
+    let content = [mcap::MAGIC, &vec![0; 65 << 20]].concat();
+    packed(&path, &content);
+
+    let error = recover(&path).unwrap_err();
+    let into = folder.path().join("saved");
+    let insisted = recover_into(&path, &into, Some(100 << 20)).unwrap_err();
+
+    assert!(matches!(error, BagError::TooLarge { limit_bytes: 0x400_0000, .. }), "{error}");
+    assert!(error.help().unwrap().contains("--unpack-limit"));
+    assert!(matches!(insisted, BagError::NotMcap { .. }), "it was unpacked: {insisted}");
+}
+
+#[test]
+fn a_message_that_unpacks_to_far_more_than_its_size_is_damage() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
+    recording.step(0);
+    let bomb = zstd::encode_all(&*vec![0; 65 << 20], 19).unwrap();
+    let sample = Sample { log_time_ns: 1, publish_time_ns: 1, sequence: 1, data: &bomb };
+    let channel = recording.lease;
+    recording.writer.write(channel, sample).unwrap();
+    recording.writer.finish().unwrap();
+
+    let bag = Bag::open(&path).unwrap();
+    let error = bag.messages().find_map(Result::err).unwrap();
+    let saved = recover(&path).unwrap();
+
+    assert!(bomb.len() < 10_000);
+    let cause = error.source().unwrap().to_string();
+    assert!(cause.contains("holds more than 67108864 bytes"), "{cause}");
+    assert_eq!((saved.n_messages, saved.is_complete()), (6, false));
+}
+
+#[test]
+fn a_table_of_contents_names_files_of_its_folder_and_pipes_are_no_files() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
+    recording.step(0);
+    recording.writer.finish().unwrap();
+    fs::copy(path.join("run_0.mcap"), folder.path().join("elsewhere.mcap")).unwrap();
+    let table = path.join("metadata.yaml");
+    let text = fs::read_to_string(&table).unwrap();
+    for outside in ["../elsewhere.mcap", folder.path().join("elsewhere.mcap").to_str().unwrap()] {
+        fs::write(&table, text.replace("run_0.mcap", outside)).unwrap();
+
+        let error = Bag::open(&path).unwrap_err();
+
+        let missing = path.join("elsewhere.mcap").display().to_string();
+        assert!(error.to_string().contains(&missing), "{error}");
+    }
+    fs::write(&table, &text).unwrap();
+    fs::remove_file(path.join("run_0.mcap")).unwrap();
+    rustix::fs::mkfifoat(rustix::fs::CWD, path.join("run_0.mcap"), rustix::fs::Mode::RUSR).unwrap();
+
+    let error = Bag::open(&path).unwrap_err();
+
+    assert!(matches!(error, BagError::NoFile { .. }), "{error}");
 }

@@ -77,7 +77,7 @@ fn compressed_bags_are_recovered_as_plain_ones() {
         let path = folder.path().join(name);
         let into = folder.path().join(format!("{name}_saved"));
 
-        let recovered = recover_into(&path, &into).unwrap();
+        let recovered = recover_into(&path, &into, None).unwrap();
 
         assert!(recovered.is_complete(), "{recovered:?}");
         let bag = Bag::open(&into).unwrap();
@@ -95,7 +95,7 @@ fn a_compressed_file_that_was_cut_gives_its_beginning() {
     let cut = folder.path().join("cut.mcap.zstd");
     fs::write(&cut, &bytes[..bytes.len() - 10]).unwrap();
 
-    let outcome = recover_into(&cut, &folder.path().join("saved"));
+    let outcome = recover_into(&cut, &folder.path().join("saved"), None);
 
     match outcome {
         Ok(recovered) => assert!(!recovered.losses.is_empty()),
@@ -175,7 +175,7 @@ fn what_was_recovered_is_a_bag_for_others_too() {
         fs::write(&damaged, bytes).unwrap();
         let into = path.with_extension("saved");
 
-        let recovered = recover_into(&damaged, &into).unwrap();
+        let recovered = recover_into(&damaged, &into, None).unwrap();
 
         assert!(recovered.n_messages > 50, "{compression:?}");
         let counts = counted_by_others(&into);

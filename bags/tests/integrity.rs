@@ -155,12 +155,12 @@ fn a_recovered_bag_states_how_much_it_lacks() {
     let folder = temporary();
     let bag = bag_of(folder.path(), Compression::None, 40);
     let whole = folder.path().join("whole");
-    recover_into(&bag, &whole).expect("it is a bag");
+    recover_into(&bag, &whole, None).expect("it is a bag");
     let path = file_of(&bag);
     let bytes = fs::read(&path).expect("it was just written");
     fs::write(&path, &bytes[..bytes.len() / 2]).expect("room");
     let cut = folder.path().join("cut");
-    let recovered = recover_into(&bag, &cut).expect("it is a bag");
+    let recovered = recover_into(&bag, &cut, None).expect("it is a bag");
 
     let of_whole = Bag::open(&whole).expect("it is a bag").recovery().expect("it was recovered");
     let of_cut = Bag::open(&cut).expect("it is a bag").recovery().expect("it was recovered");

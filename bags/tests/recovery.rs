@@ -265,6 +265,7 @@ fn what_cannot_be_saved_is_refused_by_name() {
     assert!(matches!(refused(b"SQLite format 3\0 and more"), BagError::NotMcap { .. }));
     assert!(matches!(refused(mcap::MAGIC), BagError::NotMcap { .. }));
     fs::create_dir(folder.path().join("there")).unwrap();
-    let into = recover_into(&folder.path().join("damaged.mcap"), &folder.path().join("there"));
+    let damaged = folder.path().join("damaged.mcap");
+    let into = recover_into(&damaged, &folder.path().join("there"), None);
     assert!(matches!(into, Err(BagError::Exists { .. })));
 }

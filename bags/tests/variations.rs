@@ -281,7 +281,7 @@ fn intact_files_of_every_layout_have_all_that_is_in_them_and_are_recovered_witho
                 let expected = (n_messages, n_besides, n_besides, true);
                 assert_eq!(counts, expected, "{content:?}, {way:?}");
                 let into = folder.path().join("saved");
-                let recovered = recover_into(&path, &into).expect("it is whole");
+                let recovered = recover_into(&path, &into, None).expect("it is whole");
                 assert!(recovered.is_complete(), "{content:?}, {way:?}: {:?}", recovered.losses);
                 let saved = read(&into);
                 assert_eq!((saved.0, saved.1, saved.2), (found.0, found.1, found.2), "{way:?}");

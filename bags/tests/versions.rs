@@ -292,7 +292,7 @@ fn bags_of_every_version_are_recovered_without_loss() {
         let path = kind.record(folder.path());
         let saved = folder.path().join(format!("{}_saved", kind.name()));
 
-        let recovered = recover_into(&path, &saved).unwrap();
+        let recovered = recover_into(&path, &saved, None).unwrap();
 
         assert!(recovered.is_complete(), "{kind:?}: {recovered:?}");
         assert_eq!(read(&saved), recorded(), "{kind:?}");

@@ -102,6 +102,18 @@ impl Topic {
     }
 }
 
+/// Whether ROS takes a name, such as that of a robot, as a namespace; any program in the network may
+/// publish under names that it does not take.
+pub fn is_namespace(name: &str) -> bool {
+    let is_sign = |sign: char| sign.is_ascii_alphanumeric() || sign == '_';
+    let is_part = |part: &str| {
+        part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+            && part.chars().all(is_sign)
+            && !part.contains("__")
+    };
+    name.split('/').all(is_part)
+}
+
 /// What stands before the last parts of a name, without the slashes around it.
 fn before<'a>(name: &'a str, last: &str) -> Option<&'a str> {
     let robot = name.strip_prefix('/')?.strip_suffix(last)?.strip_suffix('/')?;
@@ -253,6 +265,13 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
+
+    #[test]
+    fn what_cannot_be_a_namespace_is_no_robot() {
+        assert!(["robot_3", "R2D2", "_a", "lab/robot_3"].into_iter().all(is_namespace));
+        let odd = ["", "no robot", "/a", "a//b", "a/", "3", "a__b", "é", "my-robot", "a\u{1b}[1A"];
+        assert!(!odd.into_iter().any(is_namespace));
+    }
 
     #[test]
     fn only_the_two_shapes_of_a_command_and_of_poses_share_a_name() {

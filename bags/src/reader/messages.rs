@@ -11,7 +11,7 @@ use mcap::{Channel, McapError, McapResult, Summary};
 
 use super::file::BagFile;
 use super::linear::{Depth, Linear};
-use super::source::{ZSTD_MAGIC, open, record_limit};
+use super::source::{ZSTD_MAGIC, open, record_limit, unpacked_limit};
 use crate::BagError;
 
 /// A message out of a bag.
@@ -222,10 +222,23 @@ impl<'a> Route<'a> {
 ///
 /// Metadata records whether it did, but a recorder that was killed left none; CDR starts with a zero,
 /// so that the two cannot be confused.
+///
+/// # Errors
+///
+/// [`McapError::DecompressionError`], also of a message that would take far more room than its bytes
+/// explain.
 pub fn plain(bytes: Vec<u8>) -> McapResult<Vec<u8>> {
     if !bytes.starts_with(&ZSTD_MAGIC) {
         return Ok(bytes);
     }
-    zstd::stream::decode_all(&*bytes)
-        .map_err(|error| McapError::DecompressionError(error.to_string()))
+    let limit = unpacked_limit(bytes.len());
+    let mut unpacked = Vec::new();
+    zstd::stream::read::Decoder::new(&*bytes)
+        .and_then(|decoder| decoder.take(limit as u64 + 1).read_to_end(&mut unpacked))
+        .map_err(|error| McapError::DecompressionError(error.to_string()))?;
+    if unpacked.len() > limit {
+        let refused = format!("a message of {} bytes holds more than {limit} bytes", bytes.len());
+        return Err(McapError::DecompressionError(refused));
+    }
+    Ok(unpacked)
 }

@@ -6,8 +6,9 @@ use std::path::Path;
 
 use crate::BagError;
 
-/// Records of this size and less are read in any file; larger ones only if the file is larger.
-const MIN_RECORD_LIMIT: usize = 64 << 20;
+/// What is of this size or less, in bytes, is believed in any file: a damaged length, or one that was
+/// made up, must not take all memory.
+const ALWAYS_BELIEVED: usize = 64 << 20;
 
 /// Text and numbers hardly compress better than this.
 const MAX_COMPRESSION: usize = 64;
@@ -52,7 +53,8 @@ impl Source {
         match self {
             Self::Plain(source) => record_limit(source.get_ref()),
             Self::Zstd(source) => {
-                Ok(record_limit(source.get_ref().get_ref())?.saturating_mul(MAX_COMPRESSION))
+                let n_packed = source.get_ref().get_ref().metadata()?.len();
+                Ok(unpacked_limit(usize::try_from(n_packed).unwrap_or(usize::MAX)))
             }
         }
     }
@@ -70,16 +72,21 @@ impl Read for Source {
 /// The longest record that a sound file of this size could hold.
 pub fn record_limit(file: &File) -> io::Result<usize> {
     let n_bytes = usize::try_from(file.metadata()?.len()).unwrap_or(usize::MAX);
-    Ok(n_bytes.max(MIN_RECORD_LIMIT))
+    Ok(n_bytes.max(ALWAYS_BELIEVED))
 }
 
-/// Opens a file to be read.
+/// The longest content that so many compressed bytes are believed to hold, in bytes.
+pub fn unpacked_limit(n_packed: usize) -> usize {
+    n_packed.saturating_mul(MAX_COMPRESSION).max(ALWAYS_BELIEVED)
+}
+
+/// Opens a file to be read, which must not be a pipe or a device: those may have no end.
 pub fn open(path: &Path) -> Result<File, BagError> {
-    File::open(path).map_err(|source| BagError::Io {
-        action: "open",
-        path: path.to_owned(),
-        source,
-    })
+    let io = |source| BagError::Io { action: "open", path: path.to_owned(), source };
+    if !path.metadata().map_err(io)?.is_file() {
+        return Err(BagError::NoFile { path: path.to_owned() });
+    }
+    File::open(path).map_err(io)
 }
 
 /// Reads some bytes; zero only at the end.

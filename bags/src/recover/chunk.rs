@@ -4,14 +4,8 @@ use mcap::records::ChunkHeader;
 use mcap::{McapError, McapResult};
 
 use super::validity::ChunkHead;
+use crate::reader::unpacked_limit;
 use crate::records::{self, HEAD_BYTES, Unpacker};
-
-/// A chunk of this size is believed, and a larger one only if the file has an amount of bytes for
-/// it that compression could explain: a damaged length must not take all memory.
-const MIN_CONTENT_LIMIT: usize = 64 << 20;
-
-/// Compression seldom does better than this.
-const MAX_COMPRESSION: usize = 256;
 
 /// What is used again for each chunk.
 pub struct Room {
@@ -34,7 +28,7 @@ pub fn unpack(head: &ChunkHead, body: &[u8], room: &mut Room) -> McapResult<()> 
     let packed = packed(head, body);
     let size = usize::try_from(uncompressed_size).unwrap_or(usize::MAX);
     content.clear();
-    if size > limit(packed) {
+    if size > unpacked_limit(packed.len()) {
         return Err(McapError::ChunkTooLarge(uncompressed_size));
     }
     let mut unpacked = unpacker.unpack((&head.header.compression, packed), size, content);
@@ -60,7 +54,7 @@ pub fn unpack_beginning(head: &ChunkHead, body: &[u8], room: &mut Room) -> McapE
     let Room { unpacker, content } = room;
     let packed = packed(head, body);
     let size = usize::try_from(head.header.uncompressed_size).unwrap_or(usize::MAX);
-    let size = size.min(limit(packed));
+    let size = size.min(unpacked_limit(packed.len()));
     let _cut: McapResult<()> = unpacker.unpack((&head.header.compression, packed), size, content);
     McapError::UnexpectedEof
 }
@@ -70,11 +64,6 @@ fn packed<'a>(head: &ChunkHead, body: &'a [u8]) -> &'a [u8] {
     let packed = body.get(head.n_bytes..).unwrap_or_default();
     let n_bytes = usize::try_from(head.header.compressed_size).unwrap_or(usize::MAX);
     &packed[..n_bytes.min(packed.len())]
-}
-
-/// The longest content that is believed, in bytes.
-fn limit(packed: &[u8]) -> usize {
-    packed.len().saturating_mul(MAX_COMPRESSION).max(MIN_CONTENT_LIMIT)
 }
 
 /// The record at the start of what is left of a content; `None` if it is not sound.

@@ -55,7 +55,7 @@ pub fn recover_bytes(
     if into.exists() {
         fs::remove_dir_all(&into).expect("it is ours");
     }
-    let recovered = recover_into(&path, &into)?;
+    let recovered = recover_into(&path, &into, None)?;
     let saved = messages(&into);
     assert_eq!(recovered.n_messages, saved.len() as u64);
     Ok((recovered, saved))

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Command, Parser};
 
-use crate::notes::print_always;
+use crate::notes::print_painted;
 
 /// The exit code of arguments that cannot be.
 const BAD_ARGUMENTS: u8 = 2;
@@ -35,7 +35,7 @@ pub fn parse<T: Parser>() -> Result<T, ExitCode> {
             let is_painted = std::io::stderr().is_terminal()
                 && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
             let text = if is_painted { text.ansi().to_string() } else { text.to_string() };
-            print_always(in_words(&text));
+            print_painted(in_words(&text).trim_end());
             Err(ExitCode::from(BAD_ARGUMENTS))
         }
     }

@@ -37,6 +37,7 @@ use anyhow::Context;
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::printable::lines;
 use rsrs_fleet::placement;
 use serde::Serialize;
 
@@ -108,8 +109,12 @@ pub fn report(
     words: impl Into<Words>,
 ) -> anyhow::Result<()> {
     match format {
-        Format::Text => print_text(&words.into().painted()),
-        Format::Json => print_text(&serde_json::to_string_pretty(value).context("result as JSON")?),
+        Format::Text => print_text(words),
+        Format::Json => {
+            // JSON may hold what a terminal obeys, beyond what it escapes by itself.
+            let json = serde_json::to_string_pretty(value).context("result as JSON")?;
+            print_verbatim(&lines(&json))
+        }
     }
 }
 
@@ -120,7 +125,7 @@ pub fn report(
 /// As [`print_text`].
 pub fn report_written(format: Format, path: &Path) -> anyhow::Result<()> {
     match format {
-        Format::Text => print_text(&format!("wrote {}", path.display())),
+        Format::Text => print_text(format!("wrote {}", path.display())),
         Format::Json => Ok(()),
     }
 }
@@ -131,7 +136,16 @@ pub fn report_written(format: Format, path: &Path) -> anyhow::Result<()> {
 /// # Errors
 ///
 /// If standard output cannot be written, as to a disk that is full.
-pub fn print_text(text: &str) -> anyhow::Result<()> {
+pub fn print_text(words: impl Into<Words>) -> anyhow::Result<()> {
+    print_verbatim(&words.into().painted())
+}
+
+/// Prints a text to standard output as it is.
+///
+/// # Errors
+///
+/// As [`print_text`].
+pub fn print_verbatim(text: &str) -> anyhow::Result<()> {
     match writeln!(anstream::stdout(), "{text}") {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         written => written.context("writing to standard output"),

@@ -14,8 +14,13 @@ pub fn print_note(note: impl Into<Words>) {
 
 /// Prints on standard error what a person must not miss: a warning, a question, an error.
 pub fn print_always(words: impl Into<Words>) {
+    print_painted(&words.into().painted());
+}
+
+/// Prints on standard error a text that has its colours already.
+pub fn print_painted(text: &str) {
     // What was logged before comes before it.
     rsrs_ros::logging::flush();
     // Without standard error there is no way to report it.
-    drop(writeln!(anstream::stderr(), "{}", words.into().painted()));
+    drop(writeln!(anstream::stderr(), "{text}"));
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use anstyle::{AnsiColor, Style};
+use rsrs_core::printable::lines;
 
 /// How something is. The words state it, too: a colour is beside them and never instead of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,20 +41,20 @@ pub struct Words {
 }
 
 impl Words {
-    /// A text without a tone.
-    pub fn new(text: &impl ToString) -> Self {
-        Self { text: text.to_string(), tones: Vec::new() }
+    /// A text without a tone; of what others have put into it nothing is obeyed by a terminal.
+    pub fn new(text: &(impl ToString + ?Sized)) -> Self {
+        Self { text: lines(&text.to_string()).into_owned(), tones: Vec::new() }
     }
 
     /// Gives the next occurrence of a part a tone: the first one behind those that have one already.
     pub fn tone(mut self, tone: Tone, part: impl Into<String>) -> Self {
-        self.tones.push((Some(tone), part.into()));
+        self.tones.push((Some(tone), lines(&part.into()).into_owned()));
         self
     }
 
     /// Goes past the next occurrence of a part: what has a tone next stands behind it.
     pub fn past(mut self, part: impl Into<String>) -> Self {
-        self.tones.push((None, part.into()));
+        self.tones.push((None, lines(&part.into()).into_owned()));
         self
     }
 
@@ -85,7 +86,7 @@ impl Words {
 
 impl<T: AsRef<str>> From<T> for Words {
     fn from(text: T) -> Self {
-        Self::new(&text.as_ref())
+        Self::new(text.as_ref())
     }
 }
 
@@ -122,6 +123,15 @@ mod tests {
         let expected = "robot_1  \u{1b}[1m\u{1b}[32myes\u{1b}[0m\nrobot_2  \
                         \u{1b}[1m\u{1b}[31mNO\u{1b}[0m\nrobot_3  \u{1b}[1m\u{1b}[32myes\u{1b}[0m";
         assert_eq!(words.painted(), expected);
+    }
+
+    #[test]
+    fn what_others_have_put_into_a_text_moves_no_cursor_and_hides_nothing() {
+        let hostile = "the e-stop\u{1b}[1A\r\u{1b}[2K";
+        let words = Words::from(format!("robot_8 NO {hostile}")).tone(Tone::Bad, hostile);
+
+        let shown = "the e-stop\\u001b[1A\\u000d\\u001b[2K";
+        assert_eq!(words.painted(), format!("robot_8 NO \u{1b}[1m\u{1b}[31m{shown}\u{1b}[0m"));
     }
 
     #[test]

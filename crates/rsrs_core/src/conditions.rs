@@ -227,6 +227,9 @@ impl Region {
 /// Most robots in one world; beyond it, memory and not the method would end the run.
 pub const MAX_ROBOTS: usize = 1_000_000;
 
+/// The longest run, in seconds: a week. What is longer is a slip, and would fill memory or disk.
+pub const MOST_DURATION_S: f64 = 604_800.0;
+
 impl Conditions {
     /// Names these conditions: equal digests mean equal worlds. The duration is not part of it, so
     /// that a longer run passes through the states of a shorter one.

@@ -41,4 +41,5 @@ pub mod trials;
 pub mod digest;
 pub mod document;
 pub mod help;
+pub mod printable;
 pub mod program;

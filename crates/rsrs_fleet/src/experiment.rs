@@ -2,8 +2,8 @@
 
 mod recording;
 
-use rsrs_core::conditions::Settings;
 use rsrs_core::conditions::start_file::StartPlacement;
+use rsrs_core::conditions::{MOST_DURATION_S, Settings};
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
@@ -251,8 +251,12 @@ impl ExperimentFile {
                 return out_of_range(key, length_m, "a finite length above 0 m");
             }
         }
-        if !(self.duration_s > 0.0 && self.duration_s.is_finite()) {
-            return out_of_range("duration_s", self.duration_s, "a finite time above 0 s");
+        if !(self.duration_s > 0.0 && self.duration_s <= MOST_DURATION_S) {
+            return out_of_range(
+                "duration_s",
+                self.duration_s,
+                "a time above 0 s, and a week at most",
+            );
         }
         if self.seed >= SEED_LIMIT {
             return out_of_range("seed", self.seed as f64, "a whole number below 2^63");

@@ -403,7 +403,7 @@ fn first_of<T: Clone>(layers: [&Option<T>; 3]) -> Option<T> {
 
 /// Whether a robot may have this name: each part of it is one of a namespace in ROS, and its topics are
 /// not taken for those of another one.
-fn is_name(name: &str) -> bool {
+pub(crate) fn is_name(name: &str) -> bool {
     let is_part = |part: &str| {
         part.starts_with(|first: char| first.is_ascii_alphabetic())
             && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::operator::OperatorConditions;
+use rsrs_core::conditions::{Conditions, Impossible, MOST_DURATION_S};
 use rsrs_core::program;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::Tracker;
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{RobotLost, Time};
-use crate::fleet_file::{Driver, FleetRobot};
+use crate::fleet_file::{Driver, FleetRobot, is_name};
 use crate::parameters::GateSettings;
 use crate::runner::{Outcome, grouped};
 
@@ -302,6 +302,24 @@ pub enum RecordError {
         /// Its version.
         found: u32,
     },
+    /// Its numbers make no world.
+    #[error("conditions.{source}")]
+    Conditions {
+        /// Which, and why.
+        source: Box<Impossible>,
+    },
+    /// The time that robots were to move is none.
+    #[error("duration_s is {found}, expected a time above 0 s, and at most {MOST_DURATION_S} s")]
+    Duration {
+        /// Its time, in seconds.
+        found: f64,
+    },
+    /// A robot has a name that no robot can have.
+    #[error("`{found}` is no name of a robot")]
+    Name {
+        /// The name.
+        found: String,
+    },
     /// It is damaged, or no record.
     #[error(transparent)]
     Json(#[from] serde_json::Error),
@@ -337,9 +355,24 @@ impl ExperimentRecord {
         // A newer shape may have any keys.
         let versioned: Option<Versioned> = serde_json::from_str(text).ok();
         let found = versioned.map(|record| record.provenance.schema_version);
-        match found.filter(|found| *found != RECORD_SCHEMA_VERSION) {
-            Some(found) => Err(RecordError::Version { found }),
-            None => Ok(serde_json::from_str(text)?),
+        if let Some(found) = found.filter(|found| *found != RECORD_SCHEMA_VERSION) {
+            return Err(RecordError::Version { found });
+        }
+        let record: Self = serde_json::from_str(text)?;
+        record.check()?;
+        Ok(record)
+    }
+
+    /// Refuses what no run can have had: a record comes from a bag of anybody's, or from the network.
+    fn check(&self) -> Result<(), RecordError> {
+        let in_conditions = |source| RecordError::Conditions { source: Box::new(source) };
+        self.conditions.check().map_err(in_conditions)?;
+        if !(self.duration_s > 0.0 && self.duration_s <= MOST_DURATION_S) {
+            return Err(RecordError::Duration { found: self.duration_s });
+        }
+        match self.robots.iter().find(|robot| !is_name(robot)) {
+            Some(robot) => Err(RecordError::Name { found: robot.clone() }),
+            None => Ok(()),
         }
     }
 
@@ -595,6 +628,25 @@ pub(crate) mod tests {
 
         assert_eq!(read, record);
         assert_eq!(format!("{:016x}", read.conditions.digest()), read.provenance.conditions_digest);
+    }
+
+    #[test]
+    fn a_record_of_what_no_run_can_have_had_is_refused() {
+        let refusal = |change: fn(&mut ExperimentRecord)| {
+            let mut record = record();
+            change(&mut record);
+            ExperimentRecord::from_json(&record.to_json()).unwrap_err().to_string()
+        };
+
+        let period = "conditions.period_s is -1, expected a number from 0.001 to 60";
+        assert_eq!(refusal(|it| it.conditions.period_s = -1.0), period);
+        assert!(refusal(|it| it.conditions.period_s = 1e300).contains("expected a number"));
+        assert!(refusal(|it| it.conditions.period_s = 1e-9).contains("expected a number"));
+        let duration =
+            "duration_s is 1000000000000, expected a time above 0 s, and at most 604800 s";
+        assert_eq!(refusal(|it| it.duration_s = 1e12), duration);
+        let name = "`robot_8 yes\u{1b}[1A` is no name of a robot";
+        assert_eq!(refusal(|it| it.robots[0] = "robot_8 yes\u{1b}[1A".to_owned()), name);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! What a message cannot mean in the protocol is refused here, so that no machine has to check its
 //! events again.
 
+use rsrs_core::printable::one_line;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
@@ -110,7 +111,10 @@ pub fn lease_message(lease: &Lease, stamp: Time) -> RunLease {
     }
 }
 
-/// Understands a status.
+/// The longest reason for standing that is kept, in characters.
+const MOST_REASON: usize = 200;
+
+/// Understands a status; its reason is anybody's text, and is kept as one line that is not too long.
 ///
 /// # Errors
 ///
@@ -138,7 +142,7 @@ pub fn status(message: RobotStatus) -> Result<Status, InvalidMessage> {
         parameter_digest: message.parameter_digest,
         state,
         stop_cause,
-        stop_reason: message.stop_reason,
+        stop_reason: one_line(&message.stop_reason).chars().take(MOST_REASON).collect(),
         battery_v: message.battery_v,
     })
 }

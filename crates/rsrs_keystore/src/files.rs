@@ -9,6 +9,8 @@ use crate::KeystoreError;
 
 /// Read and written by their owner alone.
 pub(crate) const PRIVATE_MODE: u32 = 0o600;
+/// Read by everybody, and written by its owner alone.
+const PUBLIC_MODE: u32 = 0o644;
 const PRIVATE_FOLDER_MODE: u32 = 0o700;
 
 /// Makes a folder and those above it.
@@ -38,9 +40,15 @@ pub(crate) fn write_key(path: &Path, pem: &str) -> Result<(), KeystoreError> {
 
 /// Writes what everybody may read: the old file or the new one, whole.
 pub(crate) fn write_public(path: &Path, text: &str) -> Result<(), KeystoreError> {
-    let new = path.with_extension("new");
-    let written = fs::write(&new, text).and_then(|()| fs::rename(&new, path));
-    written.map_err(KeystoreError::file("write", path))
+    let written = || {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        let public = Permissions::from_mode(PUBLIC_MODE);
+        let mut file = tempfile::Builder::new().permissions(public).tempfile_in(folder)?;
+        file.write_all(text.as_bytes())?;
+        file.persist(path)?;
+        Ok(())
+    };
+    written().map_err(KeystoreError::file("write", path))
 }
 
 /// Reads a text.

@@ -2,30 +2,80 @@
 
 pub mod lock_file;
 
+use std::fs::{File, Permissions};
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 
 use anyhow::Context;
 
 use crate::wording::size;
 
-/// Writes one file.
+/// Writes one file: a reader finds the old one or the new one, whole. A link is replaced, and what it
+/// points to stays as it is; a pipe or a device is written to.
 ///
 /// # Errors
 ///
-/// If the file cannot be written.
+/// If the file cannot be written; then the old one is there.
 pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    write_draft(path, bytes)?;
+    let is_stream = path.metadata().is_ok_and(|metadata| !metadata.is_file());
+    let written = if is_stream {
+        std::fs::write(path, bytes)
+    } else {
+        draft_of(path, bytes).and_then(|draft| draft.persist(path).map(drop).map_err(Into::into))
+    };
+    written.with_context(|| cannot_write(path))?;
     wrote(path);
     Ok(())
 }
 
-/// Writes one file that is still to take its place, so that it is not logged.
+/// Writes one file as [`write_file`] does, on the disk at once: the old or the new one is there,
+/// whenever this program or the machine is killed.
+///
+/// # Errors
+///
+/// If the disk is full, or refuses; then the old one is there.
+pub fn write_durably(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let draft = draft_of(path, bytes)?;
+    draft.as_file().sync_all()?;
+    draft.persist(path)?;
+    // The name, too.
+    File::open(folder_of(path))?.sync_all()
+}
+
+/// Writes one file into a folder that is still to take its place, so that it is not logged. What was
+/// there, a link included, is removed.
 ///
 /// # Errors
 ///
 /// If the file cannot be written.
 pub fn write_draft(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+    let write = || {
+        match std::fs::remove_file(path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        File::create_new(path)?.write_all(bytes)
+    };
+    write().with_context(|| cannot_write(path))
+}
+
+/// A file beside another one, of a name that nobody else chooses, to take its place.
+fn draft_of(path: &Path, bytes: &[u8]) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut draft = tempfile::Builder::new()
+        .prefix(".rsrs.")
+        .permissions(Permissions::from_mode(0o666))
+        .tempfile_in(folder_of(path))?;
+    draft.write_all(bytes)?;
+    Ok(draft)
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write {}", path.display())
 }
 
 /// Reads one file of text.
@@ -44,4 +94,38 @@ pub fn read_text(path: &Path) -> anyhow::Result<String> {
 pub fn wrote(path: &Path) {
     let n_bytes = path.metadata().map_or(0, |metadata| metadata.len());
     log::info!("wrote {}: {}", path.display(), size(n_bytes));
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    #[test]
+    fn no_link_leads_a_result_into_another_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let (theirs, mine) = (folder.path().join("keys"), folder.path().join("label.json"));
+        let durably = |path: &Path, bytes: &[u8]| write_durably(path, bytes).context("a disk");
+        for write in [write_file, write_draft, durably] {
+            std::fs::write(&theirs, "theirs").unwrap();
+            drop(std::fs::remove_file(&mine));
+            symlink(&theirs, &mine).unwrap();
+
+            write(&mine, b"mine").unwrap();
+
+            assert_eq!(std::fs::read_to_string(&theirs).unwrap(), "theirs");
+            assert_eq!(std::fs::read_to_string(&mine).unwrap(), "mine");
+            assert!(mine.symlink_metadata().unwrap().is_file());
+        }
+        let n_files = std::fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(n_files, 2, "nothing stays beside them");
+    }
+
+    #[test]
+    fn what_cannot_be_replaced_is_written_to() {
+        write_file(Path::new("/dev/null"), b"anything").unwrap();
+
+        assert!(!Path::new("/dev/null").metadata().unwrap().is_file());
+    }
 }

@@ -6,6 +6,7 @@ pub mod shell;
 use std::path::PathBuf;
 
 use jiff::Timestamp;
+use rsrs_core::printable::one_line;
 
 /// Log times from here on are of the wall clock, earlier ones of a simulation: none simulates
 /// 30 years.
@@ -76,8 +77,11 @@ pub fn moment(time_ns: u64) -> String {
 
 /// Rows as columns: each as wide as its widest field, two spaces apart.
 pub fn columns<const N: usize>(rows: &[[String; N]]) -> String {
+    // A cell is one line, also where its text is somebody else's.
+    let one_lined = |row: &[String; N]| row.each_ref().map(|cell| one_line(cell).into_owned());
+    let rows: Vec<[String; N]> = rows.iter().map(one_lined).collect();
     let mut widths = [0; N];
-    for row in rows {
+    for row in &rows {
         for (width, field) in widths.iter_mut().zip(row) {
             *width = (*width).max(field.chars().count());
         }

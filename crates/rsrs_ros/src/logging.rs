@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use log::LevelFilter;
+use rsrs_core::printable::lines;
 
 use crate::printing::{Printed, Printer};
 use crate::session::NodeHandle;
@@ -98,8 +99,11 @@ pub fn init(level: Level, developer_filter: Option<&str>) {
 pub fn init_steps(developer_filter: Option<&str>) {
     let mut builder = builder(Level::Info, developer_filter);
     builder.format(|out, record| match record.level() {
-        log::Level::Info => writeln!(out, "{}", record.args()),
-        level => writeln!(out, "{}: {}", level.as_str().to_lowercase(), record.args()),
+        log::Level::Info => writeln!(out, "{}", lines(&record.args().to_string())),
+        level => {
+            let text = record.args().to_string();
+            writeln!(out, "{}: {}", level.as_str().to_lowercase(), lines(&text))
+        }
     });
     install(builder);
 }
@@ -119,7 +123,13 @@ fn builder(level: Level, developer_filter: Option<&str>) -> env_logger::Builder 
     let style =
         if is_coloured { env_logger::WriteStyle::Always } else { env_logger::WriteStyle::Never };
     builder.target(env_logger::Target::Pipe(Box::new(Lines))).write_style(style);
-    builder.format_timestamp(None);
+    builder.format(|out, record| {
+        let (level, target) = (record.level(), record.target());
+        let style = out.default_level_style(level);
+        // What stands on further lines is further in, and so no other entry of a journal.
+        let text = lines(&record.args().to_string()).replace('\n', "\n    ");
+        writeln!(out, "[{style}{level:<5}{style:#} {target}] {text}")
+    });
     builder
 }
 

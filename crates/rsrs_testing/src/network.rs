@@ -106,6 +106,12 @@ pub fn session() -> Session {
         .expect("the loopback interface is there")
 }
 
+/// `CYCLONEDDS_URI` with which Cyclone DDS uses the only interface of a network of its own, which it would
+/// avoid.
+pub const CYCLONE_ON_LOOPBACK: &str = "<CycloneDDS><Domain><General><Interfaces>\
+    <NetworkInterface name=\"lo\" multicast=\"true\"/>\
+    </Interfaces></General></Domain></CycloneDDS>";
+
 /// Waits until `condition` holds.
 pub async fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
     let start = std::time::Instant::now();

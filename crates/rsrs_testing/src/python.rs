@@ -22,6 +22,10 @@ pub const BAGS: Environment = Environment {
     files_only: &["ros-rcl-interfaces==2.0.3"],
 };
 
+/// Another implementation of DDS.
+pub const CYCLONE: Environment =
+    Environment { name: "cyclone", packages: &["cyclonedds==11.0.1"], files_only: &[] };
+
 /// Statistics, optimisation, tables and notebooks.
 pub const SCIENCE: Environment = Environment {
     name: "science",

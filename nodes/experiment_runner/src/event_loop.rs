@@ -13,6 +13,7 @@ use anyhow::Context;
 use futures::StreamExt;
 use futures::stream::FuturesUnordered;
 use rsrs_bags::BagSummary;
+use rsrs_core::printable::one_line;
 use rsrs_fleet::message::{RobotState, Status};
 use rsrs_fleet::rates::Rates;
 use rsrs_fleet::record::ExperimentRecord;
@@ -171,10 +172,10 @@ pub async fn run(
         watch,
     };
     for (robot, own) in &plan.record.own_profiles {
-        run.note(format!("{robot}: {own}"));
+        run.note(&format!("{robot}: {own}"));
     }
     if let Some(unused) = plan.unused_keys() {
-        run.note(unused);
+        run.note(&unused);
     }
     let ended = run.serve(&mut samples, &mut written, stop).await;
     let report = ended.and_then(|()| run.report());
@@ -333,9 +334,11 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn note(&mut self, text: String) {
+    /// Tells the operator and the log; what others have put into it stays on its line.
+    fn note(&mut self, text: &str) {
+        let text = one_line(text);
         self.node.log(Level::Info, &text);
-        (self.watch)(Progress::Note(text));
+        (self.watch)(Progress::Note(text.into_owned()));
     }
 
     /// Takes a report of the thread that writes the bag.
@@ -407,7 +410,7 @@ impl<'a> Run<'a> {
         };
         let Sighting { poses, notes } = self.tracked.take(place, received)?;
         for note in notes {
-            self.note(note);
+            self.note(&note);
         }
         let poses = poses.into_iter();
         Ok(if self.rates.is_some() {
@@ -484,7 +487,7 @@ impl<'a> Run<'a> {
                 return Ok(self.open_recorder());
             }
             Action::CloseRecorder => return self.close_recorder().await,
-            Action::Note(text) => self.note(text),
+            Action::Note(text) => self.note(&text),
             Action::Finish { not_standing, .. } => self.finished = Some(not_standing),
         }
         Ok(None)

@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
                 && !is_fixed(Axis::UndetectedTurnRate);
             if arguments.format == Format::Text && is_milling && is_mirrored {
                 let next = format!("next: rsrs diagnose {}", quoted(&arguments.folder));
-                print_text(&Words::from(next + "   # what would have to be changed").painted())?;
+                print_text(next + "   # what would have to be changed")?;
             }
             Ok(Outcome::NegativeAnswer)
         }
@@ -144,14 +144,14 @@ fn report_next(arguments: &Arguments) -> anyhow::Result<()> {
         let kept = quoted(arguments.folder.join("choice.json"));
         let next =
             format!("next: rsrs choose {folder} -o {kept}   # keeps it, for run and diagram");
-        return print_text(&Words::from(next).painted());
+        return print_text(next);
     };
     report_written(Format::Text, path)?;
     let experiment = experiment_beside(&arguments.folder);
     let next = format!(
         "next: rsrs plan-experiments {folder}\nthen: rsrs run {experiment} --from {folder}"
     );
-    print_text(&Words::from(next).painted())
+    print_text(next)
 }
 
 /// What a chosen cell is called, and how a person reads it.

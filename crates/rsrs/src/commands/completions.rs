@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::CommandFactory;
 use clap_complete::Shell;
 
-use crate::commands::print_text;
+use crate::commands::print_verbatim;
 use crate::failure::Outcome;
 
 /// Print completions for a shell.
@@ -23,6 +23,6 @@ pub struct Arguments {
 pub fn run<C: CommandFactory>(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut C::command(), "rsrs", &mut script);
-    print_text(String::from_utf8(script).context("completions are text")?.trim_end())?;
+    print_verbatim(String::from_utf8(script).context("completions are text")?.trim_end())?;
     Ok(Outcome::Done)
 }

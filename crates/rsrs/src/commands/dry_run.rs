@@ -171,7 +171,7 @@ impl DryRun<'_> {
     fn print(&self, words: impl Into<Words>) -> anyhow::Result<()> {
         match self.arguments.format {
             Format::Json => Ok(()),
-            Format::Text => commands::print_text(&words.into().painted()),
+            Format::Text => commands::print_text(words),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rsrs_core::printable::one_line;
 use rsrs_experiment_runner::stop::{Holding, StopReport, command_all};
 use rsrs_fleet::e_stop::Cause;
 use rsrs_fleet::fleet_file::FleetFile;
@@ -251,7 +252,10 @@ fn print_ending(word: StopCommand, named: Named, report: &StopReport) {
 }
 
 fn name_of(holding: &Holding) -> String {
-    holding.node.clone().unwrap_or_else(|| format!("publisher {}", holding.source))
+    match &holding.node {
+        Some(node) => one_line(node).into_owned(),
+        None => format!("publisher {}", holding.source),
+    }
 }
 
 fn all_of(n_robots: usize, named: Named) -> String {

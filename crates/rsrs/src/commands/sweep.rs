@@ -85,7 +85,7 @@ struct ShardReport {
 /// If a file is wrong, a cell cannot be simulated, or the folder cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let (Some(file), Some(folder)) = (&arguments.sweep, &arguments.output) else {
-        print_text(&axes())?;
+        print_text(axes())?;
         return Ok(Outcome::Done);
     };
     let name = file.display().to_string();

@@ -29,7 +29,7 @@ pub(super) const SIGNED: Bounds = Bounds { least: -1e3, most: 1e3 };
 /// What has an extent: lengths in metres, and times over which something fades, in seconds.
 pub(super) const SIZE: Bounds = Bounds { least: 1e-6, most: 1e6 };
 /// A control period, in seconds.
-pub(super) const PERIOD: Bounds = Bounds { least: 1e-6, most: 60.0 };
+pub(super) const PERIOD: Bounds = Bounds { least: 1e-3, most: 60.0 };
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
 /// Robots of a detection trial.
@@ -114,7 +114,7 @@ impl Conditions {
     /// # fn example(mut conditions: Conditions) {
     /// conditions.period_s = 0.0;
     /// let error = conditions.check().unwrap_err();
-    /// assert_eq!(error.to_string(), "period_s is 0, expected a number from 0.000001 to 60");
+    /// assert_eq!(error.to_string(), "period_s is 0, expected a number from 0.001 to 60");
     /// # }
     /// ```
     pub fn check(&self) -> Result<(), Impossible> {
@@ -292,7 +292,7 @@ mod tests {
 
         let error = conditions.check().unwrap_err();
 
-        let expected = "period_s is NaN, expected a number from 0.000001 to 60";
+        let expected = "period_s is NaN, expected a number from 0.001 to 60";
         assert_eq!(error.to_string(), expected);
     }
 

@@ -1,13 +1,13 @@
 //! A table of trials on disk: written by one process at a time, and never half-written.
 
 use std::fs::File;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::lock_file::try_lock;
+use rsrs_pipeline::files::write_durably;
 
 /// How long a row waits for another process that adds one, which takes milliseconds.
 pub const TIMEOUT: Duration = Duration::from_secs(10);
@@ -32,7 +32,9 @@ impl TableLock {
     ///
     /// If another process has it all the while, or its folder is not writable.
     pub fn take(table: &Path, timeout: Duration) -> anyhow::Result<Self> {
-        let lock = beside(table, "lock");
+        // `.speed.csv.lock` beside `speed.csv`.
+        let name = table.file_name().unwrap_or_default().to_string_lossy();
+        let lock = table.with_file_name(format!(".{name}.lock"));
         let start = Instant::now();
         loop {
             let locked = try_lock(&lock)
@@ -59,17 +61,8 @@ impl TableLock {
     pub fn replace(&self, text: &str) -> anyhow::Result<()> {
         // What a link points to is replaced, and not the link.
         let table = self.table.canonicalize().unwrap_or_else(|_| self.table.clone());
-        let draft = beside(&table, "new");
-        let write = |mut file: File| file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-        let written = File::create(&draft)
-            .and_then(write)
-            .and_then(|()| std::fs::rename(&draft, &table))
-            .with_context(|| format!("cannot write {}; it is as it was", table.display()));
-        if written.is_err() {
-            // It may be what fills the disk. The first error is the one to report.
-            drop(std::fs::remove_file(&draft));
-        }
-        written
+        write_durably(&table, text.as_bytes())
+            .with_context(|| format!("cannot write {}; it is as it was", table.display()))
     }
 }
 
@@ -78,12 +71,6 @@ impl Drop for TableLock {
         // Whoever finds it left over locks it all the same.
         drop(std::fs::remove_file(&self.lock));
     }
-}
-
-/// `.speed.csv.lock` beside `speed.csv`.
-fn beside(table: &Path, ending: &str) -> PathBuf {
-    let name = table.file_name().unwrap_or_default().to_string_lossy();
-    table.with_file_name(format!(".{name}.{ending}"))
 }
 
 #[cfg(test)]

@@ -22,7 +22,9 @@ use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::recorded_run;
 use rsrs_ros::parameters::ParameterServer;
-use rsrs_ros::session::{Endpoint, EndpointKind, Session, SessionOptions, Subscription};
+use rsrs_ros::session::{
+    Endpoint, EndpointKind, Session, SessionError, SessionOptions, Subscription,
+};
 
 use hub::Hub;
 
@@ -106,6 +108,9 @@ pub async fn serve_fleet(
     served
 }
 
+/// Topics that are served, at most: a fleet of a hundred robots has some 2,000.
+const MOST_TOPICS: usize = 20_000;
+
 /// Subscribes every topic that appears; never ends but by an error.
 async fn look_around(session: &Session, hub: &Arc<Hub>) -> anyhow::Result<()> {
     let node = session.node("/", "rsrs_watch")?;
@@ -117,8 +122,14 @@ async fn look_around(session: &Session, hub: &Arc<Hub>) -> anyhow::Result<()> {
     loop {
         look.tick().await;
         for end in session.endpoints() {
-            if end.kind == EndpointKind::Writer && seen.insert(end.topic.clone()) {
-                subscriptions.extend(subscribe(session, hub, end)?);
+            // Any node in the network may publish under any name, and under any number of them.
+            let is_new = seen.len() < MOST_TOPICS && !seen.contains(&end.topic);
+            if end.kind == EndpointKind::Writer && is_new {
+                seen.insert(end.topic.clone());
+                match subscribe(session, hub, end) {
+                    Err(error @ SessionError::Name { .. }) => log::warn!("left out: {error}"),
+                    subscription => subscriptions.extend(subscription?),
+                }
             }
         }
     }
@@ -129,7 +140,7 @@ fn subscribe(
     session: &Session,
     hub: &Arc<Hub>,
     end: Endpoint,
-) -> anyhow::Result<Option<Subscription>> {
+) -> Result<Option<Subscription>, SessionError> {
     let Endpoint { topic, type_name, qos, .. } = end;
     let Some(schema) = schema_text(&type_name) else {
         log::info!("{topic} is left out: {type_name} is not known");

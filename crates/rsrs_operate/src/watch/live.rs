@@ -10,7 +10,7 @@ use anyhow::Context;
 use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::observation::{Event, Observation};
 use rsrs_fleet::stopper::MOST_ROBOTS;
-use rsrs_msgs::topics::{Durability, Qos, Topic};
+use rsrs_msgs::topics::{self, Durability, Qos, Topic};
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{EndpointKind, Session, SessionOptions, Subscription};
 use tokio::sync::oneshot;
@@ -158,7 +158,13 @@ impl Watcher {
                 if robots.len() == MOST_ROBOTS && !robots.contains(&watched.robot) {
                     continue;
                 }
-                robots.insert(watched.robot.clone());
+                let is_new = robots.insert(watched.robot.clone());
+                if !topics::is_namespace(&watched.robot) {
+                    if is_new {
+                        log::warn!("left out `{}`: no robot can have this name", watched.robot);
+                    }
+                    continue;
+                }
                 let name = watched.topic.for_robot(&watched.robot);
                 let subscription = self.subscribe(session, watched.clone())?;
                 subscriptions.insert(key(&name, &watched.topic), subscription);

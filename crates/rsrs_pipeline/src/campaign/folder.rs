@@ -3,7 +3,7 @@
 //! Nothing in it marks an experiment that is under way: it is finished when its manifest is there, and
 //! not before. So a campaign may be killed at any moment.
 
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -17,6 +17,7 @@ use super::manifest::{self, MANIFEST, Manifest, write_whole};
 use super::{Item, is_same};
 use crate::attempt::Attempt;
 use crate::error::{in_one_line, with_help};
+use crate::files::lock_file::try_lock;
 use crate::files::{read_text, write_file};
 use crate::label::{LabelOptions, Settledness, label_bag};
 use crate::recorded_run;
@@ -80,14 +81,9 @@ impl CampaignFolder {
         refuse_foreign(path)?;
         let make = || format!("cannot make {}", path.display());
         std::fs::create_dir_all(path).with_context(make)?;
-        let lock = File::create(path.join(LOCK)).with_context(make)?;
-        match lock.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                bail!("another `rsrs campaign` is at work in {}", path.display())
-            }
-            Err(TryLockError::Error(error)) => return Err(error).with_context(make),
-        }
+        let Some(lock) = try_lock(&path.join(LOCK))? else {
+            bail!("another `rsrs campaign` is at work in {}", path.display());
+        };
         let folder = Self { path: path.to_owned(), _lock: lock };
         let asked = |item: &Item| Asked {
             folder: item.experiment.folder.clone(),

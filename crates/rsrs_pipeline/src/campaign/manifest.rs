@@ -3,7 +3,7 @@
 //! It is written last and whole, so that an experiment with a manifest is a finished one.
 
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
@@ -14,6 +14,7 @@ use sha2::{Digest, Sha256};
 
 use crate::attempt::{Attempt, NOT_JUDGED};
 use crate::error::with_help;
+use crate::files::write_durably;
 use crate::recorded_run::gaps::Gap;
 
 /// Its name in the folder of an experiment.
@@ -233,15 +234,6 @@ fn digest(path: &Path) -> io::Result<(u64, String)> {
 /// If the disk is full, or refuses.
 pub fn write_whole(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
     let text = serde_json::to_string_pretty(value).context("plain data as JSON")?;
-    let half = path.with_extension("json.half");
-    let write = || {
-        let mut file = File::create(&half)?;
-        file.write_all(text.as_bytes())?;
-        file.write_all(b"\n")?;
-        file.sync_all()?;
-        std::fs::rename(&half, path)?;
-        // The name, too.
-        File::open(path.parent().unwrap_or(Path::new(".")))?.sync_all()
-    };
-    write().with_context(|| format!("cannot write {}", path.display()))
+    write_durably(path, format!("{text}\n").as_bytes())
+        .with_context(|| format!("cannot write {}", path.display()))
 }

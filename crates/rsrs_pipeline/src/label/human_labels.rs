@@ -129,6 +129,9 @@ pub fn by<'a>(labels: &'a [HumanLabel], who: &str) -> Option<&'a HumanLabel> {
 pub fn add(bag: &Path, label: &HumanLabel) -> anyhow::Result<PathBuf> {
     let path = path_of(bag);
     let failed = |what: &str| format!("cannot {what} {}", path.display());
+    if path.is_symlink() {
+        bail!("{} is a link to another file, which gets no labels", path.display());
+    }
     let mut file = OpenOptions::new()
         .read(true)
         .append(true)
@@ -159,8 +162,9 @@ pub fn carry(from: &Path, to: &Path) -> anyhow::Result<usize> {
     let labels = read(from)?;
     if !labels.is_empty() {
         let (from, to) = (path_of(from), path_of(to));
-        std::fs::copy(&from, &to)
-            .with_context(|| format!("cannot copy {} to {}", from.display(), to.display()))?;
+        // Anew: what somebody has put there stays.
+        let copy = || std::io::copy(&mut File::open(&from)?, &mut File::create_new(&to)?);
+        copy().with_context(|| format!("cannot copy {} to {}", from.display(), to.display()))?;
     }
     Ok(labels.len())
 }

@@ -8,13 +8,9 @@ use serde::de::DeserializeOwned;
 use tempfile::TempDir;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
+use rsrs_testing::network::CYCLONE_ON_LOOPBACK;
 use rsrs_testing::network::TIMEOUT;
-use rsrs_testing::python::{Environment, JAZZY, KILTED, python_with};
-
-/// Lets Cyclone DDS use the only interface of a network of its own, which it would avoid.
-const LOOPBACK_ONLY: &str = "<CycloneDDS><Domain><General><Interfaces>\
-    <NetworkInterface name=\"lo\" multicast=\"true\"/>\
-    </Interfaces></General></Domain></CycloneDDS>";
+use rsrs_testing::python::{CYCLONE, Environment, JAZZY, KILTED, python_with};
 
 /// Whose middleware and messages it uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +42,6 @@ impl Maker {
     }
 }
 
-const CYCLONE: Environment =
-    Environment { name: "cyclone", packages: &["cyclonedds==11.0.1"], files_only: &[] };
-
 /// A running script, which is sent lines and answers in lines of JSON.
 pub struct Peer {
     process: Child,
@@ -78,7 +71,7 @@ impl Peer {
         // Without `-B` it would write its bytecode beside the scripts.
         command.arg("-B").arg(scripts.join(script));
         command.env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", logs.path());
-        command.env("CYCLONEDDS_URI", LOOPBACK_ONLY);
+        command.env("CYCLONEDDS_URI", CYCLONE_ON_LOOPBACK);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut process = command.spawn().expect("python starts");
         let input = process.stdin.take().expect("it was asked for");

@@ -52,7 +52,7 @@ impl Run<'_> {
             Rates::new(topics, period_s, now)
         });
         for change in rates.changes(now) {
-            self.note(change);
+            self.note(&change);
         }
     }
 }

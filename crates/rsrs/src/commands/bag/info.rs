@@ -5,6 +5,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use rsrs_bags::{Bag, BagInfo, OfferedQos};
+use rsrs_core::printable::one_line;
 use rsrs_fleet::record::{self, ExperimentRecord, LostRobot, OwnProfile, PausedRobot};
 use serde::Serialize;
 
@@ -97,7 +98,9 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
         size(info.n_bytes),
         counted(info.files.len() as u64, "file")
     );
-    let mut line = |printed: String| writeln!(text, "{printed}").expect("a string takes any text");
+    let mut line = |printed: String| {
+        writeln!(text, "{}", one_line(&printed)).expect("a string takes any text")
+    };
     if let Some((start_ns, end_ns)) = info.start_ns.zip(info.end_ns) {
         line(format!("recorded: {} to {}", moment(start_ns), moment(end_ns)));
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use rsrs_bags::{Loss, LossKind, Recovered, recover, recover_into};
+use rsrs_bags::{Loss, LossKind, Recovered, recover_into, recovered_name};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
@@ -27,6 +27,10 @@ pub struct Arguments {
     /// Folder of the new bag; it must not exist (default: BAG with `_recovered` behind its name).
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// To how many bytes a file that was compressed as a whole may unpack (default: 64 times its
+    /// size, and 64 MiB in any case).
+    #[arg(long, value_name = "BYTES")]
+    unpack_limit: Option<u64>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -55,11 +59,12 @@ struct Report<'a> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     // Labels that do not read are refused before anything is written.
     human_labels::read(&arguments.bag)?;
-    let recovered = match &arguments.output {
-        None => recover(&arguments.bag),
-        Some(folder) => recover_into(&arguments.bag, folder),
+    let folder = match &arguments.output {
+        Some(folder) => folder.clone(),
+        None => recovered_name(&arguments.bag).map_err(helped)?,
     };
-    let recovered = recovered.map_err(helped)?;
+    let recovered =
+        recover_into(&arguments.bag, &folder, arguments.unpack_limit).map_err(helped)?;
     let n_labels = human_labels::carry(&arguments.bag, &recovered.folder)?;
     let result = Report {
         is_complete: recovered.is_complete(),

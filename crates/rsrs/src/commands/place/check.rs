@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use anyhow::Context;
+use rsrs_core::printable;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::TrackerFrame;
 use rsrs_experiment_runner::places::{self, SeenPlaces, SeenRobot};
@@ -83,6 +84,7 @@ struct Screen {
 
 impl Screen {
     fn show(&mut self, text: &str) -> anyhow::Result<()> {
+        let text = &*printable::lines(text);
         let mut out = std::io::stdout();
         let written = if out.is_terminal() {
             let up =

@@ -1,6 +1,7 @@
 //! Whether a sweep file makes a sweep: all that can be checked without the profile.
 
 use super::{MOST_CELLS, MOST_REPLICATES, SEED_LIMIT, SweepFile, SweepFileError};
+use crate::conditions::MOST_DURATION_S;
 use crate::conditions::start_file::StartPlacement;
 use crate::diagram::axis::{Axis, Cell};
 
@@ -66,8 +67,12 @@ impl SweepFile {
         if !(1..=MOST_REPLICATES).contains(&self.replicates) {
             return out_of_range("replicates", self.replicates as f64, "1 to 10^12");
         }
-        if !(self.duration_s > 0.0 && self.duration_s.is_finite()) {
-            return out_of_range("duration_s", self.duration_s, "a finite time above 0 s");
+        if !(self.duration_s > 0.0 && self.duration_s <= MOST_DURATION_S) {
+            return out_of_range(
+                "duration_s",
+                self.duration_s,
+                "a time above 0 s, and a week at most",
+            );
         }
         if self.seed >= SEED_LIMIT {
             return out_of_range("seed", self.seed as f64, "a whole number below 2^63");
