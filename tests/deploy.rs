@@ -321,9 +321,9 @@ fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
     create(&KeystoreRequest {
         folder: &here.join("keystore"),
         robots: &robots,
-        domain_id: 7,
+        domain_id: Some(7),
         now,
-        validity: Duration::from_secs(24 * 3600),
+        validity: Some(Duration::from_secs(24 * 3600)),
     })
     .expect("writable");
     let inventory = laboratory.read("inventory.yaml");

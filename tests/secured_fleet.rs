@@ -38,9 +38,9 @@ fn keystore(folder: &Path) {
     let made = create(&KeystoreRequest {
         folder,
         robots: &ROBOTS.map(str::to_owned),
-        domain_id: DOMAIN,
+        domain_id: Some(DOMAIN),
         now: SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970"),
-        validity: Duration::from_secs(24 * 3600),
+        validity: Some(Duration::from_secs(24 * 3600)),
     });
     made.expect("the folder is writable");
 }

@@ -8,8 +8,12 @@ use p256::pkcs8::DecodePrivateKey;
 use x509_cert::Certificate;
 use x509_cert::der::DecodePem;
 
+use crate::governance::Governance;
 use crate::issue::{Issuer, NewMember, to_pem};
-use crate::layout::{CERTIFICATE, IDENTITY_CA, KEY, PERMISSIONS_CA, PRIVATE, PUBLIC};
+use crate::layout::{
+    CERTIFICATE, ENCLAVES, GOVERNANCE, IDENTITY_CA, KEY, PERMISSIONS_CA, PRIVATE, PUBLIC,
+};
+use crate::signed_document::signed_text;
 use crate::{KeystoreError, files, signature};
 
 /// The names of the authority's own files, to which the others are links.
@@ -47,7 +51,7 @@ impl Authority {
         let (public, private) = (keystore.join(PUBLIC), keystore.join(PRIVATE));
         files::make_folder(&public)?;
         files::make_private_folder(&private)?;
-        let made = NewMember::new(NAME, holds).self_signed()?;
+        let made = NewMember::new(NAME, holds)?.self_signed()?;
         files::write_key(&private.join(CA_KEY), &made.key_pem)?;
         files::write_public(&public.join(CA_CERTIFICATE), &to_pem(&made.certificate)?)?;
         for file in [IDENTITY_CA, PERMISSIONS_CA] {
@@ -76,10 +80,64 @@ impl Authority {
     ) -> Result<(), KeystoreError> {
         let Pair { certificate, key } = &self.identity;
         let issuer = Issuer { name: certificate.tbs_certificate().subject().clone(), key };
-        let made = NewMember::new(enclave, holds).signed_by(&issuer)?;
+        let made = NewMember::new(enclave, holds)?.signed_by(&issuer)?;
         // The key last: an enclave that has one is complete.
         files::write_public(&folder.join(CERTIFICATE), &to_pem(&made.certificate)?)?;
         files::write_key(&folder.join(KEY), &made.key_pem)
+    }
+
+    /// Makes the certificate of an enclave anew, for the key that it has.
+    pub(crate) fn certify(
+        &self,
+        folder: &Path,
+        enclave: &str,
+        holds: (Duration, Duration),
+    ) -> Result<(), KeystoreError> {
+        let Pair { certificate, key } = &self.identity;
+        let issuer = Issuer { name: certificate.tbs_certificate().subject().clone(), key };
+        let key = key_in(&folder.join(KEY))?;
+        let made = NewMember::with_key(enclave, holds, key)?.signed_by(&issuer)?;
+        files::write_public(&folder.join(CERTIFICATE), &to_pem(&made.certificate)?)
+    }
+
+    /// Makes the authority's own certificates anew, for the keys that it has.
+    pub(crate) fn renewed(
+        self,
+        keystore: &Path,
+        holds: (Duration, Duration),
+    ) -> Result<Self, KeystoreError> {
+        for (pair, file) in [(self.identity, IDENTITY_CA), (self.permissions, PERMISSIONS_CA)] {
+            let name = pair.certificate.tbs_certificate().subject().clone();
+            let made = NewMember::named(name, holds, pair.key).self_signed()?;
+            // Where both are one, through the link to it.
+            let path = keystore.join(PUBLIC).join(file);
+            let path = path.canonicalize().map_err(KeystoreError::file("find", &path))?;
+            files::write_public(&path, &to_pem(&made.certificate)?)?;
+        }
+        Self::read(keystore)
+    }
+
+    /// Since 1970: when the first of its certificates ends.
+    pub(crate) fn ends(&self) -> Duration {
+        let end = |pair: &Pair| pair.certificate.tbs_certificate().validity().not_after;
+        end(&self.identity).to_unix_duration().min(end(&self.permissions).to_unix_duration())
+    }
+
+    /// The governance of its keystore, which it must have signed.
+    pub(crate) fn governance(&self, keystore: &Path) -> Result<Governance, KeystoreError> {
+        let path = keystore.join(ENCLAVES).join(GOVERNANCE);
+        Governance::parse(&self.signed_text(&path)?)
+            .map_err(|source| KeystoreError::Governance { path, source })
+    }
+
+    /// The text of a document, which it must have signed.
+    pub(crate) fn signed_text(&self, path: &Path) -> Result<String, KeystoreError> {
+        let document = files::read(path)?;
+        let text = signed_text(&document)
+            .map_err(|source| KeystoreError::NotSigned { path: path.to_owned(), source })?;
+        signature::verify(&self.permissions, &document)
+            .map_err(|source| KeystoreError::Forged { path: path.to_owned(), source })?;
+        Ok(text.to_owned())
     }
 
     /// Signs a document.
@@ -95,8 +153,10 @@ fn pair(keystore: &Path, certificate: &str, key: &str) -> Result<Pair, KeystoreE
     let certificate = Certificate::from_pem(pem.as_str()).map_err(|error| {
         KeystoreError::Certificate { path: certificate, reason: error.to_string() }
     })?;
-    let pem = files::read(&key)?;
-    let key =
-        SigningKey::from_pkcs8_pem(&pem).map_err(|_secret| KeystoreError::Key { path: key })?;
-    Ok(Pair { certificate, key })
+    Ok(Pair { certificate, key: key_in(&key)? })
+}
+
+fn key_in(path: &Path) -> Result<SigningKey, KeystoreError> {
+    let pem = files::read(path)?;
+    SigningKey::from_pkcs8_pem(&pem).map_err(|_secret| KeystoreError::Key { path: path.to_owned() })
 }

@@ -133,6 +133,20 @@ pub fn problems_of(folder: &Path, domain_id: u16, now: Duration) -> Vec<EnclaveP
     problems
 }
 
+/// How long before it ends a keystore is to be renewed.
+pub const ENDS_SOON: Duration = Duration::from_secs(90 * 24 * 3600);
+
+/// Since 1970: when an enclave that can be used now no longer can.
+pub fn ends_at(folder: &Path) -> Option<Duration> {
+    let text = |file| std::fs::read_to_string(folder.join(file)).ok();
+    let ends = |file| certificate::read(&text(file)?).ok();
+    let own = ends(CERTIFICATE)?;
+    let permissions = Permissions::parse(signed_text(&text(PERMISSIONS)?).ok()?).ok()?;
+    let granted = moment(&permissions.grant_of(&own.subject)?.validity.1)?;
+    let of_authorities = ends(IDENTITY_CA)?.not_after.min(ends(PERMISSIONS_CA)?.not_after);
+    Some(own.not_after.min(granted).min(of_authorities))
+}
+
 fn expired(file: &'static str, facts: &CertificateFacts, now: Duration) -> Option<EnclaveProblem> {
     if now < facts.not_before {
         let holds = format!("holds from {} only: is the clock right?", date(facts.not_before));
@@ -142,7 +156,8 @@ fn expired(file: &'static str, facts: &CertificateFacts, now: Duration) -> Optio
     (now > facts.not_after).then(|| EnclaveProblem::Validity { file, holds: holds() })
 }
 
-fn date(since_1970: Duration) -> String {
+/// A moment as text.
+pub(crate) fn date(since_1970: Duration) -> String {
     let seconds = i64::try_from(since_1970.as_secs()).unwrap_or(i64::MAX);
     Timestamp::from_second(seconds).map_or_else(|_| "no date".to_owned(), |date| date.to_string())
 }
@@ -196,7 +211,7 @@ fn of_permissions(
 }
 
 /// A date as XML has it, since 1970; without a time zone it is in UTC.
-fn moment(text: &str) -> Option<Duration> {
+pub(crate) fn moment(text: &str) -> Option<Duration> {
     let in_utc = || {
         let civil: DateTime = text.parse().ok()?;
         Some(civil.to_zoned(TimeZone::UTC).ok()?.timestamp())

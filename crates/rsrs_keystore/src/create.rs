@@ -17,6 +17,9 @@ use crate::{KeystoreError, files};
 /// How clocks may differ: certificates hold from so long ago.
 const CLOCKS_DIFFER: Duration = Duration::from_secs(24 * 3600);
 
+/// How long an authority holds that nobody asked for otherwise, as in SROS2.
+pub const USUAL_VALIDITY: Duration = Duration::from_secs(3650 * 24 * 3600);
+
 /// A keystore to make, or to complete.
 #[derive(Clone, Debug)]
 pub struct KeystoreRequest<'a> {
@@ -24,12 +27,21 @@ pub struct KeystoreRequest<'a> {
     pub folder: &'a Path,
     /// The fleet.
     pub robots: &'a [String],
-    /// The domain in which the fleet is.
-    pub domain_id: u16,
+    /// The domain in which the fleet is; `None` for that of a keystore that is there, and 0 in a new one.
+    pub domain_id: Option<u16>,
     /// Since 1970.
     pub now: Duration,
-    /// How long the certificates hold.
-    pub validity: Duration,
+    /// How long the certificates hold; `None` for as long as the authority that signs them.
+    pub validity: Option<Duration>,
+}
+
+/// A keystore that was made or completed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MadeKeystore {
+    /// The domain in which alone it holds.
+    pub domain_id: u16,
+    /// Its enclaves, those of the robots first.
+    pub enclaves: Vec<MadeEnclave>,
 }
 
 /// An enclave of a keystore that was made or completed.
@@ -50,34 +62,61 @@ pub struct MadeEnclave {
 ///
 /// # Errors
 ///
-/// [`KeystoreError`] if the folder is another one than a keystore, or cannot be written.
-pub fn create(request: &KeystoreRequest) -> Result<Vec<MadeEnclave>, KeystoreError> {
+/// [`KeystoreError`] if the folder is another one than a keystore, is of another domain, or cannot be
+/// written, or if its authority ends before what it would sign.
+pub fn create(request: &KeystoreRequest) -> Result<MadeKeystore, KeystoreError> {
     let folder = request.folder;
     check_robots(request.robots)?;
-    let holds =
-        (request.now.saturating_sub(CLOCKS_DIFFER), request.now.saturating_add(request.validity));
+    // Certificates know whole seconds.
+    let now = Duration::from_secs(request.now.as_secs());
+    let asked = request.validity.map(|validity| now.saturating_add(validity));
     let authority = if Authority::is_in(folder) {
         Authority::read(folder)?
     } else {
         check_empty(folder)?;
-        Authority::create(folder, holds)?
+        let ends = asked.unwrap_or(now.saturating_add(USUAL_VALIDITY));
+        Authority::create(folder, (from(now), ends))?
     };
+    let ends = authority.ends();
+    if ends <= now || asked.is_some_and(|asked| asked > ends) {
+        return Err(KeystoreError::AuthorityEnds { ends, asked });
+    }
+    let holds = (from(now), asked.unwrap_or(ends));
     let enclaves = folder.join(ENCLAVES);
     files::make_folder(&enclaves)?;
-    if !enclaves.join(GOVERNANCE).exists() {
-        let domains = Domains { first: request.domain_id, last: request.domain_id };
+    let domain_id = if enclaves.join(GOVERNANCE).exists() {
+        domain_of(&authority.governance(folder)?, request.domain_id)?
+    } else {
+        let domain_id = request.domain_id.unwrap_or(0);
+        let domains = Domains { first: domain_id, last: domain_id };
         write_governance(&authority, folder, &Governance::recommended(domains))?;
-    }
-    Role::all_of(request.robots)
+        domain_id
+    };
+    let enclaves = Role::all_of(request.robots)
         .into_iter()
-        .map(|role| enclave(&authority, request, holds, &role))
-        .collect()
+        .map(|role| enclave(&authority, request, domain_id, holds, &role))
+        .collect::<Result<_, _>>()?;
+    Ok(MadeKeystore { domain_id, enclaves })
 }
 
-/// A robot whose name were that of another enclave would have its rights.
+/// From when certificates hold that are made now.
+pub(crate) fn from(now: Duration) -> Duration {
+    now.saturating_sub(CLOCKS_DIFFER)
+}
+
+/// The domain that a governance is for, which must be the one that was asked for, if any was.
+fn domain_of(governance: &Governance, asked: Option<u16>) -> Result<u16, KeystoreError> {
+    let first = governance.domains().next().map_or(0, |domains| domains.first);
+    let domain_id = asked.unwrap_or(first);
+    if governance.domains().any(|domains| domains.contain(domain_id)) {
+        return Ok(domain_id);
+    }
+    Err(KeystoreError::OtherDomain { asked: domain_id, holds: governance.domains().collect() })
+}
+
+/// A robot whose name were that of another member would have its rights.
 fn check_robots(robots: &[String]) -> Result<(), KeystoreError> {
-    let others = Role::all_of(&[]);
-    let taken = |robot: &&String| others.iter().any(|role| role.enclave() == format!("/{robot}"));
+    let taken = |robot: &&String| Role::is_taken(robot);
     match robots.iter().find(taken) {
         Some(robot) => Err(KeystoreError::RobotName { robot: robot.clone() }),
         None => Ok(()),
@@ -105,10 +144,21 @@ pub(crate) fn write_governance(
     files::write_public(&enclaves.join(GOVERNANCE), &authority.sign(&text)?)
 }
 
+/// Links what all enclaves share into one.
+pub(crate) fn link_shared(folder: &Path, name: &str) -> Result<(), KeystoreError> {
+    // Up to the folder of all enclaves, through those of a namespace.
+    let up: PathBuf = name.trim_start_matches('/').split('/').map(|_| "..").collect();
+    for file in [IDENTITY_CA, PERMISSIONS_CA] {
+        files::link(&up.join("..").join(PUBLIC).join(file), &folder.join(file))?;
+    }
+    files::link(&up.join(GOVERNANCE), &folder.join(GOVERNANCE))
+}
+
 /// Makes one enclave, or writes the permissions of one that is there anew.
 fn enclave(
     authority: &Authority,
     request: &KeystoreRequest,
+    domain_id: u16,
     holds: (Duration, Duration),
     role: &Role,
 ) -> Result<MadeEnclave, KeystoreError> {
@@ -119,13 +169,8 @@ fn enclave(
     if is_new {
         authority.issue(&folder, &name, holds)?;
     }
-    // Up to the folder of all enclaves, through those of a namespace.
-    let up: PathBuf = name.trim_start_matches('/').split('/').map(|_| "..").collect();
-    for file in [IDENTITY_CA, PERMISSIONS_CA] {
-        files::link(&up.join("..").join(PUBLIC).join(file), &folder.join(file))?;
-    }
-    files::link(&up.join(GOVERNANCE), &folder.join(GOVERNANCE))?;
-    let grant = GrantText { role, domain_id: request.domain_id, holds };
+    link_shared(&folder, &name)?;
+    let grant = GrantText { role, domain_id, holds };
     let text = grant.to_xml(request.robots)?;
     files::write_public(&folder.join(PERMISSIONS_TEXT), &text)?;
     let signed = authority.sign(&text)?;

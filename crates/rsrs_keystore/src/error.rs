@@ -2,10 +2,13 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use rsrs_core::help::Help;
 
-use crate::governance::GovernanceError;
+use crate::check::date;
+use crate::governance::{Domains, GovernanceError};
+use crate::signature::ForgedDocument;
 use crate::signed_document::NotSigned;
 
 /// Why a keystore is not made or changed.
@@ -35,7 +38,7 @@ pub enum KeystoreError {
         folder: PathBuf,
     },
     /// A robot that would have the rights of another member.
-    #[error("robot `{robot}` has the name of an enclave that is no robot's")]
+    #[error("robot `{robot}` has the name of another member, or of its topics or services")]
     RobotName {
         /// Its name.
         robot: String,
@@ -62,6 +65,40 @@ pub enum KeystoreError {
         /// What it is instead.
         #[source]
         source: NotSigned,
+    },
+    /// A governance that its authority has not signed.
+    #[error("{} is not what the keystore's authority has signed", path.display())]
+    Forged {
+        /// The file.
+        path: PathBuf,
+        /// In which way.
+        #[source]
+        source: ForgedDocument,
+    },
+    /// The keystore is of another domain.
+    #[error("the keystore holds in domain {}, and not in {asked}", listed(holds))]
+    OtherDomain {
+        /// The domain that was asked for.
+        asked: u16,
+        /// Those of its governance.
+        holds: Vec<Domains>,
+    },
+    /// What would be signed would hold longer than the authority that signs it.
+    #[error("the authority ends on {}, {}", date(*ends), match asked {
+        Some(asked) => format!("before {}, until when certificates were to hold", date(*asked)),
+        None => "and signs nothing any more".to_owned(),
+    })]
+    AuthorityEnds {
+        /// Since 1970: when it ends.
+        ends: Duration,
+        /// Since 1970: until when certificates were to hold, if that was asked.
+        asked: Option<Duration>,
+    },
+    /// There is no such enclave.
+    #[error("the keystore has no enclave {name}")]
+    NoEnclave {
+        /// Its name, such as `/robot_3`.
+        name: String,
     },
     /// A governance that is none.
     #[error("{}", path.display())]
@@ -90,6 +127,10 @@ pub enum KeystoreError {
     },
 }
 
+fn listed(domains: &[Domains]) -> String {
+    domains.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
 impl KeystoreError {
     pub(crate) fn file<'a>(
         doing: &'static str,
@@ -112,6 +153,15 @@ impl Help for KeystoreError {
             Self::NoKeystore { .. } => {
                 "this takes the keystore itself, and not the enclaves that were copied from it"
             }
+            Self::Forged { .. } => {
+                "somebody has changed it, or put another one in its place: look at it, and make a new \
+                 keystore if nobody knows why"
+            }
+            Self::OtherDomain { .. } => {
+                "leave `--domain` out, or make a keystore of its own for the other domain"
+            }
+            Self::AuthorityEnds { .. } => "`rsrs keystore renew` gives it more time",
+            Self::NoEnclave { .. } => "`rsrs keystore show` lists those that it has",
             Self::RobotName { .. } => "give it another name in the fleet file",
             Self::Key { .. } => {
                 "it takes keys as `ros2 security create_keystore` makes them: prime256v1 in PKCS #8, \

@@ -1,9 +1,11 @@
 //! Files of a keystore: keys that only their owner reads, and links that stay valid in a copy.
 
 use std::fs::{self, File, Permissions};
-use std::io::Write;
+use std::io::{self, Write};
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
 
 use crate::KeystoreError;
 
@@ -11,11 +13,48 @@ use crate::KeystoreError;
 pub(crate) const PRIVATE_MODE: u32 = 0o600;
 /// Read by everybody, and written by its owner alone.
 const PUBLIC_MODE: u32 = 0o644;
+const PUBLIC_FOLDER_MODE: u32 = 0o755;
 const PRIVATE_FOLDER_MODE: u32 = 0o700;
 
 /// Makes a folder and those above it.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), KeystoreError> {
-    fs::create_dir_all(folder).map_err(KeystoreError::file("make", folder))
+    let made = fs::DirBuilder::new().recursive(true).mode(PUBLIC_FOLDER_MODE).create(folder);
+    made.map_err(KeystoreError::file("make", folder))
+}
+
+/// Makes a folder beside another one, of a name that nobody else chooses; gone when dropped.
+pub(crate) fn folder_beside(other: &Path) -> Result<TempDir, KeystoreError> {
+    let parent = other.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let parent = parent.unwrap_or(Path::new("."));
+    let public = Permissions::from_mode(PUBLIC_FOLDER_MODE);
+    tempfile::Builder::new()
+        .prefix("keystore.")
+        .permissions(public)
+        .tempdir_in(parent)
+        .map_err(KeystoreError::file("make a folder in", parent))
+}
+
+/// Moves a folder to where nothing is.
+pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), KeystoreError> {
+    if to.symlink_metadata().is_ok() {
+        return Err(KeystoreError::file("move the keystore to", to)(
+            io::ErrorKind::AlreadyExists.into(),
+        ));
+    }
+    fs::rename(from, to).map_err(KeystoreError::file("move the keystore to", to))
+}
+
+/// The folders in one, links left out.
+pub(crate) fn folders_in(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
+    let cannot = |source| KeystoreError::file("list", folder)(source);
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).map_err(cannot)? {
+        let entry = entry.map_err(cannot)?;
+        if entry.file_type().map_err(cannot)?.is_dir() {
+            found.push(entry.path());
+        }
+    }
+    Ok(found)
 }
 
 /// Makes a folder that only its owner enters.

@@ -40,6 +40,16 @@ pub struct Domains {
     pub last: u16,
 }
 
+impl fmt::Display for Domains {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.first == self.last {
+            write!(out, "{}", self.first)
+        } else {
+            write!(out, "{} to {}", self.first, self.last)
+        }
+    }
+}
+
 impl Domains {
     /// Whether a domain is one of them.
     pub fn contain(self, domain_id: u16) -> bool {
@@ -203,6 +213,17 @@ impl Governance {
             Some(rule) => rule.weaknesses(),
             None => vec![Weakness::NoRule { domain_id }],
         }
+    }
+
+    /// What is wrong with it in any of its domains: of each rule, also of those that another one goes
+    /// before in some of them.
+    pub fn all_weaknesses(&self) -> Vec<Weakness> {
+        self.rules.iter().flat_map(DomainRule::weaknesses).collect()
+    }
+
+    /// The domains that it is for.
+    pub fn domains(&self) -> impl Iterator<Item = Domains> {
+        self.rules.iter().flat_map(|rule| rule.domains.iter().copied())
     }
 
     /// The same for the same domains and topics, with nothing wrong. What is protected more than is

@@ -67,7 +67,7 @@ fn topics(kind: &str, names: &[String]) -> String {
 }
 
 /// A date in UTC, as XML has it.
-fn date(since_1970: Duration) -> Option<String> {
+pub(crate) fn date(since_1970: Duration) -> Option<String> {
     let timestamp = Timestamp::from_second(i64::try_from(since_1970.as_secs()).ok()?).ok()?;
     Some(timestamp.to_zoned(TimeZone::UTC).datetime().to_string())
 }

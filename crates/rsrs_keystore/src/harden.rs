@@ -7,9 +7,6 @@ use crate::KeystoreError;
 use crate::authority::Authority;
 use crate::create::write_governance;
 use crate::files;
-use crate::governance::Governance;
-use crate::layout::{ENCLAVES, GOVERNANCE};
-use crate::signed_document::signed_text;
 
 /// What was changed in a keystore.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -25,24 +22,16 @@ pub struct Hardened {
 ///
 /// # Errors
 ///
-/// [`KeystoreError`] if the folder is no keystore, or cannot be written.
+/// [`KeystoreError`] if the folder is no keystore, or cannot be written; or if its governance is not what
+/// its authority has signed, because what somebody has changed must not be signed again.
 pub fn harden(folder: &Path) -> Result<Hardened, KeystoreError> {
     if !Authority::is_in(folder) {
         return Err(KeystoreError::NoKeystore { folder: folder.to_owned() });
     }
     let authority = Authority::read(folder)?;
-    let path = folder.join(ENCLAVES).join(GOVERNANCE);
-    let document = files::read(&path)?;
-    let text = signed_text(&document)
-        .map_err(|source| KeystoreError::NotSigned { path: path.clone(), source })?;
-    let governance = Governance::parse(text)
-        .map_err(|source| KeystoreError::Governance { path: path.clone(), source })?;
-    let cured: BTreeSet<String> = governance
-        .rules
-        .iter()
-        .flat_map(|rule| rule.domains.iter().flat_map(|those| governance.weaknesses(those.first)))
-        .map(|weakness| weakness.to_string())
-        .collect();
+    let governance = authority.governance(folder)?;
+    let cured: BTreeSet<String> =
+        governance.all_weaknesses().iter().map(ToString::to_string).collect();
     if !cured.is_empty() {
         write_governance(&authority, folder, &governance.hardened())?;
     }

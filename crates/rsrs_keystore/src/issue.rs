@@ -5,6 +5,7 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use p256::ecdsa::{DerSignature, SigningKey};
 use p256::elliptic_curve::Generate;
+use p256::elliptic_curve::zeroize::Zeroizing;
 use p256::pkcs8::EncodePrivateKey;
 use x509_cert::Certificate;
 use x509_cert::builder::profile::BuilderProfile;
@@ -33,31 +34,48 @@ pub(crate) struct Issuer<'a> {
 /// A certificate with its new key.
 pub(crate) struct Made {
     pub(crate) certificate: Certificate,
-    pub(crate) key_pem: String,
+    /// Gone from memory when it is dropped.
+    pub(crate) key_pem: Zeroizing<String>,
 }
 
 /// Somebody who needs a certificate.
-pub(crate) struct NewMember<'a> {
-    name: &'a str,
+pub(crate) struct NewMember {
+    name: Name,
     holds: (Duration, Duration),
     key: SigningKey,
 }
 
-impl<'a> NewMember<'a> {
+impl NewMember {
     /// With a new key.
     ///
     /// # Arguments
     ///
     /// * `name` — an enclave, such as `/robot_3`.
     /// * `holds` — from when to when, since 1970.
-    pub(crate) fn new(name: &'a str, holds: (Duration, Duration)) -> Self {
-        Self { name, holds, key: SigningKey::generate() }
+    pub(crate) fn new(name: &str, holds: (Duration, Duration)) -> Result<Self, KeystoreError> {
+        Self::with_key(name, holds, SigningKey::generate())
+    }
+
+    /// As [`NewMember::new`], with a key that it has already.
+    pub(crate) fn with_key(
+        name: &str,
+        holds: (Duration, Duration),
+        key: SigningKey,
+    ) -> Result<Self, KeystoreError> {
+        let name =
+            Name::from_str(&format!("CN={name}")).map_err(cannot("the name of a certificate"))?;
+        Ok(Self::named(name, holds, key))
+    }
+
+    /// With the whole name of a certificate.
+    pub(crate) fn named(name: Name, holds: (Duration, Duration), key: SigningKey) -> Self {
+        Self { name, holds, key }
     }
 
     /// An authority.
     pub(crate) fn self_signed(self) -> Result<Made, KeystoreError> {
         let constraints = BasicConstraints { ca: true, path_len_constraint: Some(1) };
-        let issuer = Issuer { name: self.subject()?, key: &self.key };
+        let issuer = Issuer { name: self.name.clone(), key: &self.key };
         self.made(constraints, &issuer)
     }
 
@@ -66,17 +84,13 @@ impl<'a> NewMember<'a> {
         self.made(BasicConstraints { ca: false, path_len_constraint: None }, issuer)
     }
 
-    fn subject(&self) -> Result<Name, KeystoreError> {
-        Name::from_str(&format!("CN={}", self.name)).map_err(cannot("the name of a certificate"))
-    }
-
     fn made(
         &self,
         constraints: BasicConstraints,
         issuer: &Issuer<'_>,
     ) -> Result<Made, KeystoreError> {
         let profile =
-            Profile { subject: self.subject()?, issuer: issuer.name.clone(), constraints };
+            Profile { subject: self.name.clone(), issuer: issuer.name.clone(), constraints };
         let public_key = SubjectPublicKeyInfo::from_key(self.key.verifying_key())
             .map_err(cannot("a public key"))?;
         let builder =
@@ -86,7 +100,7 @@ impl<'a> NewMember<'a> {
         let key_pem = self.key.to_pkcs8_pem(LineEnding::LF);
         Ok(Made {
             certificate: certificate.map_err(cannot("a certificate"))?,
-            key_pem: key_pem.map_err(cannot("a key"))?.to_string(),
+            key_pem: key_pem.map_err(cannot("a key"))?,
         })
     }
 }

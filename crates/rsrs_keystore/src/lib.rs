@@ -8,6 +8,8 @@
 //! * [`create`] makes the keystore of a fleet: what each member may publish follows from the table of
 //!   topics, by [`roles`].
 //! * [`harden`] makes a keystore of SROS2 such that our middleware carries what it demands.
+//! * [`members`] shows who belongs to a keystore and until when, gives it more time, and makes it anew
+//!   without one of them.
 //! * [`check`] reports what is wrong with an enclave; a program that is to be secured asks
 //!   before it starts.
 //!
@@ -25,14 +27,13 @@
 //! let folder = tempfile::tempdir()?;
 //! let robots = ["robot_1".to_owned()];
 //! let now = Duration::from_secs(1_767_268_800);
-//! let validity = Duration::from_secs(24 * 3600);
 //! let request =
-//!     KeystoreRequest { folder: folder.path(), robots: &robots, domain_id: 0, now, validity };
+//!     KeystoreRequest { folder: folder.path(), robots: &robots, domain_id: None, now, validity: None };
 //!
 //! let made = create(&request)?;
 //!
-//! assert_eq!(made[0].enclave, "/robot_1");
-//! assert_eq!(problems_of(&made[0].folder, 0, now), []);
+//! assert_eq!(made.enclaves[0].enclave, "/robot_1");
+//! assert_eq!(problems_of(&made.enclaves[0].folder, 0, now), []);
 //! # Ok(())
 //! # }
 //! ```
@@ -48,12 +49,14 @@ mod grant;
 pub mod harden;
 mod issue;
 pub mod layout;
+pub mod members;
 pub mod permissions;
 pub mod roles;
 mod signature;
 pub mod signed_document;
 
 pub use error::KeystoreError;
+pub use signature::ForgedDocument;
 
 #[cfg(test)]
 mod tests;

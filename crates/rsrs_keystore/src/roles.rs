@@ -99,6 +99,19 @@ impl Role {
         of_robots.chain(others.map(|kind| Self { kind: *kind, robot: None })).collect()
     }
 
+    /// Whether a robot of this name would have rights of another member: its enclave's name, or the
+    /// namespace of its topics or services.
+    pub fn is_taken(robot: &str) -> bool {
+        let first = robot.split('/').next().unwrap_or_default();
+        let of_swarm = PUBLISHERS.iter().filter(|(topic, _)| topic.is_absolute());
+        let mut names = of_swarm.filter_map(|(topic, _)| topic.name.split('/').nth(1));
+        let is_of = |role: Self| {
+            let mut namespaces = role.services(&[]).into_iter().chain([role.enclave()]);
+            namespaces.any(|name| name.trim_start_matches('/') == first)
+        };
+        names.any(|name| name == first) || Self::all_of(&[]).into_iter().any(is_of)
+    }
+
     /// The member on this robot.
     pub fn of_robot(name: &str) -> Self {
         Self { kind: Kind::Robot, robot: Some(name.to_owned()) }

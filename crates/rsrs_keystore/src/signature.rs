@@ -6,17 +6,17 @@ use cms::signed_data::{
     CertificateSet, EncapsulatedContentInfo, SignedData, SignerIdentifier, SignerInfo, SignerInfos,
 };
 use p256::ecdsa::DerSignature;
-use p256::ecdsa::signature::Signer;
+use p256::ecdsa::signature::{Signer, Verifier};
 use p256::elliptic_curve::Generate;
 use sha2::{Digest, Sha256};
 use x509_cert::attr::{Attribute, Attributes};
 use x509_cert::der::asn1::{ObjectIdentifier, OctetString, SetOfVec};
-use x509_cert::der::pem::{LineEnding, encode_string};
-use x509_cert::der::{Any, Encode, Tagged};
+use x509_cert::der::pem::{LineEnding, decode_vec, encode_string};
+use x509_cert::der::{Any, Decode, Encode, Tagged};
 use x509_cert::spki::AlgorithmIdentifierOwned;
 
-use crate::KeystoreError;
 use crate::authority::Pair;
+use crate::{KeystoreError, signed_document};
 
 /// `id-data`, RFC 5652.
 const DATA: ObjectIdentifier = ObjectIdentifier::new_unwrap("1.2.840.113549.1.7.1");
@@ -45,6 +45,62 @@ enum SignatureError {
 /// Signs a text.
 pub(crate) fn sign(signer: &Pair, text: &str) -> Result<String, KeystoreError> {
     multipart(signer, text).map_err(KeystoreError::cryptography("a signature"))
+}
+
+/// Why a document is not what an authority has signed.
+#[derive(Debug, thiserror::Error)]
+pub enum ForgedDocument {
+    /// It has no signature that reads.
+    #[error("its signature does not read: {reason}")]
+    Unreadable {
+        /// Why not.
+        reason: String,
+    },
+    /// Its text is not the one that was signed.
+    #[error("its text is not the one that was signed")]
+    OtherText,
+    /// Somebody else has signed it.
+    #[error("it was not signed with the key of this keystore's authority")]
+    OtherKey,
+}
+
+/// Whether a document has been signed by this authority, and not changed since.
+///
+/// # Errors
+///
+/// [`ForgedDocument`].
+pub(crate) fn verify(signer: &Pair, document: &str) -> Result<(), ForgedDocument> {
+    let unreadable = |reason: &str| ForgedDocument::Unreadable { reason: reason.to_owned() };
+    let [content, signature] =
+        signed_document::parts(document).map_err(|error| unreadable(&error.to_string()))?;
+    let base64: String = signature.lines().filter(|line| !line.contains(':')).collect();
+    let pem = format!("-----BEGIN PKCS7-----\n{}\n-----END PKCS7-----\n", wrapped(&base64));
+    let (_, der) = decode_vec(pem.as_bytes()).map_err(|error| unreadable(&error.to_string()))?;
+    let signed = ContentInfo::from_der(&der)
+        .and_then(|info| info.content.decode_as::<SignedData>())
+        .map_err(|error| unreadable(&error.to_string()))?;
+    let [info] = signed.signer_infos.0.as_slice() else {
+        return Err(unreadable("expected one signer"));
+    };
+    let content = content.replace("\r\n", "\n").replace('\n', "\r\n");
+    let attributes = info.signed_attrs.as_ref().ok_or_else(|| unreadable("no attributes"))?;
+    let digest = attributes.iter().find(|attribute| attribute.oid == MESSAGE_DIGEST);
+    let digest = digest.and_then(|attribute| attribute.values.get(0));
+    let digest = digest.and_then(|value| value.decode_as::<OctetString>().ok());
+    if digest.is_none_or(|digest| digest.as_bytes() != Sha256::digest(&content).as_slice()) {
+        return Err(ForgedDocument::OtherText);
+    }
+    let bytes = attributes.to_der().map_err(|error| unreadable(&error.to_string()))?;
+    let signature = DerSignature::try_from(info.signature.as_bytes());
+    let is_its = signature
+        .is_ok_and(|signature| signer.key.verifying_key().verify(&bytes, &signature).is_ok());
+    if is_its { Ok(()) } else { Err(ForgedDocument::OtherKey) }
+}
+
+/// Base64 in lines, as PEM has it.
+fn wrapped(base64: &str) -> String {
+    let lines = base64.as_bytes().chunks(64).map(String::from_utf8_lossy);
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// The two parts: the text, and the signature.

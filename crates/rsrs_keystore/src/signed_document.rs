@@ -14,15 +14,23 @@ pub struct NotSigned;
 ///
 /// [`NotSigned`] if there are no two parts.
 pub fn signed_text(document: &str) -> Result<&str, NotSigned> {
-    let boundary = document.split_once("boundary=\"").and_then(|(_, rest)| rest.split_once('"'));
-    let (boundary, _) = boundary.filter(|(name, _)| !name.is_empty()).ok_or(NotSigned)?;
-    let delimiter = format!("--{boundary}");
-    let mut parts = document.split(delimiter.as_str()).skip(1);
-    let (Some(text), Some(_signature)) = (parts.next(), parts.next()) else {
-        return Err(NotSigned);
-    };
+    let [text, _signature] = parts(document)?;
     let text = text.trim_start();
     Ok(text.strip_prefix(TEXT_HEADER).unwrap_or(text).trim())
+}
+
+/// What is signed, with its header, and the signature, with its headers.
+pub(crate) fn parts(document: &str) -> Result<[&str; 2], NotSigned> {
+    let boundary = document.split_once("boundary=\"").and_then(|(_, rest)| rest.split_once('"'));
+    let (boundary, _) = boundary.filter(|(name, _)| !name.is_empty()).ok_or(NotSigned)?;
+    let delimiter = format!("\n--{boundary}");
+    let mut parts = document.split(delimiter.as_str()).skip(1);
+    let (Some(text), Some(signature)) = (parts.next(), parts.next()) else {
+        return Err(NotSigned);
+    };
+    // The line ends before and behind a part belong to its delimiters (RFC 2046, 5.1.1).
+    let text = text.trim_start_matches('\r').strip_prefix('\n').unwrap_or(text);
+    Ok([text.strip_suffix('\r').unwrap_or(text), signature])
 }
 
 #[cfg(test)]

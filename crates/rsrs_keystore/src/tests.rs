@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+use std::error::Error;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,13 +8,14 @@ use std::time::Duration;
 use crate::authority::Authority;
 use crate::check::problems_of;
 use crate::create::{KeystoreRequest, MadeEnclave, create, write_governance};
-use crate::files;
-use crate::governance::Governance;
+use crate::governance::{Domains, Governance, Switch};
 use crate::harden::{Hardened, harden};
 use crate::layout::KEY;
+use crate::members::{renew, revoke, show};
+use crate::{KeystoreError, files};
 
 /// Noon of a day in 2026.
-const NOW: Duration = Duration::from_secs(1_767_268_800);
+const NOW: Duration = Duration::new(1_767_268_800, 600_000_000);
 const DAY: Duration = Duration::from_secs(24 * 3600);
 
 fn robots() -> Vec<String> {
@@ -20,7 +23,7 @@ fn robots() -> Vec<String> {
 }
 
 fn request<'a>(folder: &'a Path, robots: &'a [String]) -> KeystoreRequest<'a> {
-    KeystoreRequest { folder, robots, domain_id: 7, now: NOW, validity: DAY * 30 }
+    KeystoreRequest { folder, robots, domain_id: Some(7), now: NOW, validity: Some(DAY * 30) }
 }
 
 fn texts(folder: &Path, domain_id: u16, now: Duration) -> Vec<String> {
@@ -39,7 +42,7 @@ fn a_robot_in_a_namespace_has_an_enclave_in_a_folder_of_it_whose_links_lead_to_i
     let folder = tempfile::tempdir().unwrap();
     let robots = ["lab/robot_1".to_owned(), "robot_2".to_owned()];
 
-    let made = create(&request(folder.path(), &robots)).unwrap();
+    let made = create(&request(folder.path(), &robots)).unwrap().enclaves;
 
     assert_eq!(made[0].enclave, "/lab/robot_1");
     for enclave in &made {
@@ -55,7 +58,7 @@ fn every_enclave_of_a_new_keystore_can_be_used_in_its_domain_and_in_its_time() {
     let folder = tempfile::tempdir().unwrap();
     let robots = robots();
 
-    let made = create(&request(folder.path(), &robots)).unwrap();
+    let made = create(&request(folder.path(), &robots)).unwrap().enclaves;
 
     let names: Vec<&str> = made.iter().map(|made| made.enclave.as_str()).collect();
     let others = ["/controllers", "/simulator", "/runner", "/stop", "/tracker", "/viewer"];
@@ -116,7 +119,7 @@ fn keys_are_private_and_never_written_again() {
     let before = keys(folder.path());
 
     robots.push("robot_3".to_owned());
-    let made = create(&request(folder.path(), &robots)).unwrap();
+    let made = create(&request(folder.path(), &robots)).unwrap().enclaves;
 
     let new: Vec<&str> =
         made.iter().filter(|made| made.is_new).map(|made| made.enclave.as_str()).collect();
@@ -191,9 +194,197 @@ fn other_folders_are_left_alone() {
 #[test]
 fn no_robot_gets_the_rights_of_another_member_by_its_name() {
     let folder = tempfile::tempdir().unwrap();
-    let robots = ["runner".to_owned()];
+    let names =
+        ["runner", "swarm", "simulator/a", "experiment_runner", "rsrs_stop", "rosout", "tf"];
+    for name in names.map(str::to_owned) {
+        let error = create(&request(folder.path(), std::slice::from_ref(&name))).unwrap_err();
 
-    let error = create(&request(folder.path(), &robots)).unwrap_err();
+        assert!(error.to_string().starts_with(&format!("robot `{name}` has the name")), "{error}");
+    }
+    assert!(!folder.path().join("enclaves").exists());
+}
 
-    assert!(error.to_string().contains("robot `runner` has the name of an enclave"), "{error}");
+#[test]
+fn a_keystore_keeps_its_domain_and_refuses_another_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+
+    let again = KeystoreRequest { domain_id: None, ..request(folder.path(), &robots) };
+    let made = create(&again).unwrap();
+    let elsewhere = KeystoreRequest { domain_id: Some(0), ..request(folder.path(), &robots) };
+    let refused = create(&elsewhere).unwrap_err();
+
+    assert_eq!(made.domain_id, 7);
+    for enclave in &made.enclaves {
+        assert_eq!(texts(&enclave.folder, 7, NOW), [""; 0]);
+    }
+    assert_eq!(refused.to_string(), "the keystore holds in domain 7, and not in 0");
+}
+
+#[test]
+fn nothing_is_signed_that_holds_longer_than_its_authority() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    let at = |now: Duration, validity: Option<Duration>| {
+        create(&KeystoreRequest { now, validity, ..request(folder.path(), &robots) })
+    };
+
+    let longer = at(NOW + DAY, Some(DAY * 30)).unwrap_err();
+    let late = at(NOW + DAY * 60, None).unwrap_err();
+    at(NOW + DAY, None).unwrap();
+
+    assert!(longer.to_string().starts_with("the authority ends on 2026-01-31T12:00:00Z, before"));
+    assert!(late.to_string().ends_with("and signs nothing any more"), "{late}");
+    let shown = show(folder.path()).unwrap();
+    let ends: BTreeSet<Duration> =
+        shown.members.iter().map(|member| member.ends(shown.authority_ends)).collect();
+    assert_eq!(ends, BTreeSet::from([Duration::from_secs(NOW.as_secs()) + DAY * 30]));
+}
+
+#[test]
+fn a_keystore_that_has_ended_is_renewed_with_the_keys_that_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    let made = create(&request(folder.path(), &robots)).unwrap().enclaves;
+    let keys = || {
+        let keys = files::keys_below(folder.path()).unwrap().into_iter();
+        keys.map(|key| std::fs::read_to_string(key).unwrap()).collect::<Vec<_>>()
+    };
+    let (before, late) = (keys(), NOW + DAY * 60);
+
+    renew(folder.path(), late, DAY * 365).unwrap();
+
+    assert_eq!(keys(), before);
+    for enclave in &made {
+        assert_eq!(texts(&enclave.folder, 7, late + DAY * 364), [""; 0], "{}", enclave.enclave);
+    }
+    let (public, certificate) = (folder.path().join("public"), made[0].folder.join("cert.pem"));
+    let authority = public.join("identity_ca.cert.pem");
+    assert!(authority.is_symlink() && !public.join("ca.cert.pem").is_symlink());
+    let at = late.as_secs().to_string();
+    let authority = authority.to_str().unwrap();
+    let (is_chain, text) =
+        openssl(&["verify", "-attime", &at, "-CAfile", authority, certificate.to_str().unwrap()]);
+    assert!(is_chain, "{text}");
+}
+
+#[test]
+fn of_who_was_revoked_nothing_is_obeyed_and_the_others_have_the_rights_that_they_had() {
+    let folder = tempfile::tempdir().unwrap();
+    let (keystore, robots) = (folder.path().join("keystore"), robots());
+    let made = create(&request(&keystore, &robots)).unwrap().enclaves;
+    let rules = |path: &Path| {
+        let text = std::fs::read_to_string(path.join("permissions.xml")).unwrap();
+        text.lines().filter(|line| line.contains("<topic>")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let before: Vec<_> = made.iter().map(|enclave| rules(&enclave.folder)).collect();
+    let stolen = std::fs::read_to_string(made[0].folder.join("cert.pem")).unwrap();
+    std::fs::write(folder.path().join("stolen.pem"), stolen).unwrap();
+
+    let nobody = revoke(&keystore, "robot_9", NOW, DAY * 30).unwrap_err();
+    let old = revoke(&keystore, "robot_1", NOW, DAY * 30).unwrap();
+
+    assert_eq!(nobody.to_string(), "the keystore has no enclave /robot_9");
+    assert!(old.join("enclaves/robot_1").exists() && !made[0].folder.exists());
+    for (enclave, before) in made.iter().zip(&before).skip(1) {
+        assert_eq!(texts(&enclave.folder, 7, NOW), [""; 0], "{}", enclave.enclave);
+        assert_eq!(rules(&enclave.folder), *before, "{}", enclave.enclave);
+    }
+    let authority = keystore.join("public/identity_ca.cert.pem");
+    let (at, stolen) = (NOW.as_secs().to_string(), folder.path().join("stolen.pem"));
+    let chain = ["verify", "-attime", &at, "-CAfile", authority.to_str().unwrap()];
+    let (is_chain, text) = openssl(&[&chain[..], &[stolen.to_str().unwrap()]].concat());
+    assert!(!is_chain, "{text}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "nothing else was left");
+}
+
+#[test]
+fn what_somebody_has_changed_is_not_signed_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    let path = folder.path().join("enclaves/governance.p7s");
+    let signed = std::fs::read_to_string(&path).unwrap();
+    let weaker = signed.replace("<data_protection_kind>NONE", "<data_protection_kind>SIGN");
+    std::fs::write(&path, weaker).unwrap();
+
+    let changed = harden(folder.path()).unwrap_err();
+    let other = tempfile::tempdir().unwrap();
+    create(&request(other.path(), &robots)).unwrap();
+    std::fs::copy(other.path().join("enclaves/governance.p7s"), &path).unwrap();
+    let of_another = harden(folder.path()).unwrap_err();
+
+    let cause = |error: &KeystoreError| error.source().unwrap().to_string();
+    assert_eq!(cause(&changed), "its text is not the one that was signed");
+    assert_eq!(cause(&of_another), "it was not signed with the key of this keystore's authority");
+    std::fs::write(&path, &signed).unwrap();
+    assert_eq!(harden(folder.path()).unwrap().cured, [""; 0]);
+}
+
+#[test]
+fn a_document_that_openssl_has_signed_is_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    // As `ros2 security` signs.
+    let (is_signed, text) = openssl(&[
+        "smime",
+        "-sign",
+        "-text",
+        "-nodetach",
+        "-in",
+        &path("enclaves/governance.xml"),
+        "-signer",
+        &path("public/permissions_ca.cert.pem"),
+        "-inkey",
+        &path("private/permissions_ca.key.pem"),
+        "-md",
+        "sha256",
+        "-out",
+        &path("detached"),
+    ]);
+    assert!(is_signed, "{text}");
+    let (is_signed, text) = openssl(&[
+        "smime",
+        "-sign",
+        "-text",
+        "-in",
+        &path("enclaves/governance.xml"),
+        "-signer",
+        &path("public/permissions_ca.cert.pem"),
+        "-inkey",
+        &path("private/permissions_ca.key.pem"),
+        "-md",
+        "sha256",
+        "-out",
+        &path("enclaves/governance.p7s"),
+    ]);
+    assert!(is_signed, "{text}");
+
+    assert_eq!(harden(folder.path()).unwrap().cured, [""; 0]);
+    std::fs::copy(path("detached"), path("enclaves/governance.p7s")).unwrap();
+    let opaque = harden(folder.path()).unwrap_err();
+    assert!(matches!(opaque, KeystoreError::NotSigned { .. }), "{opaque}");
+}
+
+#[test]
+fn a_rule_that_another_one_goes_before_in_some_domains_is_hardened_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    let authority = Authority::read(folder.path()).unwrap();
+    let strong = Governance::recommended(Domains { first: 0, last: 10 }).rules.remove(0);
+    let mut weak = Governance::recommended(Domains { first: 5, last: 20 }).rules.remove(0);
+    weak.unauthenticated_participants = Switch::On;
+    let both = Governance { rules: vec![strong, weak] };
+    write_governance(&authority, folder.path(), &both).unwrap();
+
+    let hardened = harden(folder.path()).unwrap();
+
+    assert_eq!(hardened.cured, ["lets participants without a certificate take part"]);
+    let governance = authority.governance(folder.path()).unwrap();
+    assert_eq!(governance.weaknesses(15), []);
 }

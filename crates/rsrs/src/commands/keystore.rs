@@ -2,8 +2,27 @@
 
 pub mod create;
 pub mod harden;
+pub mod members;
+
+use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use anyhow::Context;
+use rsrs_pipeline::wording::shell::quoted;
 
 use crate::failure::Outcome;
+
+const DAY: Duration = Duration::from_secs(24 * 3600);
+
+fn since_1970() -> anyhow::Result<Duration> {
+    SystemTime::now().duration_since(UNIX_EPOCH).context("the clock is before 1970")
+}
+
+/// What copies the enclave of a robot to it.
+fn copy_line(keystore: &Path) -> String {
+    let from = quoted(&keystore.join("./enclaves/ROBOT"));
+    format!("rsync -rpRL --mkpath --rsync-path='sudo rsync' {from} ROBOT:/etc/rsrs/keystore/")
+}
 
 /// Make keystores with which robots obey nobody but their own runner and controllers.
 #[derive(clap::Args)]
@@ -16,6 +35,9 @@ pub struct Arguments {
 enum What {
     Create(create::Arguments),
     Harden(harden::Arguments),
+    Show(members::ShowArguments),
+    Renew(members::RenewArguments),
+    Revoke(members::RevokeArguments),
 }
 
 /// Runs the command.
@@ -27,5 +49,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.what {
         What::Create(arguments) => create::run(arguments),
         What::Harden(arguments) => harden::run(arguments),
+        What::Show(arguments) => members::show(arguments),
+        What::Renew(arguments) => members::renew(arguments),
+        What::Revoke(arguments) => members::revoke(arguments),
     }
 }

@@ -50,9 +50,9 @@ fn main() -> anyhow::Result<()> {
             create(&KeystoreRequest {
                 folder: folder.path(),
                 robots: &["robot_1".to_owned()],
-                domain_id: DOMAIN,
+                domain_id: Some(DOMAIN),
                 now: since_1970()?,
-                validity: Duration::from_secs(24 * 3600),
+                validity: Some(Duration::from_secs(24 * 3600)),
             })?;
             run(async {
                 let mut out = std::io::stdout();

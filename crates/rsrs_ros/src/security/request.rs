@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rsrs_keystore::check::problems_of;
+use rsrs_keystore::check::{ENDS_SOON, ends_at, problems_of};
 use rsrs_keystore::layout::ENCLAVES;
 
 use super::{Enclave, IS_BUILT_IN, SecurityError};
@@ -56,6 +56,8 @@ impl Member<'_> {
         }
     }
 }
+
+const DAY_S: u64 = 24 * 3600;
 
 /// What environment and arguments want.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -147,6 +149,13 @@ impl SecurityRequest {
         }
         let problems = problems_of(&folder, domain_id, now);
         if problems.is_empty() {
+            let left = ends_at(&folder).map(|ends| ends.saturating_sub(now));
+            if let Some(left) = left.filter(|left| *left < ENDS_SOON) {
+                log::warn!(
+                    "the certificates of {name} end in {} days: `rsrs keystore renew`, and copy them",
+                    left.as_secs() / DAY_S
+                );
+            }
             Ok(Some(Enclave::new(name, folder)))
         } else {
             Err(SecurityError::Enclave { name, problems })

@@ -32,9 +32,9 @@ impl Lab {
         create(&KeystoreRequest {
             folder: keystore.path(),
             robots: &robots,
-            domain_id: DOMAIN,
+            domain_id: Some(DOMAIN),
             now: SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970"),
-            validity: Duration::from_secs(24 * 3600),
+            validity: Some(Duration::from_secs(24 * 3600)),
         })
         .expect("the lab works");
         Self { keystore }

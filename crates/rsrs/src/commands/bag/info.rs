@@ -99,7 +99,7 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
         counted(info.files.len() as u64, "file")
     );
     let mut line = |printed: String| {
-        writeln!(text, "{}", one_line(&printed)).expect("a string takes any text")
+        writeln!(text, "{}", one_line(&printed)).expect("a string takes any text");
     };
     if let Some((start_ns, end_ns)) = info.start_ns.zip(info.end_ns) {
         line(format!("recorded: {} to {}", moment(start_ns), moment(end_ns)));

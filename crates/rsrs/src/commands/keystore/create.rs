@@ -1,19 +1,15 @@
 //! `rsrs keystore create`: a keystore for a fleet.
 
-use std::path::PathBuf;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
-use anyhow::Context;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_keystore::create::{KeystoreRequest, MadeEnclave, create};
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::files::read_text;
+use std::path::PathBuf;
 
+use crate::commands::keystore::{DAY, copy_line, since_1970};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::print_note;
-
-const DAY: Duration = Duration::from_secs(24 * 3600);
 
 /// Make a keystore for a fleet, or the enclaves that one lacks.
 ///
@@ -36,15 +32,14 @@ pub struct Arguments {
     /// Fleet file (YAML): every robot in it gets an enclave, enabled or not.
     #[arg(long, value_name = "FLEET")]
     fleet: PathBuf,
-    /// The domain of the fleet, in which alone the keystore holds (or `ROS_DOMAIN_ID`; default: 0).
+    /// The domain of the fleet, in which alone the keystore holds (default: that of the keystore, or of a
+    /// new one `ROS_DOMAIN_ID`, or 0).
     #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
     domain: Option<u16>,
-    /// For how many days certificates hold (default: 3650, as in SROS2).
-    #[arg(
-        long, value_name = "DAYS", default_value = "3650", hide_default_value = true,
-        value_parser = clap::value_parser!(u32).range(1..=36500)
-    )]
-    valid_days: u32,
+    /// For how many days certificates hold (default: as long as the keystore's authority; in a new one
+    /// 3650, as in SROS2).
+    #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36500))]
+    valid_days: Option<u32>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -59,21 +54,24 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let name = arguments.fleet.display().to_string();
     let fleet = FleetFile::parse(&name, &read_text(&arguments.fleet)?).map_err(helped)?;
     let robots: Vec<String> = fleet.robots.into_iter().map(|robot| robot.name).collect();
-    let domain_id = arguments.domain.map_or_else(domain_of_the_environment, Ok)?;
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).context("the clock is before 1970")?;
+    let domain_id = match arguments.domain {
+        None if !arguments.keystore.exists() => Some(domain_of_the_environment()?),
+        asked => asked,
+    };
     let made = create(&KeystoreRequest {
         folder: &arguments.keystore,
         robots: &robots,
         domain_id,
-        now,
-        validity: DAY * arguments.valid_days,
+        now: since_1970()?,
+        validity: arguments.valid_days.map(|days| DAY * days),
     })
     .map_err(helped)?;
-    report(arguments.format, &made, text(&made))?;
+    report(arguments.format, &made.enclaves, text(&made.enclaves))?;
     print_note(format!(
-        "domain {domain_id}; copy to each robot its own enclave, with what its links lead to:\n  \
-         rsync -RL {}/./enclaves/ROBOT ROBOT:/etc/rsrs/keystore/\nand keep {} where it is",
-        arguments.keystore.display(),
+        "domain {}; copy to each robot its own enclave, with what its links lead to:\n  {}\nand keep {} \
+         where it is",
+        made.domain_id,
+        copy_line(&arguments.keystore),
         arguments.keystore.join("private").display()
     ));
     Ok(Outcome::Done)

@@ -9,7 +9,7 @@ use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::print_always;
 
-/// Make a keystore such that this program can use it and nobody can forge anything.
+/// Make a keystore such that this program can use it and nobody outside of it can forge anything.
 ///
 /// Signs another governance where that of SROS2 protects too little, or protects payloads by
 /// themselves, which this middleware cannot carry; and makes private keys readable by their owner
