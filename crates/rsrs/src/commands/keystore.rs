@@ -20,7 +20,7 @@ fn since_1970() -> anyhow::Result<Duration> {
 
 /// What copies the enclave of a robot to it.
 fn copy_line(keystore: &Path) -> String {
-    let from = quoted(&keystore.join("./enclaves/ROBOT"));
+    let from = quoted(keystore.join("./enclaves/ROBOT"));
     format!("rsync -rpRL --mkpath --rsync-path='sudo rsync' {from} ROBOT:/etc/rsrs/keystore/")
 }
 
