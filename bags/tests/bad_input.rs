@@ -96,7 +96,8 @@ fn a_clock_that_was_set_back_in_the_middle_is_refused() {
 
 /// A file as rosbag2 compresses it as a whole.
 fn packed(path: &Path, content: &[u8]) {
-    fs::write(path, zstd::encode_all(content, 19).unwrap()).unwrap();
+    let packed = zstd::encode_all(content, 19).expect("there is memory");
+    fs::write(path, packed).expect("the folder is writable");
 }
 
 #[test]

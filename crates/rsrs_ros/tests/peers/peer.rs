@@ -10,7 +10,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use rsrs_testing::network::CYCLONE_ON_LOOPBACK;
 use rsrs_testing::network::TIMEOUT;
-use rsrs_testing::python::{CYCLONE, Environment, JAZZY, KILTED, python_with};
+use rsrs_testing::python::{CYCLONE, JAZZY, KILTED, python_with};
 
 /// Whose middleware and messages it uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
