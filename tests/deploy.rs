@@ -331,7 +331,7 @@ fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
         "ros_domain_id: 7",
         &format!("ros_domain_id: 7\n    rsrs_keystore: {}/keystore", here.display()),
     );
-    fs::write(here.join("inventory.yaml"), secured).expect("writable");
+    fs::write(here.join("inventory.yaml"), &secured).expect("writable");
 
     laboratory.must_play("configure");
 
@@ -347,6 +347,18 @@ fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
         assert_eq!(brought.len(), 1, "{brought:?}");
         assert_eq!(problems_of(&enclaves.join(robot), 7, now), []);
     }
+
+    // The inventory of somebody who does not know of the keystore.
+    let before = laboratory.read("robot_1/etc/rsrs/robot.env");
+    fs::write(here.join("inventory.yaml"), &inventory).expect("writable");
+    let (has_succeeded, printed) = laboratory.play("configure", "-0.000012");
+    assert!(!has_succeeded && printed.contains("robot_1 has a keystore"), "{printed}");
+    assert_eq!(laboratory.read("robot_1/etc/rsrs/robot.env"), before);
+    let insisting = "ros_domain_id: 7\n    rsrs_insecure: true";
+    let insisting = inventory.replace("ros_domain_id: 7", insisting);
+    fs::write(here.join("inventory.yaml"), insisting).expect("writable");
+    laboratory.must_play("configure");
+    assert!(!laboratory.read("robot_1/etc/rsrs/robot.env").contains("SECURITY"));
 }
 
 #[test]

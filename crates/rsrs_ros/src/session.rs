@@ -53,7 +53,7 @@ pub use publisher::Publisher;
 pub(crate) use qos::profile;
 pub use raw::RawPublisher;
 pub(crate) use subscription::Task;
-pub use subscription::{Counts, Received, ReceivedRaw, Subscription};
+pub use subscription::{Counts, Received, ReceivedRaw, Subscription, SubscriptionEnded};
 pub use threads::MiddlewareEnded;
 pub(crate) use wire::Bytes;
 
@@ -318,6 +318,9 @@ impl Session {
             if let Some(ended) = self.threads.have_ended() {
                 return ended.into();
             }
+            if let Some(broken) = self.tasks.broken() {
+                return broken.into();
+            }
             if let Some(changed) = self.addresses.change() {
                 return changed.into();
             }
@@ -413,7 +416,8 @@ impl Session {
             .make(1, || raw::reader(&self.participant, &self.subscriber, &names, &policies))?;
         let (graph, participant) = (Arc::clone(&self.graph), self.participant.clone());
         let deliver = move |sample: ReceivedRaw| {
-            graph.update(sample.message, || endpoint::participants(&participant));
+            let writer = prefix::prefix(sample.writer);
+            graph.update(writer, sample.message, || endpoint::participants(&participant));
         };
         let subscription = self.tasks.deliver(graph::TOPIC, raw::stream(reader), deliver);
         subscription.until_close();

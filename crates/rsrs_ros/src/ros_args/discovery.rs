@@ -20,6 +20,9 @@ pub enum DiscoveryRange {
     SystemDefault,
 }
 
+/// Where a robot has its keystore, as the playbook and the pages have it.
+pub(super) const USUAL_KEYSTORE: &str = "/etc/rsrs/keystore";
+
 /// Something in the environment or the arguments that a person may not expect to be as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Note {
@@ -47,6 +50,8 @@ pub enum Note {
         /// Where it was looked for.
         keystore: PathBuf,
     },
+    /// There is a keystore in `/etc/rsrs/keystore`, and protection is not asked for.
+    KeystoreUnused,
     /// `ROS_AUTOMATIC_DISCOVERY_RANGE=OFF`.
     RangeOff,
     /// `ROS_STATIC_PEERS`.
@@ -88,6 +93,11 @@ impl fmt::Display for Note {
             Self::Secured { enclave } => {
                 write!(formatter, "secured by DDS Security, enclave `{enclave}`")
             }
+            Self::KeystoreUnused => write!(
+                formatter,
+                "there is a keystore in {USUAL_KEYSTORE}, and ROS_SECURITY_ENABLE is not `true`: \
+                 everybody on the network is obeyed"
+            ),
             Self::NotSecured { keystore } => write!(
                 formatter,
                 "NOT secured: {} has no enclave for this program, and ROS_SECURITY_STRATEGY is not \

@@ -1,7 +1,10 @@
 //! Which network to join, through which interfaces, and as whom.
 
+use std::path::Path;
+
 use rsrs_core::help::Help;
 
+use super::discovery::USUAL_KEYSTORE;
 use super::{Environment, Note, RosArgs};
 use crate::interfaces::{self, InterfaceError, LOOPBACK};
 use crate::security::{Enclave, Member, SecurityError, SecurityRequest};
@@ -69,7 +72,12 @@ impl RosArgs {
         member: Member<'_>,
     ) -> Result<Option<Enclave>, SecurityError> {
         let request = SecurityRequest::read(environment, self.enclave.as_deref())?;
-        let Some(request) = request else { return Ok(None) };
+        let Some(request) = request else {
+            if Path::new(USUAL_KEYSTORE).is_dir() {
+                self.notes.push(Note::KeystoreUnused);
+            }
+            return Ok(None);
+        };
         let enclave = request.enclave(member, self.domain_id, since_1970())?;
         self.notes.push(match &enclave {
             Some(enclave) => Note::Secured { enclave: enclave.name().to_owned() },

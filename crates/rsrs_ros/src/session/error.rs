@@ -2,6 +2,7 @@
 
 use super::{
     AddressChanged, EndpointKind, MiddlewareEnded, NotAuthenticated, OutOfReach, OwnLeaseExpired,
+    SubscriptionEnded,
 };
 
 /// Why there is no session, node or endpoint.
@@ -119,6 +120,9 @@ pub enum SessionEnded {
     /// The middleware has ended by itself.
     #[error(transparent)]
     Middleware(#[from] MiddlewareEnded),
+    /// A subscription has ended by itself; it may be the one to stops.
+    #[error(transparent)]
+    Subscription(#[from] SubscriptionEnded),
     /// The others were out of reach for too long.
     #[error(transparent)]
     OutOfReach(#[from] OutOfReach),

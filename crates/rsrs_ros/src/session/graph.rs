@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
 
-use rsrs_msgs::cdr::ENCAPSULATION;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_msgs::{RosMessage, cdr};
 use serde::{Deserialize, Serialize};
@@ -85,25 +84,25 @@ impl GraphUpdate {
 }
 
 impl Graph {
-    /// Takes the word of a participant, as bytes with encapsulation. It begins with its GID.
+    /// Takes the word of a participant, as bytes with encapsulation.
     ///
     /// # Arguments
     ///
+    /// * `writer` — who published it: what it names as its own GID is anybody's.
     /// * `participants` — those that are there now: when there is no room, others are forgotten.
-    pub(super) fn update(&self, sample: Vec<u8>, participants: impl FnOnce() -> BTreeSet<Prefix>) {
-        let gid = sample.get(ENCAPSULATION.len()..).and_then(<[u8]>::first_chunk);
-        match gid.copied() {
-            Some(gid) => {
-                let mut updates = lock(&self.updates);
-                if updates.len() >= MOST_PARTICIPANTS && !updates.contains_key(&prefix(gid)) {
-                    let participants = participants();
-                    updates.retain(|participant, _| participants.contains(participant));
-                }
-                if updates.len() < MOST_PARTICIPANTS || updates.contains_key(&prefix(gid)) {
-                    updates.insert(prefix(gid), GraphUpdate::Received(sample));
-                }
-            }
-            None => log::debug!("{} bytes name no participant", sample.len()),
+    pub(super) fn update(
+        &self,
+        writer: Prefix,
+        sample: Vec<u8>,
+        participants: impl FnOnce() -> BTreeSet<Prefix>,
+    ) {
+        let mut updates = lock(&self.updates);
+        if updates.len() >= MOST_PARTICIPANTS && !updates.contains_key(&writer) {
+            let participants = participants();
+            updates.retain(|participant, _| participants.contains(participant));
+        }
+        if updates.len() < MOST_PARTICIPANTS || updates.contains_key(&writer) {
+            updates.insert(writer, GraphUpdate::Received(sample));
         }
     }
 
@@ -116,13 +115,16 @@ impl Graph {
             .collect()
     }
 
-    /// Full name of the node that has each endpoint.
+    /// Full name of the node that has each endpoint; a participant names its own endpoints alone.
     pub(super) fn owners(&self) -> BTreeMap<[u8; 16], String> {
         let mut owners = BTreeMap::new();
-        for node in lock(&self.updates).values_mut().flat_map(GraphUpdate::nodes) {
-            let name = node.full_name();
-            let endpoints = node.readers.iter().chain(&node.writers);
-            owners.extend(endpoints.map(|guid| (*guid, name.clone())));
+        for (participant, word) in lock(&self.updates).iter_mut() {
+            for node in word.nodes() {
+                let name = node.full_name();
+                let endpoints = node.readers.iter().chain(&node.writers);
+                let own = endpoints.filter(|guid| prefix(**guid) == *participant);
+                owners.extend(own.map(|guid| (*guid, name.clone())));
+            }
         }
         owners
     }
@@ -146,9 +148,9 @@ mod tests {
     fn the_last_word_of_a_participant_counts() {
         let graph = Graph::default();
 
-        graph.update(info(1, &[("/", "a"), ("/robot_1", "b")]), BTreeSet::new);
-        graph.update(info(1, &[("/robot_1", "b")]), BTreeSet::new);
-        graph.update(info(2, &[("/", "c")]), BTreeSet::new);
+        graph.update([1; 12], info(1, &[("/", "a"), ("/robot_1", "b")]), BTreeSet::new);
+        graph.update([1; 12], info(1, &[("/robot_1", "b")]), BTreeSet::new);
+        graph.update([2; 12], info(2, &[("/", "c")]), BTreeSet::new);
 
         let both = BTreeSet::from([[1; 12], [2; 12]]);
         assert_eq!(graph.node_names(&both), BTreeSet::from(["/robot_1/b".into(), "/c".into()]));
@@ -156,10 +158,21 @@ mod tests {
     }
 
     #[test]
+    fn nobody_names_the_endpoints_of_another() {
+        let graph = Graph::default();
+
+        graph.update([1; 12], info(1, &[("/", "runner")]), BTreeSet::new);
+        // In the name of the first, and of its endpoints.
+        graph.update([2; 12], info(1, &[("/", "thief")]), BTreeSet::new);
+
+        assert_eq!(graph.owners(), BTreeMap::from([([1; 16], "/runner".to_owned())]));
+    }
+
+    #[test]
     fn a_participant_that_has_gone_has_no_names() {
         let graph = Graph::default();
 
-        graph.update(info(1, &[("/", "a")]), BTreeSet::new);
+        graph.update([1; 12], info(1, &[("/", "a")]), BTreeSet::new);
 
         assert_eq!(graph.node_names(&BTreeSet::from([[2; 12]])), BTreeSet::new());
     }
@@ -167,29 +180,21 @@ mod tests {
     #[test]
     fn whoever_has_gone_makes_room_and_strangers_beyond_it_are_not_kept() {
         let graph = Graph::default();
-        let word = |number: usize| {
-            let mut gid = [0; 16];
-            gid[..8].copy_from_slice(&number.to_le_bytes());
-            cdr::encode(&ParticipantEntitiesInfo { gid, nodes: Vec::new() })
-        };
-        let is_kept = |number: usize| {
+        let writer = |number: usize| {
             let mut prefix = [0; 12];
             prefix[..8].copy_from_slice(&number.to_le_bytes());
-            lock(&graph.updates).contains_key(&prefix)
+            prefix
         };
+        let is_kept = |number: usize| lock(&graph.updates).contains_key(&writer(number));
+        // Whatever they say who they are.
+        let word = || info(7, &[]);
 
-        let all = || {
-            (0..MOST_PARTICIPANTS).map(|number| {
-                let mut prefix = [0; 12];
-                prefix[..8].copy_from_slice(&number.to_le_bytes());
-                prefix
-            })
-        };
+        let all = || (0..MOST_PARTICIPANTS).map(writer);
         for number in 0..=MOST_PARTICIPANTS {
-            graph.update(word(number), || all().collect());
+            graph.update(writer(number), word(), || all().collect());
         }
         assert!(!is_kept(MOST_PARTICIPANTS) && is_kept(0));
-        graph.update(word(MOST_PARTICIPANTS), || all().skip(1).collect());
+        graph.update(writer(MOST_PARTICIPANTS), word(), || all().skip(1).collect());
 
         assert!(is_kept(MOST_PARTICIPANTS) && !is_kept(0));
     }
@@ -198,8 +203,8 @@ mod tests {
     fn bytes_that_are_no_graph_change_nothing() {
         let graph = Graph::default();
 
-        graph.update(vec![0, 1, 0, 0, 7], BTreeSet::new);
-        graph.update([&[0, 1, 0, 0][..], &[7; 17]].concat(), BTreeSet::new);
+        graph.update([7; 12], vec![0, 1, 0, 0, 7], BTreeSet::new);
+        graph.update([7; 12], [&[0, 1, 0, 0][..], &[7; 17]].concat(), BTreeSet::new);
 
         assert!(graph.owners().is_empty());
     }

@@ -101,11 +101,23 @@ impl Drop for Task {
 pub(super) struct Tasks {
     runtime: Handle,
     running: Mutex<JoinSet<()>>,
+    /// The first subscription that has ended by itself.
+    broken: Arc<Mutex<Option<SubscriptionEnded>>>,
+}
+
+/// A subscription takes nothing any more although nobody has ended it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{topic}` is not received any more: {reason}")]
+pub struct SubscriptionEnded {
+    /// The topic, absolute.
+    pub topic: String,
+    /// Why.
+    pub reason: String,
 }
 
 impl Tasks {
     pub(super) fn on(runtime: Handle) -> Self {
-        Self { runtime, running: Mutex::default() }
+        Self { runtime, running: Mutex::default(), broken: Arc::default() }
     }
 
     /// Starts a task.
@@ -122,8 +134,15 @@ impl Tasks {
         deliver: impl FnMut(Received<T>) + Send + 'static,
     ) -> Subscription {
         let counters = Arc::new(Counters::default());
-        let task = self.run(deliver_all(topic.to_owned(), samples, Arc::clone(&counters), deliver));
+        let (topic, broken) = (topic.to_owned(), Arc::clone(&self.broken));
+        let watched = Watched { topic, is_delivering: false, broken };
+        let task = self.run(deliver_all(watched, samples, Arc::clone(&counters), deliver));
         Subscription { counters, task }
+    }
+
+    /// The first subscription that has ended by itself, if any has.
+    pub(super) fn broken(&self) -> Option<SubscriptionEnded> {
+        lock(&self.broken).clone()
     }
 
     /// Ends all tasks and waits for them.
@@ -153,8 +172,35 @@ pub(super) enum Failure {
     Broken(String),
 }
 
-async fn deliver_all<T>(
+/// A subscription of which the session learns if it ends by itself, also by a panic.
+struct Watched {
     topic: String,
+    is_delivering: bool,
+    broken: Arc<Mutex<Option<SubscriptionEnded>>>,
+}
+
+impl Watched {
+    fn broke(&self, reason: &str) {
+        let ended = SubscriptionEnded { topic: self.topic.clone(), reason: reason.to_owned() };
+        log::error!("{ended}");
+        lock(&self.broken).get_or_insert(ended);
+    }
+}
+
+impl Drop for Watched {
+    fn drop(&mut self) {
+        if self.is_delivering {
+            self.broke("what takes its messages has panicked");
+        }
+    }
+}
+
+/// A sample that comes again is at most so many behind the newest. What is further behind is the first of
+/// a publisher that counts anew: otherwise one forged number would mute it for good.
+const MOST_BEHIND: u64 = 1 << 16;
+
+async fn deliver_all<T>(
+    mut watched: Watched,
     samples: impl Stream<Item = Result<Received<T>, Failure>>,
     counters: Arc<Counters>,
     mut deliver: impl FnMut(Received<T>),
@@ -166,27 +212,35 @@ async fn deliver_all<T>(
             Ok(received) => {
                 let before = last.get(&received.writer).copied();
                 // Two readers of one topic share what came for either of them.
-                if before.is_some_and(|before| received.sequence <= before) {
+                let is_again = |before: &u64| {
+                    before.checked_sub(received.sequence).is_some_and(|it| it < MOST_BEHIND)
+                };
+                if before.as_ref().is_some_and(is_again) {
                     continue;
                 }
                 if before.is_none() && last.len() >= MOST_WRITERS {
                     last.pop_first();
                 }
                 last.insert(received.writer, received.sequence);
-                let lost = before.map_or(0, |before| received.sequence.saturating_sub(before + 1));
+                let after =
+                    |before: u64| received.sequence.saturating_sub(before.saturating_add(1));
+                let lost = before.map_or(0, after);
                 counters.lost.fetch_add(lost, Ordering::Relaxed);
                 counters.taken.fetch_add(1, Ordering::Relaxed);
+                watched.is_delivering = true;
                 deliver(received);
+                watched.is_delivering = false;
             }
             Err(Failure::Undecodable(reason)) => {
                 let count = counters.undecodable.fetch_add(1, Ordering::Relaxed) + 1;
                 // The first, second, fourth, eighth…: a stream of them does not fill the disk.
                 if count.is_power_of_two() {
+                    let topic = &watched.topic;
                     log::warn!("`{topic}`: {count} samples of another type, last: {reason}");
                 }
             }
             Err(Failure::Broken(reason)) => {
-                log::error!("`{topic}` is not received any more: {reason}");
+                watched.broke(&reason);
                 return;
             }
         }
@@ -224,4 +278,68 @@ fn nanoseconds(time: ROSTime) -> Option<u64> {
 
 pub(super) fn wall_nanoseconds() -> u64 {
     wall_time().to_nanos().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    fn sample(sequence: u64) -> Received<u64> {
+        let writer = [1; 16];
+        Received { message: sequence, source_time_ns: None, received_time_ns: 0, sequence, writer }
+    }
+
+    async fn broken(tasks: &Tasks) -> SubscriptionEnded {
+        loop {
+            match tasks.broken() {
+                Some(ended) => return ended,
+                None => tokio::time::sleep(Duration::from_millis(1)).await,
+            }
+        }
+    }
+
+    #[tokio::test(flavor = "current_thread")]
+    async fn a_subscription_that_ends_by_itself_is_known_with_the_reason() {
+        let tasks = Tasks::on(Handle::current());
+        let samples = [Ok(sample(1)), Err(Failure::Broken("poisoned".to_owned()))];
+
+        let _subscription = tasks.deliver("/swarm/e_stop", futures::stream::iter(samples), |_| {});
+
+        let ended = broken(&tasks).await;
+        assert_eq!(ended.to_string(), "`/swarm/e_stop` is not received any more: poisoned");
+    }
+
+    #[tokio::test(flavor = "current_thread")]
+    async fn a_subscription_whose_taker_panics_is_known_and_one_that_is_dropped_is_not() {
+        let tasks = Tasks::on(Handle::current());
+        let endless = || futures::stream::iter([Ok(sample(1))]).chain(futures::stream::pending());
+
+        drop(tasks.deliver("/a", endless(), |_| {}));
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        assert_eq!(tasks.broken(), None);
+        let _subscription =
+            tasks.deliver("/b", endless(), |_| panic!("a message of another world"));
+
+        assert_eq!(broken(&tasks).await.topic, "/b");
+    }
+
+    #[tokio::test(flavor = "current_thread")]
+    async fn a_forged_number_mutes_nobody_and_a_sample_that_comes_again_is_left_out() {
+        let tasks = Tasks::on(Handle::current());
+        let (sender, taken) = std::sync::mpsc::channel();
+        let numbers = [5, 6, 6, 5, u64::MAX, 7, 8];
+
+        let samples =
+            futures::stream::iter(numbers.map(sample).map(Ok)).chain(futures::stream::pending());
+        let subscription = tasks.deliver("/a", samples, move |received: Received<u64>| {
+            sender.send(received.message).expect("the test listens");
+        });
+
+        while subscription.counts().taken < 5 {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+        assert_eq!(taken.try_iter().collect::<Vec<_>>(), [5, 6, u64::MAX, 7, 8]);
+    }
 }

@@ -101,6 +101,11 @@ impl Hub {
         (id, messages)
     }
 
+    /// Clients that are there.
+    pub(super) fn n_clients(&self) -> usize {
+        self.lock().clients.len()
+    }
+
     /// A client has gone.
     pub(super) fn remove_client(&self, id: u64) {
         self.lock().clients.remove(&id);
