@@ -64,8 +64,8 @@ impl Help for ConfineError {
     fn help(&self) -> Option<String> {
         match self {
             Self::Forbidden { .. } => Some(
-                "allow them with `sudo sysctl -w kernel.apparmor_restrict_unprivileged_userns=0` \
-                 (Ubuntu), or run as root"
+                "on Ubuntu the package's profile allows them to `/usr/bin/rsrs` (`sudo apparmor_parser \
+                 --replace /etc/apparmor.d/rsrs`); or run as root"
                     .to_owned(),
             ),
             Self::SeveralThreads { .. } | Self::Kernel { .. } => None,

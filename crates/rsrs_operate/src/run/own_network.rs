@@ -8,6 +8,8 @@ use rsrs_ros::confine::{self, ConfineError};
 use rsrs_ros::interfaces::{self, LOOPBACK};
 use rsrs_ros::session::SessionOptions;
 
+use rsrs_pipeline::error::with_help;
+
 /// Where a run without robots happens, and how a person looks inside.
 #[derive(Clone, Debug)]
 pub struct OwnNetwork {
@@ -46,7 +48,14 @@ impl OwnNetwork {
                     confinement.enter_command()
                 ),
             }),
-            Err(error @ ConfineError::Forbidden { .. }) => Self::on_loopback(&error),
+            Err(error @ ConfineError::Forbidden { .. }) => {
+                if std::env::var("ROS_SECURITY_ENABLE").is_ok_and(|value| value == "true") {
+                    let text =
+                        format!("{error}, and on the loopback interface it would not be secured");
+                    return Err(with_help(text, error.help().unwrap_or_default()));
+                }
+                Self::on_loopback(&error)
+            }
             Err(error) => Err(error.into()),
         }
     }
