@@ -244,6 +244,8 @@ def find_all(program):
         "repeated": repeated,
         "comparison": comparison,
         "shortfall_percent": 100 if shortfall is None else 100 * shortfall,
+        "n_claimed": repeated["pooled"]["n_cells_claimed"],
+        "b_r_at_least": repeated["pooled"]["b_r_at_least"] or 0,
         "placed": {"near": share(near), "usual": share(usual), "far": share(far)},
         "collide_percent": {"near": 100 * collides(near), "usual": 100 * collides(usual)},
         "robots": {f"of_{n}": value for n, value in of_robots.items()},

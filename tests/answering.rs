@@ -6,7 +6,8 @@ use std::sync::atomic::AtomicBool;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::statistics::comparison::{MARGIN, Verdict, decide};
+use rsrs_core::statistics::comparison::{MARGIN, enough};
+use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_core::statistics::share::Share;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
@@ -195,14 +196,14 @@ fn so_many_campaigns_are_decided_as_was_planned() {
     let swept = sweep(&[conditions], fresh, watch).expect("it can be simulated");
 
     let simulated = Share::milling(&choice.phases.expect("it states how its fresh runs ended"));
-    let test = PooledTest::new(&[(Share::default(), simulated)], MARGIN);
     let phases: Vec<Phase> = swept.outcomes.iter().map(|outcome| outcome.phase).collect();
     let n_runs = usize::try_from(runs).expect("few");
     let is_decided = |campaign: &&[Phase]| {
         (1..=campaign.len()).any(|n| {
             let mills = campaign[..n].iter().filter(|phase| **phase == Phase::StableMilling);
             let real = Share { hits: mills.count() as u64, n: n as u64 };
-            decide(test.log_e_after(0, real)) != Verdict::Undecided
+            let test = PooledTest::new(&[TestedCell { real, simulated, part: 0.5 }], MARGIN);
+            test.is_supported(enough()) || test.is_violated(enough())
         })
     };
     let n_decided = phases.chunks(n_runs).filter(is_decided).count();

@@ -13,6 +13,7 @@ use rsrs_core::diagram::choice::Choice;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::comparison::{Share, Verdict, decide};
+use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::placement::PlaceCheck;
@@ -161,7 +162,8 @@ fn the_default_dry_run_ends_with_a_verdict() {
         let mut decided = campaign.iter().zip(1..).filter_map(|(run, n)| {
             real.n += 1;
             real.hits += u64::from(run.phase == Phase::StableMilling);
-            let verdict = decide(PooledTest::new(&[(real, simulated)], MARGIN).log_e());
+            let test = PooledTest::new(&[TestedCell { real, simulated, part: 0.5 }], MARGIN);
+            let verdict = decide(test.log_e());
             (verdict != Verdict::Undecided).then_some((n, verdict))
         });
         decided.next()

@@ -19,7 +19,7 @@ impl From<Verdict> for Outcome {
     fn from(verdict: Verdict) -> Self {
         match verdict {
             Verdict::Violated => Self::NegativeAnswer,
-            Verdict::Supported | Verdict::Undecided => Self::Done,
+            Verdict::Supported | Verdict::Undecided | Verdict::NoClaim => Self::Done,
         }
     }
 }

@@ -24,7 +24,7 @@ pub fn comparison(report: &Comparison) -> Words {
 fn tone_of(verdict: Verdict) -> Tone {
     match verdict {
         Verdict::Supported => Tone::Good,
-        Verdict::Undecided => Tone::Unclear,
+        Verdict::Undecided | Verdict::NoClaim => Tone::Unclear,
         Verdict::Violated => Tone::Bad,
     }
 }

@@ -13,4 +13,5 @@ pub(crate) mod posterior;
 pub(crate) mod quantile;
 pub mod sequence;
 pub mod share;
+pub mod simulated;
 pub mod variance;

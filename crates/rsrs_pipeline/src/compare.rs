@@ -1,7 +1,7 @@
 //! Holds recorded runs against the sweep that predicts them.
 
 pub mod not_counted;
-mod prediction;
+pub mod prediction;
 pub mod report;
 pub mod run_matching;
 
@@ -103,7 +103,7 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
         }
         let cell = cell(index).clone();
         cells.push(CellAttempts {
-            runs: CellRuns { cell, real, simulated: of_cell.phases },
+            runs: CellRuns { cell, real, simulated: of_cell.phases, part: prediction.part(index) },
             n_left_out,
         });
     }
@@ -131,6 +131,7 @@ fn not_run(result: &SweepResult, prediction: &Prediction<'_>, run: &[CellRuns]) 
             cell: entry.cell.clone(),
             real: PhaseCounts::default(),
             simulated: fresh.unwrap_or(entry.counts),
+            part: prediction.part(index),
         }
     });
     left.collect()

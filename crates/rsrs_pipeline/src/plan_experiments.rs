@@ -96,7 +96,8 @@ pub fn plan_experiments(folder: &Path, options: &Options) -> anyhow::Result<Plan
         .zip(as_measured(&result, &cells, options)?)
         .map(|(index, as_measured)| {
             let simulated = Share::milling(&prediction.of_cell(*index)?.phases);
-            Ok(PlannedCell { simulated, as_measured, so_far: Share::default() })
+            let part = prediction.part(*index);
+            Ok(PlannedCell { simulated, as_measured, so_far: Share::default(), part })
         })
         .collect::<anyhow::Result<Vec<PlannedCell>>>()?;
     let mut generator = ChaCha8Rng::seed_from_u64(result.source.sweep.seed);

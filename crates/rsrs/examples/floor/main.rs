@@ -128,6 +128,7 @@ fn repeated(experiments: &[Experiment]) -> Value {
             cell: experiment.cell.clone(),
             real: real(experiment),
             simulated: experiment.simulated,
+            part: 1.0 / experiments.len() as f64,
         });
         Comparison::of(&runs.collect::<Vec<CellRuns>>())
     };
@@ -140,6 +141,7 @@ fn repeated(experiments: &[Experiment]) -> Value {
             cell: experiment.cell.clone(),
             real: PhaseCounts::of([experiment.phase]),
             simulated: experiment.simulated,
+            part: 1.0,
         };
         json!({
             "speed_m_s": experiment.cell.get(Axis::Speed),
@@ -162,6 +164,7 @@ fn repeated(experiments: &[Experiment]) -> Value {
         "cells": cells.collect::<Vec<Value>>(),
         "tallies": (0..REPETITIONS).map(of_one).collect::<Vec<Tally>>(),
         "verdict": all.verdict,
+        "pooled": all.pooled,
     })
 }
 

@@ -21,9 +21,10 @@ use rsrs_pipeline::compare::compare;
 /// themselves are named. It is `supported` if they show that real robots, averaged over the runs, mill
 /// as often, or less often by at most the margin. Either verdict is wrong with a probability of at most
 /// 0.05, whatever number of runs one looked at before: add runs and compare again as you like. Else it
-/// is `undecided`. Runs that were left out for a cause after their start may have ended in any way: a verdict
-/// stands only if it stands whatever they came to. Exit code 3 means that the claim is violated, or that
-/// a run cannot be labelled.
+/// is `undecided`, or `no claim` where simulated robots hardly mill, so that nothing can fall short. Runs
+/// that were left out for a cause after their start may have ended in any way: a verdict stands only if it
+/// stands whatever they came to. Exit code 3 means that the claim is violated, or that a run cannot be
+/// labelled.
 ///
 /// The last lines are what to do next: the experiment that is most informative, or, where real robots
 /// mill less often, back to measuring them.

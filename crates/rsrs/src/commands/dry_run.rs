@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_core::statistics::comparison::{Share, Verdict, decide};
+use rsrs_core::statistics::comparison::{Share, enough};
+use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::placement::PlaceCheck;
@@ -29,6 +30,7 @@ use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::attempt::{SIMULATED_TRIES, keep_aside};
 use rsrs_pipeline::choose::{self, Chosen};
 use rsrs_pipeline::compare;
+use rsrs_pipeline::compare::prediction::CHOSEN;
 use rsrs_pipeline::compare::report::Report as Comparison;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
@@ -325,8 +327,9 @@ impl DryRun<'_> {
 /// Whether so many runs in the chosen cell end in a verdict.
 fn is_decided(real: Share, choice: &Choice) -> anyhow::Result<bool> {
     let phases = choice.phases.context("a choice that was just made has its phases")?;
-    let test = PooledTest::new(&[(real, Share::milling(&phases))], MARGIN);
-    Ok(decide(test.log_e()) != Verdict::Undecided)
+    let simulated = Share::milling(&phases);
+    let test = PooledTest::new(&[TestedCell { real, simulated, part: CHOSEN }], MARGIN);
+    Ok(test.is_violated(enough()) || test.is_supported(enough()))
 }
 
 fn choose_cell(sweep: &Path) -> anyhow::Result<Choice> {

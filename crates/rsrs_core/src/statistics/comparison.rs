@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::diagram::PhaseCounts;
 use crate::diagram::axis::Cell;
 use crate::judge::phase::Phase;
+use crate::statistics::e_value::TestedCell;
 use crate::statistics::interval::Interval;
-use crate::statistics::pooled::{LogEvidence, Pooled, PooledTest, e_value, p_value};
-use crate::statistics::posterior::probability_at_least;
+use crate::statistics::pooled::{LogEvidence, Pooled, PooledTest, e_value};
 
 pub use crate::statistics::share::Share;
 
@@ -23,6 +23,9 @@ pub struct CellRuns {
     pub real: PhaseCounts,
     /// How its simulated replicates ended: of a chosen cell those of the confirmation.
     pub simulated: PhaseCounts,
+    /// Its part of the error, fixed before the first run, and of what is bet on single cells; of all cells
+    /// that may be run together at most 1.
+    pub part: f64,
 }
 
 /// The evidence of the runs on `eq:finalgap`.
@@ -36,6 +39,8 @@ pub enum Verdict {
     Supported,
     /// The runs do not decide yet.
     Undecided,
+    /// Nothing is claimed: simulated robots may mill so seldom that real ones cannot fall short by the margin.
+    NoClaim,
 }
 
 /// One cell, compared.
@@ -51,21 +56,12 @@ pub struct CellComparison {
     pub simulated: Share,
     /// Interval of `B_s`.
     pub simulated_interval: Interval,
-    /// Fisher's exact probability of so few real mills if `B_r = B_s`; one-sided, for a number of runs
-    /// that was fixed before the first.
-    pub p_value: f64,
-    /// The same, corrected for the number of cells after Holm.
-    pub p_corrected: f64,
-    /// Posterior probability that `B_r >= B_s - margin`, with uniform priors.
-    pub p_supported: f64,
+    /// Its part of the error.
+    pub part: f64,
     /// Evidence that `B_r < B_s` here, however often one looked.
     pub e_violated: f64,
-    /// Its inverse, at most 1, corrected for the number of cells after Holm.
-    pub p_violated: f64,
-    /// Evidence that `B_r >= B_s - margin` here, however often one looked.
-    pub e_supported: f64,
-    /// Its inverse, at most 1, corrected for the number of cells after Holm.
-    pub p_not_supported: f64,
+    /// Evidence that `B_r >= B_s - margin` here, however often one looked; `None` if nothing is claimed.
+    pub e_supported: Option<f64>,
     /// What follows for this cell; violated only if all cells together are.
     pub verdict: Verdict,
     /// If undecided: how many further real runs would support the inequality here if all of them mill;
@@ -133,24 +129,26 @@ impl Comparison {
     ///
     /// `eq:finalgap`; the tally of the caption of `fig:phase_plot2`; [`crate::statistics::e_value`].
     pub fn with_margin(runs: &[CellRuns], margin: f64) -> Self {
-        let shares: Vec<(Share, Share)> = runs
+        let tested = |runs: &CellRuns| TestedCell {
+            real: Share::milling(&runs.real),
+            simulated: Share::milling(&runs.simulated),
+            part: runs.part,
+        };
+        let test = PooledTest::new(&runs.iter().map(tested).collect::<Vec<_>>(), margin);
+        let verdict = if runs.is_empty() { Verdict::Undecided } else { decide(test.log_e()) };
+        // What all runs show, they show of a single cell.
+        let part = |runs_of: &CellRuns| if runs.len() == 1 { 1.0 } else { runs_of.part };
+        let cells = runs
             .iter()
-            .map(|runs| (Share::milling(&runs.real), Share::milling(&runs.simulated)))
-            .collect();
-        let test = PooledTest::new(&shares, margin);
-        let verdict = decide(test.log_e());
-        let corrected = Corrected::of(&shares, &test);
-        let cells = (0..runs.len())
-            .map(|index| compare_cell(&runs[index], &test, index, &corrected, verdict))
-            .collect();
-        let simulated: Vec<Share> = shares.iter().map(|(_, simulated)| *simulated).collect();
-        let further = |n: u64| test.log_e_if_all_mill(n);
+            .enumerate()
+            .map(|(index, runs)| compare_cell(runs, &test.alone(index), part(runs), verdict));
+        let further = |n: u64| test.is_supported_by(n, enough());
         Self {
-            cells,
-            pooled: test.summary(&simulated, enough()),
+            cells: cells.collect(),
+            pooled: test.summary(enough()),
             verdict,
             further_runs: (verdict == Verdict::Undecided && !runs.is_empty())
-                .then(|| runs_until(|n| further(n) >= enough()))
+                .then(|| runs_until(further))
                 .flatten(),
             tally: tally(runs),
         }
@@ -163,68 +161,36 @@ pub fn enough() -> f64 {
 }
 
 /// What follows from evidence.
-pub fn decide(evidence: LogEvidence) -> Verdict {
-    if evidence.less >= enough() {
-        Verdict::Violated
-    } else if evidence.at_least >= enough() {
-        Verdict::Supported
-    } else {
-        Verdict::Undecided
+pub fn decide(LogEvidence { less, at_least }: LogEvidence) -> Verdict {
+    match at_least {
+        _ if less >= enough() => Verdict::Violated,
+        None => Verdict::NoClaim,
+        Some(log_e) if log_e >= enough() => Verdict::Supported,
+        Some(_) => Verdict::Undecided,
     }
 }
 
-/// Probabilities of every cell, corrected for the number of cells.
-struct Corrected {
-    exact: Vec<f64>,
-    violated: Vec<f64>,
-    not_supported: Vec<f64>,
-}
-
-impl Corrected {
-    fn of(shares: &[(Share, Share)], test: &PooledTest) -> Self {
-        let corrected = |of_cell: &dyn Fn(usize) -> f64| {
-            holm(&(0..shares.len()).map(of_cell).collect::<Vec<f64>>())
-        };
-        Self {
-            exact: corrected(&|cell| fisher_less(shares[cell].0, shares[cell].1)),
-            violated: corrected(&|cell| p_value(test.log_e_of(cell).less)),
-            not_supported: corrected(&|cell| p_value(test.log_e_of(cell).at_least)),
-        }
-    }
-}
-
-fn compare_cell(
-    runs: &CellRuns,
-    test: &PooledTest,
-    index: usize,
-    corrected: &Corrected,
-    of_all: Verdict,
-) -> CellComparison {
+/// A cell by itself. With its part of the error: that of all of them together is [`SIGNIFICANCE`] then.
+fn compare_cell(runs: &CellRuns, alone: &PooledTest, part: f64, of_all: Verdict) -> CellComparison {
     let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
-    let (p_violated, p_not_supported) = (corrected.violated[index], corrected.not_supported[index]);
-    let LogEvidence { less, at_least } = test.log_e_of(index);
-    let verdict = if of_all == Verdict::Violated && p_violated <= SIGNIFICANCE {
-        Verdict::Violated
-    } else if p_not_supported <= SIGNIFICANCE {
-        Verdict::Supported
-    } else {
-        Verdict::Undecided
-    };
-    let if_all_mill =
-        |n: u64| test.log_e_of_after(index, Share { hits: n, n }).at_least >= enough();
+    let LogEvidence { less, at_least } = alone.log_e();
+    let with_part = |log_e: f64| log_e + libm::log(part);
+    let verdict =
+        match decide(LogEvidence { less: with_part(less), at_least: at_least.map(with_part) }) {
+            Verdict::Violated if of_all != Verdict::Violated => Verdict::Undecided,
+            verdict => verdict,
+        };
+    let needed = enough() - libm::log(part);
+    let if_all_mill = |n: u64| alone.is_supported_by(n, needed);
     CellComparison {
         cell: runs.cell.clone(),
         real,
         real_interval: real.interval(),
         simulated,
         simulated_interval: simulated.interval(),
-        p_value: fisher_less(real, simulated),
-        p_corrected: corrected.exact[index],
-        p_supported: probability_at_least(real, simulated, test.margin()),
+        part: runs.part,
         e_violated: e_value(less),
-        p_violated,
-        e_supported: e_value(at_least),
-        p_not_supported,
+        e_supported: at_least.map(e_value),
         verdict,
         further_runs: (verdict == Verdict::Undecided).then(|| runs_until(if_all_mill)).flatten(),
     }
@@ -249,50 +215,6 @@ pub(crate) fn runs_until(is_enough: impl Fn(u64) -> bool) -> Option<u64> {
         }
     }
     Some(enough)
-}
-
-/// Fisher's exact test that the real share is not below the simulated one.
-///
-/// # Returns
-///
-/// The probability of at most so many real hits, given all hits; 1 without runs on either side.
-///
-/// # Source
-///
-/// R. A. Fisher, Journal of the Royal Statistical Society 85, 1922.
-pub fn fisher_less(real: Share, simulated: Share) -> f64 {
-    let hits = real.hits + simulated.hits;
-    let n = real.n + simulated.n;
-    let least = real.n.saturating_sub(n - hits);
-    let log_all = log_choose(n, real.n);
-    let probability = |real_hits: u64| {
-        let log_ways = log_choose(hits, real_hits) + log_choose(n - hits, real.n - real_hits);
-        libm::exp(log_ways - log_all)
-    };
-    (least..=real.hits).map(probability).sum::<f64>().min(1.0)
-}
-
-fn log_choose(n: u64, k: u64) -> f64 {
-    let log_factorial = |n: u64| libm::lgamma(n as f64 + 1.0);
-    log_factorial(n) - log_factorial(k) - log_factorial(n - k)
-}
-
-/// Corrects probabilities for being several, after Holm.
-///
-/// # Source
-///
-/// S. Holm, Scandinavian Journal of Statistics 6, 1979.
-pub fn holm(p_values: &[f64]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..p_values.len()).collect();
-    order.sort_by(|left, right| p_values[*left].total_cmp(&p_values[*right]));
-    let mut corrected = vec![0.0; p_values.len()];
-    let mut greatest = 0.0_f64;
-    for (rank, cell) in order.into_iter().enumerate() {
-        let factor = (p_values.len() - rank) as f64;
-        greatest = greatest.max((p_values[cell] * factor).min(1.0));
-        corrected[cell] = greatest;
-    }
-    corrected
 }
 
 fn tally(runs: &[CellRuns]) -> Tally {

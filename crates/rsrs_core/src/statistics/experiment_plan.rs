@@ -5,13 +5,11 @@
 //! (Pólya's urn), with a uniform prior. Campaigns are drawn, each with a comparison after every run that
 //! stops it as soon as it decides, as [`crate::statistics::comparison`] allows.
 
-use std::collections::HashMap;
-
 use serde::Serialize;
 
-use crate::statistics::comparison::{MOST_RUNS, Verdict, decide};
-use crate::statistics::e_value::{CellEvidence, SimulatedShare};
-use crate::statistics::pooled::LogEvidence;
+use crate::statistics::comparison::{MOST_RUNS, Verdict, enough};
+use crate::statistics::e_value::TestedCell;
+use crate::statistics::pooled::PooledTest;
 use crate::statistics::share::Share;
 
 /// A cell in which real runs are planned.
@@ -24,6 +22,8 @@ pub struct PlannedCell {
     pub as_measured: Share,
     /// Real runs that there are.
     pub so_far: Share,
+    /// Its part of the error, as for the comparison.
+    pub part: f64,
 }
 
 /// How many runs, and what they decide.
@@ -68,7 +68,6 @@ pub const CAMPAIGNS: u32 = 16_000;
 /// If there is no such cell.
 pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) -> ExperimentPlan {
     let cell = cells[index];
-    let mut evidence = Evidence::new(cells, margin);
     let mut real: Vec<Share> = cells.iter().map(|cell| cell.so_far).collect();
     // The probability that the campaign is undecided and has so many mills among the further runs.
     let mut undecided = vec![1.0];
@@ -86,7 +85,7 @@ pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) ->
         }
         bounds.move_to(runs, |hits| {
             real[index] = plus(cell.so_far, Share { hits, n: runs });
-            evidence.verdict(&real)
+            verdict(cells, &real, margin)
         });
         for (hits, probability) in (0_u64..).zip(&mut after) {
             if hits < bounds.n_violating {
@@ -162,7 +161,6 @@ pub fn plan(
     if cells.len() == 1 {
         return plan_in(cells, 0, margin, wanted);
     }
-    let mut evidence = Evidence::new(cells, margin);
     let so_far: Vec<Share> = cells.iter().map(|cell| cell.so_far).collect();
     let mut undecided = vec![so_far; CAMPAIGNS as usize];
     let share = |n: u32| f64::from(n) / f64::from(CAMPAIGNS);
@@ -175,8 +173,8 @@ pub fn plan(
             let mills = uniform() < next_mills(cells[index].as_measured, campaign[index]);
             let Share { hits, n } = campaign[index];
             campaign[index] = Share { hits: hits + u64::from(mills), n: n + 1 };
-            match evidence.verdict(campaign) {
-                Verdict::Undecided => return true,
+            match verdict(cells, campaign, margin) {
+                Verdict::Undecided | Verdict::NoClaim => return true,
                 Verdict::Supported => n_supported += 1,
                 Verdict::Violated => n_violated += 1,
             }
@@ -202,29 +200,20 @@ fn next_mills(as_measured: Share, so_far: Share) -> f64 {
     (hits as f64 + 1.0) / (n as f64 + 2.0)
 }
 
-/// The evidence of campaigns, computed once for each count of a cell.
-struct Evidence {
-    simulated: Vec<SimulatedShare>,
-    margin: f64,
-    of_cell: HashMap<(usize, Share), CellEvidence>,
-}
-
-impl Evidence {
-    fn new(cells: &[PlannedCell], margin: f64) -> Self {
-        let simulated = cells.iter().map(|cell| SimulatedShare::after(cell.simulated)).collect();
-        Self { simulated, margin, of_cell: HashMap::new() }
-    }
-
-    fn verdict(&mut self, real: &[Share]) -> Verdict {
-        let cells: Vec<CellEvidence> =
-            real.iter().enumerate().map(|(index, share)| self.of(index, *share)).collect();
-        decide(LogEvidence::of(&cells))
-    }
-
-    fn of(&mut self, index: usize, real: Share) -> CellEvidence {
-        let (simulated, margin) = (&self.simulated[index], self.margin);
-        let entry = self.of_cell.entry((index, real));
-        entry.or_insert_with(|| CellEvidence::of(real, simulated, margin)).clone()
+/// What so many real runs of each cell decide; undecided where nothing is claimed.
+fn verdict(cells: &[PlannedCell], real: &[Share], margin: f64) -> Verdict {
+    let tested = cells.iter().zip(real).map(|(cell, real)| TestedCell {
+        real: *real,
+        simulated: cell.simulated,
+        part: cell.part,
+    });
+    let test = PooledTest::new(&tested.collect::<Vec<_>>(), margin);
+    if test.is_violated(enough()) {
+        Verdict::Violated
+    } else if test.is_supported(enough()) {
+        Verdict::Supported
+    } else {
+        Verdict::Undecided
     }
 }
 
@@ -234,8 +223,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
-    use crate::statistics::comparison::{MARGIN, enough};
-    use crate::statistics::pooled::PooledTest;
+    use crate::statistics::comparison::MARGIN;
 
     fn planned(cells: &[PlannedCell], wanted: f64) -> ExperimentPlan {
         let mut generator = ChaCha8Rng::seed_from_u64(7);
@@ -248,9 +236,10 @@ mod tests {
             simulated: Share { hits: 900, n: 1000 },
             as_measured: Share { hits: 1_000_000, n: 1_000_000 },
             so_far: Share::default(),
+            part: 1.0,
         };
-        let further = PooledTest::new(&[(Share::default(), cell.simulated)], MARGIN);
-        let is_enough = |runs: &u64| further.log_e_if_all_mill(*runs) >= enough();
+        let further = PooledTest::in_one_cell(Share::default(), cell.simulated, MARGIN);
+        let is_enough = |runs: &u64| further.is_supported_by(*runs, enough());
         let expected = (1..200).find(is_enough);
 
         let plan = planned(&[cell], 0.9);
@@ -265,6 +254,7 @@ mod tests {
             simulated: Share { hits: 950, n: 1000 },
             as_measured: Share { hits: 200, n: 1000 },
             so_far: Share::default(),
+            part: 1.0,
         };
 
         let plan = planned(&[cell], 0.9);
@@ -280,6 +270,7 @@ mod tests {
             simulated: Share { hits: 90_000, n: 100_000 },
             as_measured: Share { hits: 84_000, n: 100_000 },
             so_far: Share::default(),
+            part: 1.0,
         };
 
         let plan = planned(&[cell], 0.999);
@@ -294,6 +285,7 @@ mod tests {
             simulated: Share { hits: 900, n: 1000 },
             as_measured: Share { hits: 960, n: 1000 },
             so_far: Share::default(),
+            part: 1.0,
         };
         // As often as is expected of them.
         let later = PlannedCell { so_far: Share { hits: 19, n: 20 }, ..cell };
@@ -310,17 +302,17 @@ mod tests {
             simulated: Share { hits: 900, n: 1000 },
             as_measured: Share { hits: 960, n: 1000 },
             so_far: Share::default(),
+            part: 1.0,
         };
         let exact = plan_in(&[cell], 0, MARGIN, 0.8);
         let (mut generator, n) = (ChaCha8Rng::seed_from_u64(7), 4000);
-        let mut evidence = Evidence::new(&[cell], MARGIN);
 
         let is_decided = |_: &u32| {
             let mut so_far = Share::default();
             (0..exact.runs.unwrap()).any(|_| {
                 let mills = generator.random::<f64>() < next_mills(cell.as_measured, so_far);
                 so_far = plus(so_far, Share { hits: u64::from(mills), n: 1 });
-                evidence.verdict(&[so_far]) != Verdict::Undecided
+                verdict(&[cell], &[so_far], MARGIN) != Verdict::Undecided
             })
         };
         let drawn = (0..n).filter(is_decided).count() as f64 / f64::from(n);
@@ -336,10 +328,12 @@ mod tests {
             simulated: Share { hits: 900, n: 1000 },
             as_measured: Share { hits: 960, n: 1000 },
             so_far: Share::default(),
+            part: 1.0,
         };
 
         let one = planned(&[cell], 0.8).runs.unwrap();
-        let three = planned(&[cell; 3], 0.8).runs.unwrap();
+        let third = PlannedCell { part: 1.0 / 3.0, ..cell };
+        let three = planned(&[third; 3], 0.8).runs.unwrap();
 
         // The same robots in three cells: the pooled claim takes about as many runs.
         assert!(three.abs_diff(one) <= one / 4 + 1, "{one} {three}");

@@ -14,7 +14,7 @@ pub struct Interval {
 }
 
 /// Probability that the truth lies below the interval, and again above it.
-const TAIL: f64 = 0.025;
+pub(crate) const TAIL: f64 = 0.025;
 
 impl Interval {
     /// The interval of Clopper and Pearson: it covers the true probability in at least 95 % of all

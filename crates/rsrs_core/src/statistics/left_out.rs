@@ -76,7 +76,7 @@ impl Attempts {
         let worst = match of_counted {
             Verdict::Supported => verdict(&self.if_none),
             Verdict::Violated => verdict(&self.if_all),
-            Verdict::Undecided => None,
+            Verdict::Undecided | Verdict::NoClaim => return of_counted,
         };
         worst.filter(|worst| *worst == of_counted).unwrap_or(Verdict::Undecided)
     }
@@ -111,7 +111,8 @@ mod tests {
             counts
         };
         let cell = Cell::new([(Axis::Speed, speed_m_s)]).unwrap();
-        let runs = CellRuns { cell, real: counts(mills, others), simulated: counts(950, 50) };
+        let (real, simulated) = (counts(mills, others), counts(950, 50));
+        let runs = CellRuns { cell, real, simulated, part: 0.5 };
         CellAttempts { runs, n_left_out }
     }
 

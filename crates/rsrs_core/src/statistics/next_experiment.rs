@@ -20,9 +20,8 @@ pub enum NextStep {
         b_r: f64,
         /// Share of simulated ones.
         b_s: f64,
-        /// Probability of ever seeing so much evidence there if both milled equally often, corrected
-        /// for the number of cells.
-        p_corrected: f64,
+        /// Evidence there that real robots mill less often.
+        e_violated: f64,
     },
     /// Run this experiment.
     Run(Experiment),
@@ -103,6 +102,7 @@ pub fn next_step(
         simulated: Share::milling(&runs.simulated),
         as_measured: as_measured(&runs.cell),
         so_far: Share::milling(&runs.real),
+        part: runs.part,
     };
     let plan = if is_supported || runs.is_empty() {
         // A cell that was not run is decided for itself.
@@ -133,7 +133,7 @@ fn return_to_step_1(comparison: &Comparison) -> NextStep {
         cell: worst.cell.clone(),
         b_r: worst.real.value(),
         b_s: worst.simulated.value(),
-        p_corrected: worst.p_violated,
+        e_violated: worst.e_violated,
     }
 }
 

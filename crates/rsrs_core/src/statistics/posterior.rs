@@ -57,7 +57,7 @@ fn adaptive(integrand: &impl Fn(f64) -> f64, (from, to): (f64, f64), depth: u32)
 }
 
 /// Nodes and weights of Gauss-Legendre quadrature with five points on [-1, 1].
-pub(crate) const GAUSS: [(f64, f64); 5] = [
+const GAUSS: [(f64, f64); 5] = [
     (0.0, 0.568_888_888_888_888_9),
     (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
     (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),

@@ -10,6 +10,9 @@ use crate::error::with_help;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 
+/// The part of the error that the chosen cell has beside others.
+pub const CHOSEN: f64 = 0.5;
+
 /// The cells of a sweep.
 pub struct Prediction<'a> {
     folder: &'a Path,
@@ -62,6 +65,18 @@ impl<'a> Prediction<'a> {
             measured.n_replicates,
             100.0 * choice.b_s
         ))
+    }
+
+    /// A cell's part of the error, which is fixed by the sweep and its choice, before any run: one half is that
+    /// of the chosen cell, and the other cells have equal parts of the rest, whether they are run or not.
+    pub fn part(&self, index: usize) -> f64 {
+        let n_cells = self.result.diagram.cells.len() as f64;
+        match &self.chosen {
+            _ if n_cells < 2.0 => 1.0,
+            Some((chosen, _)) if *chosen == index => CHOSEN,
+            Some(_) => (1.0 - CHOSEN) / (n_cells - 1.0),
+            None => 1.0 / n_cells,
+        }
     }
 
     /// How often robots as measured mill in a cell: fresh runs of the chosen one, of others those of the

@@ -143,21 +143,13 @@ pub struct ComparedCell {
     pub simulated: PhaseCounts,
     /// Whether the simulated runs are fresh ones, which did not choose the cell.
     pub is_confirmed: bool,
-    /// Probability of so few real mills if real robots milled as often as simulated ones; exact for a
-    /// number of runs that was fixed before the first.
-    pub p_value: f64,
-    /// The same, corrected for the number of cells.
-    pub p_corrected: f64,
-    /// Posterior probability that `B_r >= B_s - margin`.
-    pub p_supported: f64,
+    /// Its part of the error, fixed before the first run: by itself it is decided from 20 over that on.
+    pub part: f64,
     /// Evidence that `B_r < B_s`, however often one looked.
     pub e_violated: f64,
-    /// Its inverse, at most 1, corrected for the number of cells.
-    pub p_violated: f64,
-    /// Evidence that `B_r >= B_s - margin`, however often one looked.
-    pub e_supported: f64,
-    /// Its inverse, at most 1, corrected for the number of cells.
-    pub p_not_supported: f64,
+    /// Evidence that `B_r >= B_s - margin`, however often one looked; `null` if nothing is claimed, because the
+    /// simulated share may be no greater than the margin.
+    pub e_supported: Option<f64>,
     /// If undecided: further real runs that would support the claim if all of them mill.
     pub further_runs: Option<u64>,
 }
@@ -341,13 +333,9 @@ fn of_cell(cell: &CellComparison, runs: &CellRuns, simulated: Simulated) -> Comp
         b_s_high: cell.simulated_interval.high,
         simulated: runs.simulated,
         is_confirmed: simulated.is_confirmed,
-        p_value: cell.p_value,
-        p_corrected: cell.p_corrected,
-        p_supported: cell.p_supported,
+        part: cell.part,
         e_violated: cell.e_violated,
-        p_violated: cell.p_violated,
         e_supported: cell.e_supported,
-        p_not_supported: cell.p_not_supported,
         further_runs: cell.further_runs,
     }
 }
@@ -362,6 +350,18 @@ fn left_out(attempts: &Attempts, runs: &Runs) -> Option<LeftOut> {
         verdict_if_none_milled: attempts.if_none.verdict,
         verdict_if_all_milled: attempts.if_all.verdict,
     })
+}
+
+/// Over how many runs and cells a claim is.
+fn runs_that_claim(pooled: &Pooled) -> String {
+    let Pooled { n_real_claimed, n_cells_claimed, .. } = pooled;
+    format!("{} in {}", counted(*n_real_claimed, "run"), counted(*n_cells_claimed as u64, "cell"))
+}
+
+/// The share that runs support.
+fn supported_share(pooled: &Pooled) -> String {
+    let share = pooled.b_r_at_least.unwrap_or_default();
+    format!("B_r >= {share:.2}, at 95 %")
 }
 
 fn summary(attempts: &Attempts, verb: Verb) -> String {
@@ -390,10 +390,19 @@ fn summary(attempts: &Attempts, verb: Verb) -> String {
         }
         Verdict::Violated => format!("real robots {mill} less often than simulated ones"),
         Verdict::Supported => format!(
-            "averaged over the runs, real robots {mill} as often as simulated ones, or at most {:.0} \
-             percentage points less often",
-            100.0 * comparison.pooled.margin
+            "averaged over {}, real robots {mill} as often as simulated ones, or at most {:.0} \
+             percentage points less often: {}",
+            runs_that_claim(&comparison.pooled),
+            100.0 * comparison.pooled.margin,
+            supported_share(&comparison.pooled)
         ),
+        Verdict::NoClaim => {
+            let cells = if n_cells == 1 { "the cell" } else { "all of the cells" };
+            format!(
+                "in {cells} that was run, simulated robots may {mill} in no more runs than the margin, so \
+                 that real ones cannot fall short by it: nothing is claimed"
+            )
+        }
         Verdict::Undecided if n_cells == 0 => "no run counts".to_owned(),
         Verdict::Undecided => match comparison.further_runs {
             Some(n) => format!(

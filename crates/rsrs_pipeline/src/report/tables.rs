@@ -23,7 +23,14 @@ fn table<const N: usize>(caption: &str, head: [&str; N], rows: Vec<[String; N]>)
 /// All cells together, and cell by cell.
 pub fn comparison(comparison: &Comparison) -> Vec<Table> {
     let cells = comparison.cells.iter().map(row_of_cell).collect();
-    let head = ["cell", "real runs", "simulated runs", "p, exact", "p at any time", "by itself"];
+    let head = [
+        "cell",
+        "real runs",
+        "simulated runs",
+        "evidence that less often",
+        "evidence that as often",
+        "by itself",
+    ];
     vec![
         table("All runs together", ["what", "found"], rows_of_all(comparison)),
         table("Cell by cell", head, cells),
@@ -47,14 +54,14 @@ fn rows_of_all(comparison: &Comparison) -> Vec<[String; 2]> {
         ),
         (
             format!("evidence that they {plain} as often, but for the margin"),
-            format!("{:.3e}", pooled.e_supported),
+            of_claim(pooled.e_supported),
         ),
         ("margin".to_owned(), format!("{:.0} percentage points", 100.0 * pooled.margin)),
         ("evidence that decides".to_owned(), format!("{}", 1.0 / SIGNIFICANCE)),
         ("less often, as far as these runs show, by".to_owned(), short),
         (
-            "p, exact if the number of runs was fixed before".to_owned(),
-            format!("{:.3}", pooled.p_value),
+            "B_r, averaged over the runs, is at least".to_owned(),
+            pooled.b_r_at_least.map_or_else(String::new, |share| format!("{share:.2}, at 95 %")),
         ),
         ("ended as most simulated runs did".to_owned(), tally.same.to_string()),
         (format!("closer to {}", comparison.behaviour().wanted()), tally.easier.to_string()),
@@ -62,6 +69,11 @@ fn rows_of_all(comparison: &Comparison) -> Vec<[String; 2]> {
     ]
     .map(|(what, found)| [what, found])
     .into()
+}
+
+/// Evidence for a claim, if there is one.
+fn of_claim(e_supported: Option<f64>) -> String {
+    e_supported.map_or_else(|| "no claim".to_owned(), |e_value| format!("{e_value:.3e}"))
 }
 
 fn row_of_cell(cell: &ComparedCell) -> [String; 6] {
@@ -74,8 +86,8 @@ fn row_of_cell(cell: &ComparedCell) -> [String; 6] {
         quantity::of_cell(&cell.cell),
         share(cell.b_r, cell.b_r_low, cell.b_r_high, cell.n_real),
         share(cell.b_s, cell.b_s_low, cell.b_s_high, cell.n_simulated),
-        format!("{:.3}", cell.p_corrected),
-        format!("{:.3}", cell.p_violated),
+        format!("{:.3e}", cell.e_violated),
+        of_claim(cell.e_supported),
         cell.verdict_in_a_word().to_owned(),
     ]
 }

@@ -16,7 +16,7 @@
 mod plane;
 mod rules;
 
-use rsrs_core::statistics::comparison::fisher_less;
+use rsrs_core::statistics::share::Share;
 
 use plane::{Plane, REPLICATES, Sweeper};
 use rules::{Outcome, RULES};
@@ -103,6 +103,16 @@ fn inequality(nine: &Sweeper) {
         found.push(less_often(*robots, sweeper, LEVEL / n_cells as f64));
     }
     println!("\n{}.", found.join(", "));
+}
+
+/// Fisher's exact probability of at most so many hits of the one, given all hits, if both have one share.
+fn fisher_less(one: Share, other: Share) -> f64 {
+    let log_factorial = |n: u64| libm::lgamma(n as f64 + 1.0);
+    let log_choose = |n: u64, k| log_factorial(n) - log_factorial(k) - log_factorial(n - k);
+    let (hits, n) = (one.hits + other.hits, one.n + other.n);
+    let least = one.n.saturating_sub(n - hits);
+    let log = |of_one: u64| log_choose(hits, of_one) + log_choose(n - hits, one.n - of_one);
+    (least..=one.hits).map(|of_one| libm::exp(log(of_one) - log_choose(n, one.n))).sum()
 }
 
 /// Prints these cells, and returns how many there are.

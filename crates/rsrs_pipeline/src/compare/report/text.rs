@@ -7,7 +7,7 @@ use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::statistics::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
 use rsrs_core::statistics::next_experiment::{Experiment, NextStep};
 
-use super::{ComparedCell, LeftOut, Report, counted};
+use super::{ComparedCell, LeftOut, Report, counted, runs_that_claim, supported_share};
 use crate::label::human_labels::JUDGE;
 
 impl Display for Report {
@@ -87,7 +87,7 @@ impl Report {
     /// What the verdict means or rests on, and how sure it is.
     pub fn reason_in_words(&self) -> String {
         let error = match self.verdict {
-            Verdict::Undecided => String::new(),
+            Verdict::Undecided | Verdict::NoClaim => String::new(),
             Verdict::Violated | Verdict::Supported => format!(
                 "; reached wrongly with a probability of at most {SIGNIFICANCE}, however often one \
                  looks"
@@ -160,31 +160,26 @@ impl Report {
             "  evidence that they {mill} less often: {} (from {decides} on the claim is violated)",
             evidence(pooled.e_violated)
         )?;
-        writeln!(
-            formatter,
-            "  evidence that they {mill} as often, or at most {percentage_points} less often: {} (from \
-             {decides} on the claim is supported)",
-            evidence(pooled.e_supported)
-        )?;
-        match pooled.shortfall_at_most {
-            Some(short) => writeln!(
+        let Some(e_supported) = pooled.e_supported else {
+            return writeln!(
                 formatter,
-                "  as far as these runs show, they {mill} less often by at most {:.0} percentage points",
-                100.0 * short
-            )?,
-            None => {
-                writeln!(
-                    formatter,
-                    "  how much less often they may {mill}, these runs do not bound"
-                )?;
-            }
-        }
+                "  nothing is claimed that they could fall short of by {percentage_points}"
+            );
+        };
         writeln!(
             formatter,
-            "  chance of so few if both {mill} equally often: {} (exact if the number of runs was \
-             fixed before; for information)",
-            chance(pooled.p_value)
-        )
+            "  evidence that they {mill} as often, or at most {percentage_points} less often, in {}: {} (from \
+             {decides} on the claim is supported)",
+            runs_that_claim(pooled),
+            evidence(e_supported)
+        )?;
+        let short = pooled.shortfall_at_most.map_or_else(
+            || format!("how much less often they may {mill} is not bounded"),
+            |short| {
+                format!("they {mill} less often by at most {:.0} percentage points", 100.0 * short)
+            },
+        );
+        writeln!(formatter, "  as far as these show, {short}; {}", supported_share(pooled))
     }
 }
 
@@ -202,6 +197,9 @@ fn by_itself(cell: &ComparedCell) -> String {
             counted(n, "further real run"),
             verb.does
         ),
+        (Verdict::NoClaim, _) => {
+            format!("{word}: simulated robots may {mill} in no more runs than the margin")
+        }
         (Verdict::Undecided, None) | (Verdict::Supported, _) => word.to_owned(),
     }
 }
@@ -262,14 +260,11 @@ fn share(percents: [f64; 3], phases: &PhaseCounts, run: &str) -> String {
     )
 }
 
-fn chance(probability: f64) -> String {
-    if probability < 0.001 { "under 0.001".to_owned() } else { format!("{probability:.3}") }
-}
-
 pub(super) fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Violated => "violated",
         Verdict::Supported => "supported",
         Verdict::Undecided => "undecided",
+        Verdict::NoClaim => "no claim",
     }
 }
