@@ -115,7 +115,8 @@ impl Bag {
         let bounds = || self.files().iter().filter_map(|file| file.bounds_ns);
         let start_ns = bounds().map(|(first_ns, _)| first_ns).min();
         let end_ns = bounds().map(|(_, last_ns)| last_ns).max();
-        let length_ns = end_ns.zip(start_ns).map_or(0, |(end_ns, start_ns)| end_ns - start_ns);
+        let length_ns =
+            end_ns.zip(start_ns).map_or(0, |(end_ns, start_ns)| end_ns.saturating_sub(start_ns));
         let duration_s = length_ns as f64 / 1e9;
         let files: Vec<FileInfo> = self.file_infos();
         let attachments: Vec<AttachmentInfo> = self

@@ -127,7 +127,10 @@ impl Bag {
                     == (&topic.name, &topic.type_name, &topic.encoding)
             });
             match same {
-                Some(known) => known.n_messages += topic.n_messages,
+                // A file may claim any number.
+                Some(known) => {
+                    known.n_messages = known.n_messages.saturating_add(topic.n_messages);
+                }
                 None => topics.push(topic.clone()),
             }
         }
@@ -151,7 +154,8 @@ impl Bag {
 
     /// Messages that can be read, on all topics.
     pub fn n_messages(&self) -> u64 {
-        self.files.iter().flat_map(|file| &file.topics).map(|topic| topic.n_messages).sum()
+        let topics = self.files.iter().flat_map(|file| &file.topics);
+        topics.fold(0, |sum, topic| sum.saturating_add(topic.n_messages))
     }
 
     /// All messages, file by file, in order of log time where the file has an index and in the

@@ -66,7 +66,8 @@ fn is_sound(file: &mut File) -> McapResult<bool> {
     file.take(n_bytes).read_to_end(&mut section)?;
     let mut rest = &section[..];
     while let Some((opcode, body)) = records::first(rest) {
-        if opcode == op::CHUNK {
+        // Room would be made for as much as a text claims to have.
+        if opcode == op::CHUNK || records::behind_texts(opcode, body).is_none() {
             return Ok(false);
         }
         rest = &rest[HEAD_BYTES + body.len()..];

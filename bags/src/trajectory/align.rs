@@ -147,7 +147,8 @@ fn common_span(robots: &[RecordedRobot], period_ns: u64) -> Option<Vec<Range<usi
     let end_ns = robots.iter().map(last_ns).min().unwrap_or(0);
     let common = |robot: &RecordedRobot| {
         let is_common = |pose: &PoseSample| {
-            pose.stamp_ns + half_ns >= start_ns && pose.stamp_ns <= end_ns + half_ns
+            pose.stamp_ns.saturating_add(half_ns) >= start_ns
+                && pose.stamp_ns <= end_ns.saturating_add(half_ns)
         };
         let from = robot.poses.iter().position(is_common).unwrap_or(robot.poses.len());
         let n_common = robot.poses[from..].iter().take_while(|pose| is_common(pose)).count();

@@ -74,7 +74,8 @@ pub fn answers(poses: &[PoseSample], commands: &[CommandSample], period_ns: u64)
         .iter()
         .map(|pose| {
             let time_ns = if by_stamp { pose.stamp_ns } else { pose.log_ns };
-            let n_before = timed.partition_point(|(at_ns, _)| *at_ns <= time_ns + period_ns / 2);
+            let n_before =
+                timed.partition_point(|(at_ns, _)| *at_ns <= time_ns.saturating_add(period_ns / 2));
             match timed[..n_before].last() {
                 Some((at_ns, command)) if time_ns.saturating_sub(*at_ns) <= timeout_ns => *command,
                 _ => Command::STOP,

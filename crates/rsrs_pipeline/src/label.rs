@@ -30,6 +30,7 @@ use self::human_labels::{HumanLabel, JUDGE};
 use self::implausible::ImplausibleMotion;
 use crate::error::{helped, with_help};
 use crate::recorded_run::{self, PosesBy, PosesOfRun};
+use crate::wording::shell::quoted;
 
 /// A run is a part of one if it is shorter than it was set to be by more than this share of it ...
 const SHORT_SHARE: f64 = 0.02;
@@ -477,8 +478,9 @@ fn refused(path: &Path, error: TrajectoryError, ending: Option<&Ending>) -> anyh
 fn not_judged(path: &Path, error: JudgeError) -> anyhow::Error {
     let name = path.display();
     let help = format!(
-        "state what the robots are: `rsrs label {name} --profile PROFILE`, or how far one senses \
-         the centre of another, in metres: `--reach M`"
+        "state what the robots are: `rsrs label {} --profile PROFILE`, or how far one senses the centre of \
+         another, in metres: `--reach M`",
+        quoted(path)
     );
     match error {
         JudgeError::UnknownReach { .. } => {
@@ -538,7 +540,11 @@ pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
         Some(label) => Ok(Labelled::by_hand(path, label, labels.clone())),
         None => Err(with_help(
             format!("{name}: has no label by {who}"),
-            format!("watch it and record what it shows: `rsrs label {name} --as PHASE --by {who}`"),
+            format!(
+                "watch it and record what it shows: `rsrs label {} --as PHASE --by {}`",
+                quoted(path),
+                quoted(who)
+            ),
         )),
     }
 }

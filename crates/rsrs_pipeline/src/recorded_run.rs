@@ -16,6 +16,7 @@ use rsrs_msgs::topics::{self, Topic};
 
 pub use self::poses::{PosesBy, PosesOfRun};
 use crate::error::{helped, with_help};
+use crate::wording::shell::quoted;
 use crate::wording::{count, counted, size};
 
 /// Recorders hand over what they have every second; a file that did not grow for this long is not
@@ -31,7 +32,7 @@ pub fn open(path: &Path) -> anyhow::Result<Bag> {
     let bag = open_damaged(path)?;
     let Some(damage) = break_in(&bag) else { return Ok(bag) };
     let name = path.display();
-    let recover = format!("save what can be saved: `rsrs bag recover {name}`");
+    let recover = format!("save what can be saved: `rsrs bag recover {}`", quoted(path));
     let help = if is_growing(&bag) {
         format!("wait until it is recorded; if nobody records it any more, {recover}")
     } else {

@@ -16,6 +16,7 @@ use super::trial_nodes::{RunTarget, TrialNodes};
 use super::trial_table::{Kind, Todo, TrialTable};
 use super::{DriveOptions, Ready, TrialOperator, made};
 use crate::runtime::runtime;
+use rsrs_pipeline::wording::shell::quoted;
 
 /// A trial in which commands pause is made again at once, up to this often in all; after that the same
 /// command makes it again.
@@ -97,7 +98,7 @@ pub fn fill_plan(
     if tables.is_empty() {
         return Err(with_help(
             format!("{} has none of the tables of a plan", folder.display()),
-            format!("make them: `rsrs measure plan FLEET -o {}`", folder.display()),
+            format!("make them: `rsrs measure plan FLEET -o {}`", quoted(folder)),
         ));
     }
     let periods = folder.join("period.csv");

@@ -21,6 +21,7 @@ use rsrs_msgs::schema::schema_text;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::recorded_run;
+use rsrs_pipeline::wording::shell::quoted;
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{
     Endpoint, EndpointKind, Session, SessionError, SessionOptions, Subscription,
@@ -197,7 +198,7 @@ async fn play(bag: &Bag, hub: &Hub) -> anyhow::Result<()> {
     if channels.is_empty() {
         return Err(with_help(
             format!("{}: no topic of ROS 2 is in it", bag.path().display()),
-            format!("`rsrs bag info {}` lists what is", bag.path().display()),
+            format!("`rsrs bag info {}` lists what is", quoted(bag.path())),
         ));
     }
     hub.wanted().await;

@@ -13,6 +13,7 @@ use rsrs_fleet::observation::{Event, Playback, RecordedSwarm};
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_pipeline::error::{in_one_line, with_help};
 use rsrs_pipeline::recorded_run::{self, PosesOfRun};
+use rsrs_pipeline::wording::shell::quoted;
 
 use super::meaning::WatchedTopic;
 
@@ -63,7 +64,7 @@ pub fn read(path: &Path) -> anyhow::Result<RecordedFleet> {
     else {
         return Err(with_help(
             format!("{}: nothing of a robot is in it", path.display()),
-            format!("`rsrs bag info {}` lists its topics", path.display()),
+            format!("`rsrs bag info {}` lists its topics", quoted(path)),
         ));
     };
     if let Some(recorded) = &recorded {
@@ -126,7 +127,7 @@ fn judged_poses(recorded: &RecordedTrajectory, posed: &BTreeSet<String>) -> Vec<
     let mut events = Vec::new();
     for sample in 0..trajectory.n_samples() {
         let after = Duration::from_secs_f64(sample as f64 * trajectory.period_s);
-        let at_ns = start_ns + u64::try_from(after.as_nanos()).unwrap_or(u64::MAX);
+        let at_ns = start_ns.saturating_add(u64::try_from(after.as_nanos()).unwrap_or(u64::MAX));
         for (robot, pose) in recorded.robots.iter().zip(trajectory.poses_at(sample)) {
             if !posed.contains(robot) {
                 let (robot, source) = (robot.clone(), PoseSource::Pose);

@@ -9,6 +9,7 @@ use crate::compare::report::Simulated;
 use crate::error::with_help;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
+use crate::wording::shell::quoted;
 
 /// The part of the error that the chosen cell has beside others.
 pub const CHOSEN: f64 = 0.5;
@@ -54,7 +55,8 @@ impl<'a> Prediction<'a> {
         let Some((_, choice)) = &self.chosen else {
             return Some(format!(
                 "{folder} has no choice.json; a cell that was picked from this sweep looks better \
-                 than it is, until `rsrs choose {folder} -o {folder}/choice.json` confirms it"
+                 than it is, until `{}` confirms it",
+                choose_line(self.folder)
             ));
         };
         let measured = choice.as_measured.filter(|_| choice.worse_is_better())?;
@@ -121,6 +123,9 @@ impl<'a> Prediction<'a> {
 
 /// What to type where the choice is of no use.
 pub fn choose_again(folder: &Path) -> String {
-    let folder = folder.display();
-    format!("choose again: `rsrs choose {folder} -o {folder}/choice.json`")
+    format!("choose again: `{}`", choose_line(folder))
+}
+
+fn choose_line(folder: &Path) -> String {
+    format!("rsrs choose {} -o {}", quoted(folder), quoted(folder.join("choice.json")))
 }

@@ -20,6 +20,7 @@ use crate::compare::not_counted::Cause;
 use crate::error::{help_of, in_one_line, with_help};
 use crate::recorded_run;
 use crate::sweep::result::SweepResult;
+use crate::wording::shell::quoted;
 
 /// A bag of a run that a swept cell stands for.
 #[derive(Clone, Debug)]
@@ -290,7 +291,7 @@ impl<'a> RunMatcher<'a> {
 
 /// Why it is unknown what a whole run was; `None` for a bag that is whole.
 fn incomplete(bag: &Bag) -> Option<String> {
-    let recover = || format!("`rsrs bag recover {}` saves what can be saved", bag.path().display());
+    let recover = || format!("`rsrs bag recover {}` saves what can be saved", quoted(bag.path()));
     let broken = recorded_run::break_in(bag).map(|broken| format!("{broken}; {}", recover()));
     broken.or_else(|| recorded_run::lack_in(bag))
 }

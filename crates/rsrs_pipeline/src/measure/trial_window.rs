@@ -53,7 +53,7 @@ pub fn read(bag: &Path, topics: impl IntoIterator<Item = String>) -> anyhow::Res
             let lease: RunLease = cdr::decode(&message.bytes).with_context(what)?;
             let is_running = lease.state == RunLease::RUNNING;
             if run_id.is_none() && is_running {
-                window.from_ns = Some(message.log_time_ns + settling_ns);
+                window.from_ns = Some(message.log_time_ns.saturating_add(settling_ns));
                 run_id = Some(lease.run_id);
             } else if run_id.as_ref() == Some(&lease.run_id) && !is_running {
                 window.until_ns = Some(message.log_time_ns);

@@ -208,8 +208,9 @@ fn compare(
     };
     let mut is_answered = vec![false; recorded.detections.len()];
     for &(at_ns, command) in recorded.commands.iter().filter(|(at_ns, _)| is_running(*at_ns)) {
-        let n_before =
-            recorded.detections.partition_point(|(seen_ns, _)| *seen_ns <= at_ns + slack_ns);
+        let n_before = recorded
+            .detections
+            .partition_point(|(seen_ns, _)| *seen_ns <= at_ns.saturating_add(slack_ns));
         let answered = n_before.checked_sub(1).filter(|index| !is_answered[*index]);
         let Some(answered) = answered else {
             report.n_unasked += 1;

@@ -13,6 +13,7 @@ use crate::error::with_help;
 use crate::label::human_labels::JUDGE;
 use crate::label::{LabelOptions, Labelled, label_bag};
 use crate::wording::columns;
+use crate::wording::shell::quoted;
 
 /// The label beside a bag, as a campaign leaves it.
 const LABEL: &str = "label.json";
@@ -94,7 +95,7 @@ fn read(path: &Path, bag: &Path) -> anyhow::Result<JudgedPhase> {
                 format!("there is no recorded label in {file}"),
                 format!(
                     "name one with `--recorded FILE`; `rsrs label {} --format json > FILE` makes one",
-                    bag.display()
+                    quoted(bag)
                 ),
             ));
         }

@@ -12,6 +12,7 @@ use crate::sweep::folder::{self, difference};
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
 use crate::sweep::{Plan, sweep_into};
+use crate::wording::shell::quoted;
 
 /// Puts shards together into the folder that one machine would have made, byte for byte.
 ///
@@ -118,7 +119,7 @@ fn open(shard: &Path) -> anyhow::Result<Unfinished> {
         Site::Unfinished(site) => Ok(site),
         Site::Finished => Err(with_help(
             format!("{} holds a whole sweep, and no shard of one", shard.display()),
-            format!("it needs no merging: `rsrs choose {}`", shard.display()),
+            format!("it needs no merging: `rsrs choose {}`", quoted(shard)),
         )),
     }
 }

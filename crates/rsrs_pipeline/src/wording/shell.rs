@@ -18,6 +18,8 @@ const PLAIN: &str = "/._-+=,:@%";
 pub fn quoted(word: impl AsRef<Path>) -> String {
     let word = word.as_ref().display().to_string();
     let is_plain = |it: char| it.is_alphanumeric() || PLAIN.contains(it);
+    // What begins with a dash would be taken for a flag.
+    let word = if word.starts_with('-') { format!("./{word}") } else { word };
     if !word.is_empty() && word.chars().all(is_plain) {
         return word;
     }
