@@ -85,6 +85,53 @@ fn rings_of_another_kind_are_explained_by_no_geometry_and_contradict_its_lines()
     assert!(!svg.contains("the robot ahead is in reach"), "{svg}");
 }
 
+/// On one folder the three commands state the same; of a profile, with the robots of the fleet beside it.
+#[test]
+fn choose_answer_and_diagnose_name_one_setting() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = |line: &str| rsrs(place.path(), &line.split_whitespace().collect::<Vec<_>>());
+    let begun =
+        run("init mine --name epuck --robots 6 --radius 0.035 --speed 0.15 --turn-rate 5.6 \
+                     --range 0.6 --half-angle 0.3 --period 0.1");
+    assert_eq!(code(&begun), 0, "{}", stderr(&begun));
+    let swept = run("sweep mine/sweep.yaml -o out");
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    let confirm = "--confirm 200 --format json";
+
+    let chosen = json(&run(&format!("choose out {confirm}")));
+    let answered = json(&run(&format!("answer out --replicates 10 {confirm}")));
+    let diagnosed = json(&run(&format!("diagnose out {confirm}")));
+    let of_profile = json(&run(&format!("answer mine/profile.yaml --replicates 50 {confirm}")));
+    let of_five = json(&run(&format!("diagnose mine/profile.yaml --robots 5 {confirm}")));
+    let refused = run("choose out --robots 9");
+
+    for key in ["cell", "denser_start", "other_numbers"] {
+        assert_eq!(chosen[key], answered[key], "{key}");
+        assert_eq!(chosen[key], diagnosed[key], "{key}");
+    }
+    let worlds = [&chosen["b_s"], &chosen["as_measured"]["share"]].map(Value::as_f64);
+    let least = worlds.into_iter().flatten().reduce(f64::min);
+    assert_eq!(answered["b_s"].as_f64(), least, "{chosen:#}");
+    assert_eq!(diagnosed["b_s"].as_f64(), least);
+    assert_eq!(chosen["other_numbers"][1]["robots"], 5, "{chosen:#}");
+    assert!(chosen["denser_start"]["b_s"].as_f64() > least, "{chosen:#}");
+    // What `init` has written down is what is tried without it.
+    for axis in ["speed_m_s", "turn_rate_rad_s"] {
+        assert_eq!(of_profile["cell"][axis], chosen["cell"][axis], "{of_profile:#}");
+    }
+    assert_eq!(of_profile["cell"]["robots"], 6.0, "{of_profile:#}");
+    assert_eq!(of_five["cell"]["robots"], 5.0, "{of_five:#}");
+    // Values next to what is recommended belong to its range.
+    for axis in [Axis::Speed, Axis::TurnRate] {
+        let quantity = quantity(&of_profile, axis);
+        let range = &quantity["range"];
+        assert!(range["high"].as_f64() > range["low"].as_f64(), "{quantity:#}");
+    }
+    assert_eq!(code(&refused), 1);
+    let expected = "no cell has 9 robots, but 6";
+    assert!(stderr(&refused).contains(expected), "{}", stderr(&refused));
+}
+
 #[test]
 fn candidates_are_confirmed_until_one_holds_however_many_that_takes() {
     let place = tempfile::tempdir().expect("a temporary folder");

@@ -106,6 +106,31 @@ fn another_behaviour_goes_from_the_sweep_to_the_verdict() {
 }
 
 #[test]
+fn another_behaviour_is_chosen_diagnosed_and_answered_in_its_own_words() {
+    let folder = workplace(&CASES[0]);
+    let place = folder.path();
+    let sweep = rsrs(place, &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
+    let hard = ["choose", "out", "--confirm", "100", "--viable", "0.9999"];
+
+    let failed = rsrs(place, &hard);
+    let next = stdout(&failed).lines().last().expect("a line").to_owned();
+    let diagnosed = rsrs(place, &["diagnose", "out", "--confirm", "100"]);
+    let answered = rsrs(place, &["answer", "out", "--confirm", "100", "--replicates", "20"]);
+
+    assert_eq!(code(&failed), 3, "{}{}", stdout(&failed), stderr(&failed));
+    assert!(next.starts_with("next: rsrs diagnose out"), "{next}");
+    for output in [&sweep, &failed, &diagnosed, &answered] {
+        let text = stdout(output) + &stderr(output);
+        assert!(!text.contains("mill") && !text.contains("limits"), "{text}");
+    }
+    assert_eq!(code(&diagnosed), 0, "{}{}", stdout(&diagnosed), stderr(&diagnosed));
+    assert!(stdout(&diagnosed).contains("these robots aggregate; nothing is wrong"));
+    assert_eq!(code(&answered), 0, "{}{}", stdout(&answered), stderr(&answered));
+    assert!(stdout(&answered).contains("turning rate where nothing is detected -2."));
+}
+
+#[test]
 fn a_run_of_one_behaviour_is_no_evidence_about_another() {
     let folder = workplace(&CASES[0]);
     let place = folder.path();

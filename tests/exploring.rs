@@ -65,9 +65,35 @@ fn what_differs_is_found_and_has_names() {
     for name in ["milling", "aggregation", "dispersal", "wall_following"] {
         assert!(names.contains(name), "no {name} among {names:?}");
     }
+    for entry in entries {
+        let is_judged = ["milling", "aggregation", "dispersal"]
+            .contains(&entry["name"].as_str().expect("a name"));
+        assert_eq!(entry["sweep"].is_string(), is_judged, "{entry:#}");
+    }
     let html = std::fs::read_to_string(place.path().join("all/gallery.html")).expect("it is there");
     assert_eq!(html.matches("<figure>").count(), entries.len());
     assert!(!html.contains("http://") || html.contains("http://www.w3.org/2000/svg"));
+}
+
+#[test]
+fn a_fleet_beside_the_profile_has_its_own_number() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let init = "init mine --name epuck --robots 6 --radius 0.035 --speed 0.15 --turn-rate 5.6 \
+                --range 0.6 --half-angle 0.3 --period 0.1";
+    rsrs(place.path(), &init.split_whitespace().collect::<Vec<_>>());
+    let explore = "explore mine/profile.yaml -o found --controllers 64 --replicates 4";
+
+    let explored = rsrs(place.path(), &explore.split_whitespace().collect::<Vec<_>>());
+
+    assert_eq!(code(&explored), 0, "{}", stderr(&explored));
+    let settings = place.path().join("found/exploration.yaml");
+    let settings = std::fs::read_to_string(settings).expect("it was written");
+    assert!(settings.contains("robots: 6"), "{settings}");
+    let text = stdout(&explored);
+    assert!(
+        text.contains("no sweep: runs are judged for milling, aggregation, dispersal"),
+        "{text}"
+    );
 }
 
 #[test]

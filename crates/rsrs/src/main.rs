@@ -14,6 +14,7 @@ mod pose_arguments;
 mod profile_arguments;
 mod progress;
 mod progress_log;
+mod setting_arguments;
 mod starter_files;
 mod sweep_report;
 mod verdicts;

@@ -2,7 +2,7 @@
 
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::{
-    AsMeasured, AtCircliness, Candidate, Choice, Edge, Margin, VIABLE_B_S_LOW, Worlds, rank,
+    AsMeasured, AtCircliness, Candidate, Choice, Edge, Margin, VIABLE_B_S_LOW, Worlds, rank, tail,
 };
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::judge::order::OrderParameters;
@@ -192,11 +192,31 @@ fn a_point_that_was_not_simulated_is_outside() {
 }
 
 #[test]
+fn the_bounds_of_all_candidates_hold_together() {
+    let all: f64 = (1..100_000).map(tail).sum();
+
+    assert!(all <= 0.05 && all > 0.049, "{all}");
+    assert_eq!(tail(1).to_bits(), 0.025_f64.to_bits());
+}
+
+#[test]
+fn a_cell_of_which_a_neighbour_surely_fails_comes_after_those_of_which_none_does() {
+    // Smoothed, the hole in the middle belongs to the region, and the cells next to it are the deepest.
+    let ranked = ranked(&diagram(&["fffff", "fffff", "ff8ff", "fffff", "fffff"]));
+
+    let next_to_hole = ranked.iter().find(|it| position(&it.cell) == (0.10, 0.75)).unwrap();
+    assert!(!next_to_hole.is_robust && ranked[0].is_robust, "{ranked:?}");
+    assert_eq!(next_to_hole.depth.to_bits(), ranked[0].depth.to_bits());
+    assert_eq!(position(&ranked[0].cell), (0.10, 0.5));
+    assert!(ranked.is_sorted_by_key(|it| !it.is_robust), "{ranked:?}");
+}
+
+#[test]
 fn the_choice_rests_on_the_confirmation_alone() {
     let ranked = ranked(&diagram(&["fff", "fff", "fff"]));
 
-    let good = Choice::new(&ranked[0], confirmed(868, 1000));
-    let poor = Choice::new(&ranked[0], confirmed(810, 1000));
+    let good = Choice::new(&ranked[0], confirmed(868, 1000), 1);
+    let poor = Choice::new(&ranked[0], confirmed(810, 1000), 1);
 
     assert_eq!((good.n_replicates, good.b_s.to_bits()), (1000, 0.868_f64.to_bits()));
     assert!((good.b_s_low - 0.845_434_553_391_940_6).abs() < 1e-9);
@@ -208,8 +228,8 @@ fn the_choice_rests_on_the_confirmation_alone() {
 fn that_worse_robots_mill_more_often_is_stated_only_where_it_is_sure() {
     let ranked = ranked(&diagram(&["fff", "fff", "fff"]));
     let choice = |measured: u64| Choice {
-        as_measured: Some(AsMeasured::of(&confirmed(measured, 1000))),
-        ..Choice::new(&ranked[0], confirmed(868, 1000))
+        as_measured: Some(AsMeasured::new(&confirmed(measured, 1000), 1)),
+        ..Choice::new(&ranked[0], confirmed(868, 1000), 1)
     };
 
     assert!(choice(636).worse_is_better());
@@ -217,7 +237,7 @@ fn that_worse_robots_mill_more_often_is_stated_only_where_it_is_sure() {
     assert!(choice(860).is_viable(VIABLE_B_S_LOW));
     assert!(!choice(840).worse_is_better(), "the intervals overlap");
     assert!(!choice(1000).worse_is_better());
-    assert!(!Choice::new(&ranked[0], confirmed(868, 1000)).worse_is_better());
+    assert!(!Choice::new(&ranked[0], confirmed(868, 1000), 1).worse_is_better());
 }
 
 #[test]
@@ -256,12 +276,12 @@ fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
 #[test]
 fn the_choice_serialises_as_documented() {
     let ranked = ranked(&diagram(&["fff", "fff", "fff"]));
-    let choice = Choice::new(&ranked[0], confirmed(8, 8));
+    let choice = Choice::new(&ranked[0], confirmed(8, 8), 1);
 
     let json = serde_json::to_string(&choice).expect("a choice is plain data");
 
     let expected = format!(
-        r#"{{"cell":{{"speed_m_s":0.1,"turn_rate_rad_s":0.5}},"b_s":1.0,"b_s_low":{},"b_s_high":1.0,"n_replicates":8,"margin":{{"speed_m_s":{{"low":0.05,"high":0.05}},"turn_rate_rad_s":{{"low":0.25,"high":0.25}}}},"edge":{{"speed_m_s":{{"low":true,"high":true}},"turn_rate_rad_s":{{"low":true,"high":true}}}},"phases":{{"stable_milling":8,"semi_stable_milling":0,"unformed":0,"dispersion":0,"colliding_unstable":0}}}}"#,
+        r#"{{"cell":{{"speed_m_s":0.1,"turn_rate_rad_s":0.5}},"b_s":1.0,"b_s_low":{},"b_s_high":1.0,"n_replicates":8,"margin":{{"speed_m_s":{{"low":0.05,"high":0.05}},"turn_rate_rad_s":{{"low":0.25,"high":0.25}}}},"edge":{{"speed_m_s":{{"low":true,"high":true}},"turn_rate_rad_s":{{"low":true,"high":true}}}},"phases":{{"stable_milling":8,"semi_stable_milling":0,"unformed":0,"dispersion":0,"colliding_unstable":0}},"candidates_tried":1}}"#,
         choice.b_s_low
     );
     assert_eq!(json, expected);

@@ -7,21 +7,21 @@
 
 mod curve;
 mod reason;
-mod recommendation;
 mod text;
 
 use std::path::Path;
 
 use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::diagram::choice::Margin;
+use rsrs_core::diagram::choice::{DenserStart, Margin, OtherNumber};
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
-use crate::best_setting::grid::Grid;
-use crate::best_setting::search::Confirmed;
-use crate::best_setting::{Subject, nowhere};
-use crate::execution::Execution;
+use crate::best_setting::search::Search;
+use crate::best_setting::{self, Best, Subject, alternatives_text, best};
+
+pub use crate::best_setting::CONFIRM;
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -30,18 +30,12 @@ pub struct Options<'a> {
     pub sweep: Option<&'a Path>,
     /// What to do if that is of robots with another profile.
     pub other_profile: OtherProfile,
-    /// The share of mills that is wanted, above 0 and below 1.
-    pub wanted: f64,
-    /// Fresh runs that confirm the recommendation, in each world; at least 1.
-    pub confirm: u64,
     /// Runs of each point of a curve, in each world; at least 1.
     pub replicates: u64,
-    /// On how many threads, watched by whom.
-    pub execution: Execution<'a>,
+    /// How the recommendation is looked for.
+    pub best: best_setting::Options<'a>,
 }
 
-/// Fresh runs that confirm the recommendation where nothing else is asked for.
-pub const CONFIRM: u64 = 1000;
 /// Runs of each point of a curve where nothing else is asked for.
 pub const REPLICATES: u64 = 250;
 
@@ -54,6 +48,9 @@ pub const REPLICATES: u64 = 250;
 pub struct Answers {
     /// Name of the kind of robot.
     pub robot: String,
+    /// What the swarm is to do, if not milling.
+    #[serde(skip_serializing_if = "Behaviour::is_usual")]
+    pub behaviour: Behaviour,
     /// The share of mills that was wanted.
     pub wanted: f64,
     /// Whether the robots mill so often at the recommendation, made worse and as measured.
@@ -70,6 +67,14 @@ pub struct Answers {
     pub b_s_low: f64,
     /// Fresh runs in each world.
     pub n_replicates: u64,
+    /// What a denser start would give.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denser_start: Option<DenserStart>,
+    /// What other numbers of robots would.
+    pub other_numbers: Vec<OtherNumber>,
+    /// The same in lines for a person.
+    #[serde(skip)]
+    alternatives: Vec<String>,
     /// That the settings are of a sweep of robots with another profile; not there if they are not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_profile: Option<ProfilesDiffer>,
@@ -157,8 +162,8 @@ impl Point {
 /// The five questions, and the quantities that each is about.
 const QUESTIONS: [(&str, &[Axis]); 5] = [
     ("How many robots should be deployed?", &[Axis::Robots]),
-    ("How fast should they be moving?", &[Axis::Speed]),
-    ("How sharp should they be turning?", &[Axis::TurnRate]),
+    ("How fast should they be moving?", &[Axis::Speed, Axis::UndetectedSpeed]),
+    ("How sharp should they be turning?", &[Axis::TurnRate, Axis::UndetectedTurnRate]),
     (
         "How good do the sensors need to be?",
         &[
@@ -183,31 +188,37 @@ const QUESTIONS: [(&str, &[Axis]); 5] = [
 ///
 /// If a file is not what it should be, no setting can be simulated, or it is called off.
 pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
-    let subject = Subject::read(path, (options.sweep, options.other_profile), Grid::even)?;
-    let search = subject.search(options.wanted, options.confirm, options.execution);
-    let Subject { profile, grid, .. } = &subject;
-    let recommended = recommendation::recommend(&search)?.ok_or_else(|| nowhere(path, &search))?;
+    let robots = options.best.robots;
+    let mut subject = Subject::read(path, (options.sweep, options.other_profile), robots)?;
+    let other_profile = subject.other_profile.take();
+    let result = subject.swept(path, options.best)?;
+    let Best { choice, .. } = best(&result, options.best)?;
+    let search = Search::new(&result, options.best)?;
     let mut questions = Vec::new();
     for (question, axes) in QUESTIONS {
         let mut quantities = Vec::new();
         for axis in axes {
-            quantities.extend(curve::quantity(&search, &recommended.cell, *axis, options)?);
+            quantities.extend(curve::quantity(&search, &choice.cell, *axis, options)?);
         }
         questions.push(Answer { question, quantities });
     }
-    let Confirmed { cell, b_s, b_s_low, n_replicates } = recommended;
-    let fixed = grid.settings.values.iter().copied().filter(|(axis, _)| cell.get(*axis).is_none());
+    let fixed = search.settings.values.iter().copied();
+    let (b_s, b_s_low) = choice.least();
     Ok(Answers {
-        robot: profile.name.clone(),
-        wanted: options.wanted,
-        viable: b_s_low >= options.wanted,
-        fixed: Cell::new(fixed)?,
-        cell,
-        duration_s: grid.duration_s,
+        robot: result.source.profile.name.clone(),
+        behaviour: result.source.sweep.behaviour,
+        wanted: options.best.wanted,
+        viable: choice.is_viable(options.best.wanted),
+        fixed: Cell::new(fixed.filter(|(axis, _)| choice.cell.get(*axis).is_none()))?,
+        duration_s: result.source.sweep.duration_s,
         b_s,
         b_s_low,
-        n_replicates,
-        other_profile: subject.other_profile.clone(),
+        n_replicates: choice.n_replicates,
+        denser_start: choice.denser_start,
+        alternatives: alternatives_text(&choice, options.best.wanted),
+        other_numbers: choice.other_numbers,
+        cell: choice.cell,
+        other_profile,
         questions,
     })
 }

@@ -1,6 +1,7 @@
-//! The setting in which a robot mills most often: which speed and turning rate, how many robots, and
-//! how they are placed.
+//! The best setting of a robot: which speed and turning rate, and how many robots. `choose`, `answer` and
+//! `diagnose` look for it by one search with one criterion.
 
+mod alternatives;
 pub mod grid;
 pub mod search;
 mod settings;
@@ -8,28 +9,133 @@ mod settings;
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::diagram::axis::Axis;
-use rsrs_core::robot::controller::ControllerParameters;
-use rsrs_core::robot::harsher::Harsher;
+use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::choice::{
+    AsMeasured, AtCircliness, Candidate, Choice, most_frequent, rank,
+};
+use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
-use rsrs_core::robot::profile::RobotProfile;
+use rsrs_sim::sweep::{Runs, Swept};
 
 use crate::error::with_help;
 use crate::execution::Execution;
+use crate::provenance::Provenance;
 use crate::sweep::folder;
-use crate::sweep::source::{ResolvedSweep, read_profile};
+use crate::sweep::result::SweepResult;
+use crate::sweep::source::{ResolvedSweep, read_profile, robots_beside};
+use crate::sweep::sweep_in_memory;
 use crate::wording::shell::quoted;
-use grid::Grid;
-use search::Search;
 
-/// A robot, how it is made worse, and the settings in which it is given its chance.
+pub use alternatives::text as alternatives_text;
+
+/// Fresh runs that confirm a setting, in each world, where nothing else is asked for.
+pub const CONFIRM: u64 = 1000;
+
+/// How the best setting is looked for.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// How many robots there are; else as many as `fleet.yaml` beside a profile has, and any number that
+    /// is tried if there is none.
+    pub robots: Option<usize>,
+    /// The share of runs in the wanted phase that is wanted in both worlds, from 0 to 1.
+    pub wanted: f64,
+    /// Fresh runs that confirm a setting, in each world; at least 1.
+    pub confirm: u64,
+    /// On how many threads, watched by whom.
+    pub execution: Execution<'a>,
+}
+
+/// The best setting of a sweep.
+#[derive(Clone, Debug)]
+pub struct Best {
+    /// The setting, confirmed.
+    pub choice: Choice,
+    /// Its index among the cells.
+    pub index: usize,
+    /// Settings that might have been viable.
+    pub n_candidates: usize,
+}
+
+/// Looks for the best setting of a sweep: from the most robust on, candidates are confirmed on fresh
+/// seeds in both worlds, until one holds. What else is worth knowing of it is run, too: a denser start,
+/// and other numbers of robots.
+///
+/// # Returns
+///
+/// If none holds, the best of them; if no setting may be viable, the one in which most runs came to the
+/// wanted phase.
+///
+/// # Errors
+///
+/// If the sweep does not hold both worlds, or a confirmation is called off.
+pub fn best(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Best> {
+    let (worlds, kind) = (result.worlds()?, result.source.sweep.interval_kind());
+    let mut candidates = rank(worlds, kind, options.wanted);
+    let n_candidates = candidates.len();
+    if candidates.is_empty() {
+        candidates.push(most_frequent(worlds, kind, options.wanted));
+    }
+    let mut best: Option<Best> = None;
+    for (candidate, n_tried) in candidates.iter().zip(1..) {
+        let choice = confirmed(&result.source, (candidate, n_tried), options)?;
+        let holds = choice.is_viable(options.wanted);
+        if best.as_ref().is_none_or(|best| choice.least().1 > best.choice.least().1) {
+            best = Some(Best { choice, index: candidate.index, n_candidates });
+        }
+        if holds {
+            break;
+        }
+    }
+    let mut best = best.expect("there is a candidate");
+    alternatives::add(&result.source, &mut best, options)?;
+    Ok(best)
+}
+
+/// Confirms a candidate on fresh seeds, in both worlds.
+fn confirmed(
+    source: &ResolvedSweep,
+    (candidate, n_tried): (&Candidate, u64),
+    options: Options<'_>,
+) -> anyhow::Result<Choice> {
+    let fresh = |source: &ResolvedSweep| {
+        confirm(&[source.conditions_of(candidate.index)?], source, (options.confirm, options))
+    };
+    let made_worse = fresh(source)?;
+    let mut choice = Choice::new(candidate, made_worse.counts(1)[0], n_tried);
+    choice.sweep_digest = Some(source.digest());
+    let judged: Vec<(Phase, OrderParameters)> =
+        made_worse.outcomes.iter().map(|outcome| (outcome.phase, outcome.evidence)).collect();
+    choice.by_circliness = AtCircliness::of(&judged);
+    if let Some(measured) = source.as_measured() {
+        choice.as_measured = Some(AsMeasured::new(&fresh(&measured)?.counts(1)[0], n_tried));
+    }
+    Ok(choice)
+}
+
+/// Runs conditions on fresh seeds, so many times.
+pub fn confirm(
+    conditions: &[Conditions],
+    source: &ResolvedSweep,
+    (replicates, options): (u64, Options<'_>),
+) -> anyhow::Result<Swept> {
+    let runs = Runs {
+        seed: rsrs_sim::sweep::confirmation_seed(source.sweep.seed),
+        replicates,
+        duration_s: source.sweep.duration_s,
+        n_threads: options.execution.n_threads,
+    };
+    options
+        .execution
+        .simulate("confirming", |watch| rsrs_sim::sweep::sweep(conditions, runs, watch))
+}
+
+/// A robot, and the settings in which it is given its chance.
 pub struct Subject {
-    /// The robot as measured.
-    pub profile: RobotProfile,
-    /// How it is made worse.
-    pub harsher: Harsher,
-    /// The settings.
-    pub grid: Grid,
+    /// The robot as measured, how it is made worse, and the settings; no capabilities among them.
+    source: ResolvedSweep,
+    /// What came of just that, if it was swept before.
+    swept: Option<SweepResult>,
     /// That these are of a sweep of robots with another profile, on which somebody insists.
     pub other_profile: Option<ProfilesDiffer>,
 }
@@ -41,7 +147,7 @@ impl Subject {
     ///
     /// * `sweep`, `other_profile` — a sweep file or folder whose settings are tried instead, and what to do
     ///   if it is of robots with another profile.
-    /// * `built_in` — the settings of a robot for which none are given.
+    /// * `robots` — that of [`Options`].
     ///
     /// # Errors
     ///
@@ -49,80 +155,62 @@ impl Subject {
     pub fn read(
         path: &Path,
         (sweep, other_profile): (Option<&Path>, OtherProfile),
-        built_in: fn(&RobotProfile) -> Grid,
+        robots: Option<usize>,
     ) -> anyhow::Result<Self> {
-        let of_path =
-            if path.is_dir() { Some(folder::read(path)?.source) } else { sweep_at(path)? };
-        let of_option = sweep.map(source_of).transpose()?;
-        let (profile, source) = if let Some(source) = of_path {
-            (source.profile.clone(), of_option.unwrap_or(source))
-        } else {
-            let profile = read_profile(path)?;
-            let Some(source) = of_option else {
-                let grid = built_in(&profile);
-                return Ok(Self {
-                    profile,
-                    harsher: Harsher::default(),
-                    grid,
-                    other_profile: None,
-                });
-            };
-            (profile, source)
+        let of_path = read_sweep(path)?;
+        let of_option = sweep.map(|sweep| {
+            let found = read_sweep(sweep)?;
+            found.with_context(|| format!("{} is no sweep", sweep.display()))
+        });
+        let (source, swept, profile) = match (of_path, of_option.transpose()?) {
+            (Some((source, _)), Some((settings, swept))) => (settings, swept, source.profile),
+            (Some((source, swept)), None) => (source.clone(), swept, source.profile),
+            (None, Some((settings, swept))) => (settings, swept, read_profile(path)?),
+            (None, None) => {
+                let profile = read_profile(path)?;
+                let robots = robots.map_or_else(|| robots_beside(path), |n| Ok(Some(n)))?;
+                let sweep = grid::of_robot(&profile, robots);
+                let provenance = Provenance::of(&profile);
+                (ResolvedSweep { sweep, profile: profile.clone(), provenance }, None, profile)
+            }
         };
         let other_profile =
             other_profile.admit(&source.profile.digest(), &profile.digest()).map_err(|differ| {
                 let help = ProfilesDiffer::help(&quoted(path));
                 with_help(format!("{}: {differ}", sweep.unwrap_or(path).display()), help)
             })?;
-        let (grid, capabilities) = Grid::of_sweep(&source.sweep);
+        let (sweep, capabilities) = grid::without_capabilities(&source.sweep);
         let profile = profile.with_capabilities(&capabilities)?;
-        for cell in &grid.cells {
-            let settings = grid.settings.with_cell(cell);
-            let value = |wanted: Axis| {
-                let mut values = settings.values.iter().rev();
-                values.find(|(axis, _)| *axis == wanted).map_or(0.0, |(_, value)| *value)
-            };
-            let command = ControllerParameters::mirrored(value(Axis::Speed), value(Axis::TurnRate));
-            profile.check_limits(command).with_context(|| format!("cell `{cell}`"))?;
-        }
-        Ok(Self { profile, harsher: source.sweep.harsher, grid, other_profile })
+        let is_swept = sweep == source.sweep && profile == source.profile;
+        let source = ResolvedSweep { sweep, profile, ..source };
+        Ok(Self { source, swept: swept.filter(|_| is_swept), other_profile })
     }
 
-    /// Looks for its best setting.
+    /// What comes of its settings, those left out in which its robots do not find a place; of a folder
+    /// what was swept.
     ///
-    /// # Arguments
+    /// # Errors
     ///
-    /// * `wanted`, `confirm`, `execution` — those of [`Search`].
-    pub fn search<'a>(&'a self, wanted: f64, confirm: u64, execution: Execution<'a>) -> Search<'a> {
-        let Self { profile, harsher, grid, .. } = self;
-        Search { measured: profile, harsher: *harsher, grid, wanted, confirm, execution }
+    /// If none is left, or it is called off.
+    pub fn swept(self, path: &Path, options: Options<'_>) -> anyhow::Result<SweepResult> {
+        let result = match self.swept {
+            Some(result) => result,
+            None => sweep_in_memory(&path.display().to_string(), self.source, options.execution)?,
+        };
+        result.of_robots(options.robots)
     }
 }
 
-fn source_of(path: &Path) -> anyhow::Result<ResolvedSweep> {
-    if path.is_dir() { Ok(folder::read(path)?.source) } else { ResolvedSweep::read_either(path) }
-}
-
-/// The sweep that a file holds; `None` if it is none, as a profile is.
-fn sweep_at(path: &Path) -> anyhow::Result<Option<ResolvedSweep>> {
+/// A sweep, and what came of it if it is a folder; `None` of a file that is none, as a profile is.
+fn read_sweep(path: &Path) -> anyhow::Result<Option<(ResolvedSweep, Option<SweepResult>)>> {
+    if path.is_dir() {
+        let result = folder::read(path)?;
+        return Ok(Some((result.source.clone(), Some(result))));
+    }
     let text = crate::files::read_text(path)?;
     let is_sweep = |line: &str| line.starts_with("profile:") || line.starts_with("sweep:");
-    if text.lines().any(is_sweep) {
-        return ResolvedSweep::read_either(path).map(Some);
+    if !text.lines().any(is_sweep) {
+        return Ok(None);
     }
-    Ok(None)
-}
-
-/// The error that no setting can be simulated.
-pub fn nowhere(path: &Path, search: &Search<'_>) -> anyhow::Error {
-    let why = search.grid.cells.first().and_then(|cell| search.why_not(cell));
-    with_help(
-        format!(
-            "{}: in none of {} settings can these robots be simulated{}",
-            path.display(),
-            search.grid.cells.len(),
-            why.map_or_else(String::new, |why| format!(": {why}"))
-        ),
-        "name settings in which they can with `--sweep SWEEP`",
-    )
+    Ok(Some((ResolvedSweep::read_either(path)?, None)))
 }

@@ -1,45 +1,30 @@
-//! Chooses the most robust milling cell of a sweep.
+//! Chooses the most robust cell of a sweep.
 
 pub mod extension;
-mod smaller_placement;
 
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::conditions::{Conditions, Placement};
+use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::axis::Cell;
-use rsrs_core::diagram::choice::{AsMeasured, AtCircliness, Candidate, Choice, OneRobotLess, rank};
-use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
-use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{self, Phase, label};
-use rsrs_core::statistics::comparison::Share;
+use rsrs_core::diagram::choice::{Choice, DenserStart, OtherNumber, most_frequent};
+use rsrs_core::judge::phase::{self, label};
+use rsrs_core::statistics::share::Share;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
-use rsrs_sim::sweep::{Runs, Swept, confirmation_seed};
+use rsrs_sim::sweep::confirmation_seed;
 use serde::Serialize;
 
-use crate::execution::Execution;
+use crate::best_setting::{Best, best};
 use crate::files::write_file;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::sweep::settling;
 use crate::sweep::source::ResolvedSweep;
-use crate::wording::counted;
-pub use smaller_placement::SmallerPlacement;
+use crate::wording::{counted, percent};
 
-/// Fresh runs that confirm a candidate, in each world, where nothing else is asked for.
-pub const CONFIRM: u64 = 1000;
-
-/// How to choose.
-#[derive(Clone, Copy)]
-pub struct Options<'a> {
-    /// Fresh runs that confirm a candidate, in each world; at least 1.
-    pub confirm: u64,
-    /// Least confirmed lower bound of `B_s` of a viable cell in both worlds, from 0 to 1.
-    pub viable: f64,
-    /// On how many threads, watched by whom.
-    pub execution: Execution<'a>,
-}
+pub use crate::best_setting::{CONFIRM, Options, alternatives_text};
 
 /// What came of choosing.
 #[derive(Clone, Debug)]
@@ -57,17 +42,19 @@ pub struct NoViableCell {
     cell: Option<Cell>,
     /// Why no cell is viable.
     pub reason: String,
-    /// The best of the cells that were confirmed, if one was worth it.
-    pub best: Option<Choice>,
-    /// The cell that milled most often in the sweep, made worse.
+    /// The best of the cells that were confirmed.
+    pub best: Choice,
+    /// The cell that came most often to the wanted phase in the sweep, in the world in which that is
+    /// rarer.
     pub best_swept: BestSwept,
-    /// A disc in which robots would have to start for that cell to be viable, if there is one.
+    /// What a denser start would give in the best cell.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub smaller_placement: Option<SmallerPlacement>,
+    denser_start: Option<DenserStart>,
+    /// What other numbers of robots would.
+    other_numbers: Vec<OtherNumber>,
 }
 
-/// The cell that milled most often in a sweep, made worse; of equals the one that milled most often as
-/// measured, of these the first.
+/// The share of a cell in its sweep, made worse.
 #[derive(Clone, Debug, Serialize)]
 pub struct BestSwept {
     cell: Cell,
@@ -77,9 +64,8 @@ pub struct BestSwept {
     n_replicates: u64,
 }
 
-/// Chooses the most robust milling cell of a sweep: candidates are confirmed on fresh seeds, in both
-/// worlds, from the most robust on, until one holds. Whether that one is settled at the duration of
-/// the sweep is part of the choice.
+/// Chooses the best setting of a sweep, see [`best`]. Whether that is settled at the duration of the
+/// sweep is part of the choice.
 ///
 /// # Arguments
 ///
@@ -89,42 +75,28 @@ pub struct BestSwept {
 ///
 /// If the folder is not that of a sweep of both worlds, or a confirmation is called off.
 pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
-    let result = folder::read(folder)?;
-    let kind = result.source.sweep.interval_kind();
-    let candidates = rank(result.worlds()?, kind, options.viable);
-    let mut best: Option<Choice> = None;
-    for (candidate, n_tried) in candidates.iter().zip(1..) {
-        let mut choice = confirmed(&result.source, candidate, options)?;
-        choice.candidates_tried = Some(n_tried);
-        if choice.is_viable(options.viable) {
-            choice.settling =
-                settling::of_cell(&result.source, candidate.index, options.execution)?;
-            let conditions = result.source.conditions_of(candidate.index)?;
-            choice.converged_s = converged_s(&result.source, &conditions)?;
-            choice.one_robot_less = one_robot_less(&result.source, conditions, options)?;
-            return Ok(Chosen::Viable(choice));
-        }
-        if best.as_ref().is_none_or(|best| choice.least_low() > best.least_low()) {
-            best = Some(choice);
-        }
+    let whole = folder::read(folder)?;
+    let digest = whole.source.digest();
+    let result = whole.of_robots(options.robots)?;
+    let Best { mut choice, index, n_candidates } = best(&result, options)?;
+    choice.sweep_digest = Some(digest);
+    if choice.is_viable(options.wanted) {
+        choice.settling = settling::of_cell(&result.source, index, options.execution)?;
+        choice.converged_s = converged_s(&result.source, &result.source.conditions_of(index)?)?;
+        return Ok(Chosen::Viable(choice));
     }
-    let mut none = match best {
-        Some(best) => NoViableCell {
-            cell: None,
-            reason: none_confirmed(&best, candidates.len(), options.viable),
-            best: Some(best),
-            best_swept: BestSwept::of(&result),
-            smaller_placement: None,
-        },
-        None => NoViableCell::swept(BestSwept::of(&result), options.viable),
-    };
-    let index = result.diagram.locate(none.best_cell())?;
-    none.smaller_placement = smaller_placement::find(&result.source, index, options)?;
-    Ok(Chosen::NoViableCell(none))
+    Ok(Chosen::NoViableCell(NoViableCell {
+        cell: None,
+        reason: none_viable(&choice, n_candidates, options.wanted),
+        best_swept: BestSwept::of(&result, options)?,
+        denser_start: choice.denser_start,
+        other_numbers: choice.other_numbers.clone(),
+        best: choice,
+    }))
 }
 
-/// When half of the mills among the first fresh runs of a cell had begun, in seconds; `None` if there
-/// is none.
+/// When half of the wanted runs among the first fresh ones of a cell had begun, in seconds; `None` if
+/// there is none.
 fn converged_s(source: &ResolvedSweep, conditions: &Conditions) -> anyhow::Result<Option<f64>> {
     /// So many runs are enough for a median.
     const RUNS: u64 = 100;
@@ -140,82 +112,25 @@ fn converged_s(source: &ResolvedSweep, conditions: &Conditions) -> anyhow::Resul
     Ok(times_s.get(times_s.len() / 2).copied())
 }
 
-/// Runs a cell with one robot less on fresh seeds, made worse.
-///
-/// # Returns
-///
-/// `None` if the cell stays viable, or there is only one robot.
-fn one_robot_less(
-    source: &ResolvedSweep,
-    mut conditions: Conditions,
-    options: Options<'_>,
-) -> anyhow::Result<Option<OneRobotLess>> {
-    let is_given = matches!(conditions.placement, Placement::Given { .. });
-    if conditions.robots < 2 || is_given {
-        return Ok(None);
-    }
-    conditions.robots -= 1;
-    let fresh = confirm_conditions(options, source, &conditions)?;
-    let milling = Share::milling(&fresh.counts(1)[0]);
-    let interval = milling.interval();
-    let less = OneRobotLess {
-        robots: conditions.robots,
-        b_s: milling.value(),
-        b_s_low: interval.low,
-        b_s_high: interval.high,
-    };
-    Ok((interval.high < options.viable).then_some(less))
-}
-
-/// Confirms a candidate on fresh seeds, in both worlds.
-fn confirmed(
-    source: &ResolvedSweep,
-    candidate: &Candidate,
-    options: Options<'_>,
-) -> anyhow::Result<Choice> {
-    let fresh = confirm(options, source, candidate.index)?;
-    let mut choice = Choice::new(candidate, fresh.counts(1)[0]);
-    choice.sweep_digest = Some(source.digest());
-    let judged: Vec<(Phase, OrderParameters)> =
-        fresh.outcomes.iter().map(|outcome| (outcome.phase, outcome.evidence)).collect();
-    choice.by_circliness = AtCircliness::of(&judged);
-    if let Some(measured) = source.as_measured() {
-        let fresh = confirm(options, &measured, candidate.index)?;
-        choice.as_measured = Some(AsMeasured::of(&fresh.counts(1)[0]));
-    }
-    Ok(choice)
-}
-
-fn none_confirmed(best: &Choice, n_candidates: usize, viable: f64) -> String {
-    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+fn none_viable(best: &Choice, n_candidates: usize, wanted: f64) -> String {
+    let verb = best.behaviour().verb();
     let measured = best.as_measured.map_or_else(String::new, |measured| {
         format!("; as measured {}, lower bound {}", percent(measured.share), percent(measured.low))
     });
+    let of = if n_candidates == 0 {
+        format!("no cell may {} in {} of runs; the best", verb.plain, percent(wanted))
+    } else {
+        format!("the best of {}", counted(n_candidates as u64, "candidate"))
+    };
     format!(
-        "the best of {}, {}, {} in {} of fresh runs, lower bound {}{measured}; wanted {}",
-        counted(n_candidates as u64, "candidate"),
+        "{of}, {}, {} in {} of {} fresh runs, lower bound {}{measured}; wanted {}",
         best.cell,
-        best.behaviour().verb().does,
+        verb.does,
         percent(best.b_s),
+        best.n_replicates,
         percent(best.b_s_low),
-        percent(viable)
+        percent(wanted)
     )
-}
-
-impl NoViableCell {
-    fn swept(best: BestSwept, viable: f64) -> Self {
-        let reason = format!(
-            "no cell may mill in {:.1} % of runs, made worse and as measured; made worse the best, \
-             {}, mills in {:.1} % of {} runs (95 % interval {:.1} to {:.1} %)",
-            100.0 * viable,
-            best.cell,
-            100.0 * best.b_s,
-            best.n_replicates,
-            100.0 * best.b_s_low,
-            100.0 * best.b_s_high
-        );
-        Self { cell: None, reason, best: None, best_swept: best, smaller_placement: None }
-    }
 }
 
 /// Writes a choice into a file.
@@ -228,57 +143,22 @@ pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
     write_file(path, format!("{json}\n").as_bytes())
 }
 
-/// Runs a cell of a sweep on fresh seeds.
-fn confirm(options: Options<'_>, source: &ResolvedSweep, index: usize) -> anyhow::Result<Swept> {
-    confirm_conditions(options, source, &source.conditions_of(index)?)
-}
-
-fn confirm_conditions(
-    options: Options<'_>,
-    source: &ResolvedSweep,
-    conditions: &Conditions,
-) -> anyhow::Result<Swept> {
-    let runs = Runs {
-        seed: source.sweep.seed,
-        replicates: options.confirm,
-        duration_s: source.sweep.duration_s,
-        n_threads: options.execution.n_threads,
-    };
-    options
-        .execution
-        .simulate("confirming", |watch| rsrs_sim::sweep::confirm(conditions, runs, watch))
-}
-
-impl NoViableCell {
-    /// The cell that came nearest.
-    pub fn best_cell(&self) -> &Cell {
-        self.best.as_ref().map_or(&self.best_swept.cell, |choice| &choice.cell)
-    }
-}
-
 impl BestSwept {
-    fn of(result: &SweepResult) -> Self {
-        let share =
-            |diagram: &PhaseDiagram, index: usize| diagram.cells[index].counts.wanted_share();
-        let measured = result.as_measured.as_ref().unwrap_or(&result.diagram);
-        let best = (0..result.diagram.cells.len()).rev().max_by(|&one, &other| {
-            let made_worse = share(&result.diagram, one).total_cmp(&share(&result.diagram, other));
-            made_worse.then(share(measured, one).total_cmp(&share(measured, other)))
-        });
-        let best = best.expect("a sweep has cells");
-        let DiagramCell { cell, counts } = result.diagram.cells[best].clone();
+    fn of(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Self> {
+        let kind = result.source.sweep.interval_kind();
+        let best = most_frequent(result.worlds()?, kind, options.wanted);
+        let DiagramCell { cell, counts } = result.diagram.cells[best.index].clone();
         let milling = Share::milling(&counts);
-        let interval = result.source.sweep.interval_kind().interval(milling.hits, milling.n);
-        Self {
+        let interval = kind.interval(milling.hits, milling.n);
+        Ok(Self {
             cell,
             b_s: milling.value(),
             b_s_low: interval.low,
             b_s_high: interval.high,
             n_replicates: milling.n,
-        }
+        })
     }
 }
-
 /// What robots as measured do in the chosen cell, if that was asked.
 pub fn as_measured(choice: &Choice) -> Option<String> {
     let measured = choice.as_measured?;

@@ -12,45 +12,44 @@ mod text;
 
 use std::path::Path;
 
+use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::choice::{DenserStart, OtherNumber};
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::other_profile::OtherProfile;
+use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
-use crate::best_setting::grid::Grid;
-use crate::best_setting::search::Changes;
-use crate::best_setting::{Subject, nowhere};
-use crate::execution::Execution;
+use crate::best_setting::search::{Search, Tried};
+use crate::best_setting::{self, Best, Subject, alternatives_text, best, confirm};
+use crate::sweep::result::SweepResult;
 
-pub use crate::best_setting::search::AsMeasured;
+pub use crate::best_setting::CONFIRM;
 
 /// What is asked.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
     /// Sweep file, or the folder of a sweep, whose settings are tried; else a built-in grid is.
     pub sweep: Option<&'a Path>,
-    /// The share of mills that is wanted, above 0 and below 1.
-    pub wanted: f64,
-    /// Fresh runs that confirm an answer, in each world; at least 1.
-    pub confirm: u64,
     /// What a change costs, by axis; changes are put in order by it.
     pub costs: &'a [(Axis, f64)],
-    /// On how many threads, watched by whom.
-    pub execution: Execution<'a>,
+    /// How the best setting is looked for.
+    pub best: best_setting::Options<'a>,
 }
-
-/// Fresh runs that confirm an answer where nothing else is asked for.
-pub const CONFIRM: u64 = 1000;
 
 /// What is wrong with a robot, or nothing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
     /// Name of the kind of robot.
     pub robot: String,
+    /// What the swarm is to do, if not milling.
+    #[serde(skip_serializing_if = "Behaviour::is_usual")]
+    pub behaviour: Behaviour,
     /// The share of mills that was wanted.
     pub wanted: f64,
     /// Whether the robots mill so often in some setting, made worse and as measured.
     pub viable: bool,
-    /// The setting in which they mill most often.
+    /// Their best setting.
     pub cell: Cell,
     /// Share of mills there in fresh runs, in the world in which they are rarer.
     pub b_s: f64,
@@ -60,6 +59,14 @@ pub struct Diagnosis {
     pub n_replicates: u64,
     /// Settings that were tried.
     pub n_settings: usize,
+    /// What a denser start would give in the best setting.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denser_start: Option<DenserStart>,
+    /// What other numbers of robots would.
+    pub other_numbers: Vec<OtherNumber>,
+    /// The same in lines for a person.
+    #[serde(skip)]
+    alternatives: Vec<String>,
     /// The robots as measured, if they do not mill made worse.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub as_measured: Option<AsMeasured>,
@@ -69,6 +76,17 @@ pub struct Diagnosis {
     pub hopeless: Vec<Hopeless>,
     /// What may be worse, if the robots mill.
     pub spare: Vec<Spare>,
+}
+
+/// How often robots mill as measured, in the setting in which they do most often.
+#[derive(Clone, Debug, Serialize)]
+pub struct AsMeasured {
+    /// The setting.
+    pub cell: Cell,
+    /// Share of mills in fresh runs.
+    pub b_s: f64,
+    /// Its lower bound, at 95 %.
+    pub b_s_low: f64,
 }
 
 /// A change after which the robots mill as often as wanted.
@@ -145,42 +163,76 @@ pub struct Spare {
 ///
 /// If a file is not what it should be, no setting can be simulated, or it is called off.
 pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> {
-    let subject = Subject::read(path, (options.sweep, OtherProfile::Insisted), Grid::of_robot)?;
     for (axis, cost) in options.costs {
         anyhow::ensure!(
             cost.is_finite() && *cost >= 0.0,
             "the cost of {axis} is {cost}, expected a number from 0"
         );
     }
-    let search = subject.search(options.wanted, options.confirm, options.execution);
-    let Subject { profile, grid, .. } = &subject;
-    let unchanged = Changes::new();
-    let tried = search.best(&unchanged, "as it is")?;
-    let now = search.confirmed_best(&unchanged, &tried)?.ok_or_else(|| nowhere(path, &search))?;
-    let viable = now.b_s_low >= options.wanted;
+    let subject =
+        Subject::read(path, (options.sweep, OtherProfile::Insisted), options.best.robots)?;
+    let result = subject.swept(path, options.best)?;
+    let Best { choice, .. } = best(&result, options.best)?;
+    let (b_s, b_s_low) = choice.least();
     let mut diagnosis = Diagnosis {
-        robot: profile.name.clone(),
-        wanted: options.wanted,
-        viable,
-        cell: now.cell,
-        b_s: now.b_s,
-        b_s_low: now.b_s_low,
-        n_replicates: now.n_replicates,
-        n_settings: grid.cells.len(),
+        robot: result.source.profile.name.clone(),
+        behaviour: result.source.sweep.behaviour,
+        wanted: options.best.wanted,
+        viable: choice.is_viable(options.best.wanted),
+        b_s,
+        b_s_low,
+        n_replicates: choice.n_replicates,
+        n_settings: result.diagram.cells.len(),
+        denser_start: choice.denser_start,
+        alternatives: alternatives_text(&choice, options.best.wanted),
+        other_numbers: choice.other_numbers,
+        cell: choice.cell,
         as_measured: None,
         causes: Vec::new(),
         hopeless: Vec::new(),
         spare: Vec::new(),
     };
-    if viable {
+    let search = Search::new(&result, options.best)?;
+    let tried = tried(&result);
+    if diagnosis.viable {
         diagnosis.spare = surplus::spare(&search, &tried)?;
         return Ok(diagnosis);
     }
-    diagnosis.as_measured = search.confirmed_as_measured()?;
+    diagnosis.as_measured = as_measured(&result, options.best)?;
     let found = repair::repairs(&search, &tried)?;
     diagnosis.causes = in_order(found.causes, options.costs);
     diagnosis.hopeless = found.hopeless;
     Ok(diagnosis)
+}
+
+/// The settings with the robots as they are, made worse, the best first.
+fn tried(result: &SweepResult) -> Vec<Tried> {
+    let of = |entry: &DiagramCell| Tried {
+        cell: entry.cell.clone(),
+        share: Share::milling(&entry.counts),
+    };
+    let mut tried: Vec<Tried> = result.diagram.cells.iter().map(of).collect();
+    tried.sort_by(|one, other| other.share.value().total_cmp(&one.share.value()));
+    tried
+}
+
+/// The robots as measured in their best setting, on fresh seeds; `None` if they are not made worse.
+fn as_measured(
+    result: &SweepResult,
+    options: best_setting::Options<'_>,
+) -> anyhow::Result<Option<AsMeasured>> {
+    let (Some(diagram), Some(source)) = (&result.as_measured, result.source.as_measured()) else {
+        return Ok(None);
+    };
+    let share = |index: usize| diagram.cells[index].counts.wanted_share();
+    let most = (0..diagram.cells.len()).rev();
+    let most = most.max_by(|one, other| share(*one).total_cmp(&share(*other)));
+    let most = most.expect("a sweep has cells");
+    let conditions = [source.conditions_of(most)?];
+    let counts = confirm(&conditions, &source, (options.confirm, options))?.counts(1)[0];
+    let share = Share::milling(&counts);
+    let cell = diagram.cells[most].cell.clone();
+    Ok(Some(AsMeasured { cell, b_s: share.value(), b_s_low: share.interval().low }))
 }
 
 /// Puts causes in order: by cost where it is known, else as they were found. Changes that need each

@@ -52,6 +52,8 @@ pub struct Options<'a> {
     pub execution: Execution<'a>,
 }
 
+/// Robots where nothing else is asked for, and no fleet is known.
+pub const ROBOTS: usize = 9;
 /// Controllers that are tried where nothing else is asked for.
 pub const CONTROLLERS: usize = 2000;
 /// Runs of each of them where nothing else is asked for.
@@ -98,8 +100,9 @@ pub struct FoundController {
     pub share_high: f64,
     /// Fresh runs.
     pub n_replicates: u64,
-    /// The sweep around it, ready to be run, relative to the folder.
-    pub sweep: PathBuf,
+    /// The sweep around it, ready to be run, relative to the folder; `None` if it shows no behaviour that
+    /// runs can be judged for.
+    pub sweep: Option<PathBuf>,
 }
 
 impl Explored {

@@ -11,6 +11,7 @@ use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
 use serde::Serialize;
 
+use crate::best_setting::grid::{Floor, Reach, STEPS};
 use crate::error::with_help;
 use crate::files::write_file;
 use crate::wording::significant;
@@ -59,24 +60,6 @@ const EXPERIMENT: &str = "experiment.yaml";
 
 /// Slowest command over the fastest, and slowest turn over the fastest.
 const SLOWEST: [f64; 2] = [0.1, 0.05];
-/// Robots start in a circle slightly larger than they can see (§IV step 3).
-const PLACEMENT_OVER_RANGE: f64 = 1.1;
-/// Side of the arena over a robot's range: never reached in a run.
-const ARENA_OVER_RANGE: f64 = 20.0;
-/// Radius of the disc over the side of the arena, at most: robots do not start at its walls.
-const PLACEMENT_OVER_ARENA: f64 = 0.4;
-/// Radii of the circles that robots drive, speed over turning rate, over their range: what mills lies
-/// between.
-const CIRCLES_OVER_RANGE: [f64; 2] = [0.13, 0.65];
-/// A circle is at least so many bodies wide ...
-const LEAST_CIRCLE_OVER_RADIUS: f64 = 1.0;
-/// ... and fits so often into the arena.
-const CIRCLE_OVER_ARENA: f64 = 0.25;
-/// Slowest speed of the sweep over the fastest; the widest circle is driven at twice that.
-const SLOWEST_SWEPT: f64 = 0.2;
-/// Speeds and turning rates of the sweep.
-const STEPS: [usize; 2] = [8, 10];
-
 /// Writes the folder.
 ///
 /// # Errors
@@ -90,7 +73,8 @@ pub fn init(folder: &Path, robots: &Robots) -> anyhow::Result<Begun> {
         ));
     }
     check(robots)?;
-    let floor = Floor::of(robots);
+    let Robots { range_m, n_robots, radius_m, arena_m, .. } = *robots;
+    let floor = Floor::new(range_m, (n_robots, radius_m), arena_m);
     let texts = texts(robots, floor);
     check_texts(&texts)?;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
@@ -171,8 +155,14 @@ pub fn check_number(axis: Axis, value: f64) -> anyhow::Result<()> {
 
 /// The files, in the order in which one reads them.
 fn texts(robots: &Robots, floor: Floor) -> Vec<(&'static str, String)> {
-    let Robots { name, n_robots, speed_m_s, turn_rate_rad_s, range_m, .. } = robots;
-    let [speeds, turn_rates] = axes(robots, floor);
+    let Robots { name, n_robots, speed_m_s, turn_rate_rad_s, range_m, radius_m, .. } = robots;
+    let reach = Reach {
+        speed_m_s: *speed_m_s,
+        turn_rate_rad_s: *turn_rate_rad_s,
+        range_m: *range_m,
+        radius_m: *radius_m,
+    };
+    let [speeds, turn_rates] = reach.axes(floor, STEPS);
     let least_m_s = significant(SLOWEST[0] * speed_m_s);
     let least_rad_s = significant(SLOWEST[1] * turn_rate_rad_s).min(turn_rates[0]);
     let listed = |values: &[f64]| {
@@ -211,47 +201,6 @@ fn texts(robots: &Robots, floor: Floor) -> Vec<(&'static str, String)> {
 
 /// What stands behind the side of an arena that was not given.
 const NEVER_REACHED: &str = "so large that no robot comes to its walls; give yours with --arena";
-
-/// Where the swarm is.
-#[derive(Clone, Copy)]
-struct Floor {
-    arena_m: f64,
-    placement_m: f64,
-}
-
-impl Floor {
-    /// The disc follows from the range, or where bodies do not fit into that, from their size; it lies
-    /// within the arena.
-    fn of(robots: &Robots) -> Self {
-        let crowded_m = 3.0 * robots.radius_m * (robots.n_robots as f64).sqrt();
-        let from_m = robots.range_m.max(crowded_m);
-        let arena_m = robots.arena_m.unwrap_or_else(|| significant(ARENA_OVER_RANGE * from_m));
-        let placement_m = significant(PLACEMENT_OVER_RANGE * from_m);
-        let placement_m = placement_m.min(significant(PLACEMENT_OVER_ARENA * arena_m));
-        Self { arena_m, placement_m }
-    }
-}
-
-/// Speeds and turning rates of the sweep, each the same multiple of the one before: robots that mill
-/// drive circles of about their sensor's size, and speed over turning rate is the radius.
-fn axes(robots: &Robots, floor: Floor) -> [Vec<f64>; 2] {
-    let Robots { speed_m_s, turn_rate_rad_s, range_m, radius_m, .. } = *robots;
-    let widest_m = (CIRCLES_OVER_RANGE[1] * range_m).min(CIRCLE_OVER_ARENA * floor.arena_m);
-    let least_m = (CIRCLES_OVER_RANGE[0] * range_m).max(LEAST_CIRCLE_OVER_RADIUS * radius_m);
-    let fastest_rad_s = significant(speed_m_s / least_m).min(turn_rate_rad_s);
-    let slowest_rad_s = (2.0 * SLOWEST_SWEPT * speed_m_s / widest_m).min(0.5 * fastest_rad_s);
-    let speeds = spread([SLOWEST_SWEPT * speed_m_s, speed_m_s], STEPS[0]);
-    [speeds, spread([slowest_rad_s, fastest_rad_s], STEPS[1])]
-}
-
-/// So many values, each the same multiple of the one before; the greatest as it is.
-fn spread([least, most]: [f64; 2], n: usize) -> Vec<f64> {
-    let ratio = libm::pow(most / least, 1.0 / (n as f64 - 1.0));
-    let value = |step: usize| significant(least * libm::pow(ratio, step as f64)).min(most);
-    let mut values: Vec<f64> = (0..n - 1).map(value).chain([most]).collect();
-    values.dedup();
-    values
-}
 
 /// Reads what is about to be written as it will be read, so that no folder is left that does not work.
 fn check_texts(texts: &[(&'static str, String)]) -> anyhow::Result<()> {

@@ -16,10 +16,11 @@ use std::sync::Mutex;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::adaptive::{Knowledge, Schedule};
 use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::sweep_file::{Axes, SweepFile};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_sim::sweep::{
     Block, BlockError, Completion, Piece, Progress, ReplicateOutcome, Runs, SweepError, Watch,
-    Work, blocks, check, run_blocks,
+    Work, blocks, check, run_blocks, sweep,
 };
 
 use crate::error::{WithHelp, helped, with_help};
@@ -71,6 +72,47 @@ pub fn sweep_into(
         Err(failure) => Err(plan.give_up(name, site, failure)),
     }
 }
+
+/// Sweeps into no folder, at most 100 runs of each cell; cells in which the robots find no place are left out.
+///
+/// # Errors
+///
+/// If no cell is left, or as [`sweep_into`].
+pub fn sweep_in_memory(
+    name: &str,
+    mut source: ResolvedSweep,
+    execution: Execution<'_>,
+) -> anyhow::Result<SweepResult> {
+    let mut cells = source.cells(name)?;
+    let n_cells = cells.len();
+    let SweepFile { seed, duration_s, .. } = source.sweep;
+    let runs = Runs { seed, replicates: 1, duration_s, n_threads: 1 };
+    let mut why = None;
+    cells.retain(|(_, conditions)| match check(std::slice::from_ref(conditions), runs) {
+        Ok(()) => true,
+        Err(error) => {
+            why.get_or_insert(error);
+            false
+        }
+    });
+    if let Some(why) = why.filter(|_| cells.is_empty()) {
+        return Err(with_help(
+            format!("{name}: in none of {n_cells} settings can these robots be simulated: {why}"),
+            "name settings in which they can with `--sweep SWEEP`",
+        ));
+    }
+    let cells = cells.into_iter().map(|(cell, _)| cell).collect();
+    source.sweep =
+        SweepFile { cells: Some(cells), axes: Axes::default(), adaptive: None, ..source.sweep };
+    source.sweep.replicates = source.sweep.replicates.min(ENOUGH);
+    let plan = Plan::new(name, &source, execution.n_threads)?;
+    let doing = "looking for the best setting";
+    let swept = execution.simulate(doing, |watch| sweep(&plan.conditions, plan.runs, watch))?;
+    Ok(plan.result(source, &swept.counts(plan.conditions.len())))
+}
+
+/// Runs of each cell of a sweep into no folder, in each world, at most.
+const ENOUGH: u64 = 100;
 
 /// Does one machine's part of a sweep, and leaves it in its folder for [`merge`].
 ///

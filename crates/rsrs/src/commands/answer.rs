@@ -3,21 +3,21 @@
 use std::path::PathBuf;
 
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
-use rsrs_pipeline::answer::{CONFIRM, Options, REPLICATES, answer};
+use rsrs_pipeline::answer::{Options, REPLICATES, answer};
 use rsrs_pipeline::picture::{PictureFile, of_answers};
 
 use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
 use crate::profile_arguments::ProfileArguments;
-use crate::progress::execution;
+use crate::setting_arguments::SettingArguments;
 use crate::words::{Tone, Words};
 
 /// Answer the paper's five questions on a robot: how many, how fast, how sharply turning, how good the
 /// sensors, how alike.
 ///
-/// A setting is recommended from which each quantity may drift farthest, among swarms of 3 to 16 robots
-/// at speeds and turning rates within the robot's limits, or among the settings of a sweep, and confirmed
-/// on fresh seeds in both worlds. From it one quantity at a time is moved; the answer is the range over
+/// A setting is recommended as by `choose`: that from which each quantity may drift farthest, among speeds
+/// and turning rates within the robot's limits, or among the settings of a sweep, confirmed on fresh seeds
+/// in both worlds. From it one quantity at a time is moved; the answer is the range over
 /// which robots mill as often as wanted, with the reason why it ends there. The picture has all
 /// curves, with bands of 95 %. Exit code 3 means that the robots do not mill; `rsrs diagnose` names what
 /// to change.
@@ -42,17 +42,12 @@ pub struct Arguments {
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
           value_parser = super::wanted)]
     b_s: f64,
-    /// Fresh runs that confirm the recommendation, in each world (default: 1000).
-    #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
-          value_parser = clap::value_parser!(u64).range(1..))]
-    confirm: u64,
     /// Runs of each point of a curve, in each world (default: 250).
     #[arg(long, value_name = "N", default_value_t = REPLICATES, hide_default_value = true,
           value_parser = clap::value_parser!(u64).range(1..))]
     replicates: u64,
-    /// Threads (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    setting: SettingArguments,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -68,13 +63,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = Options {
         sweep: arguments.sweep.as_deref(),
         other_profile: arguments.other.profile(),
-        wanted: arguments.b_s,
-        confirm: arguments.confirm,
         replicates: arguments.replicates,
-        execution: execution(arguments.threads)?,
+        best: arguments.setting.options(arguments.b_s)?,
     };
     let answers = answer(&arguments.profile, options)?;
-    let verdict = if answers.viable { "they mill" } else { "they do not mill" };
+    let mill = answers.behaviour.verb().plain;
+    let verdict =
+        if answers.viable { format!("they {mill}") } else { format!("they do not {mill}") };
     let words = Words::new(&answers).tone(Tone::good_if(answers.viable), verdict);
     report(arguments.format, &answers, words)?;
     if let Some(picture) = picture {

@@ -3,17 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::diagram::choice::{Choice, Margin, OneRobotLess, VIABLE_B_S_LOW};
-use rsrs_core::judge::behaviour::{Behaviour, Verb};
+use rsrs_core::diagram::choice::{Choice, Margin, VIABLE_B_S_LOW};
 use rsrs_core::robot::harsher::tidy;
 use serde::Serialize;
 
 use crate::commands::{Format, print_text, report, report_written};
 use crate::failure::Outcome;
 use crate::progress::execution;
+use crate::setting_arguments::SettingArguments;
 use crate::words::{Tone, Words};
 use rsrs_pipeline::choose::extension::{Extension, extensions};
-use rsrs_pipeline::choose::{CONFIRM, Chosen, Options, as_measured, choose, write};
+use rsrs_pipeline::choose::{Chosen, alternatives_text, as_measured, choose, write};
 use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::settling;
@@ -23,9 +23,10 @@ use rsrs_pipeline::wording::shell::{experiment_beside, free_beside, quoted, swee
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
 ///
 /// The share of mills that counts is the smaller of both worlds': robots made worse, and as measured.
-/// It is smoothed over neighbouring cells, and cells are ranked by their depth inside the region where
-/// it is viable. From the deepest on, cells are confirmed in both worlds until one is viable: what was
-/// swept flatters a cell, so only fresh runs feed its `B_s`.
+/// It is smoothed over neighbouring cells; cells of which no neighbour surely fails come first, and then
+/// they are ranked by their depth inside the region where it is viable. From the first on, cells are
+/// confirmed in both worlds until one is viable: what was swept flatters a cell, so only fresh runs feed
+/// its `B_s`. It is also reported what a denser start and other numbers of robots would give.
 /// The last lines show which of the factors that make robots worse matters in that cell: each
 /// alone, and all but each. Exit code 3 means that no cell is viable; `rsrs diagnose FOLDER` finds what
 /// would have to be changed about the robots.
@@ -33,10 +34,6 @@ use rsrs_pipeline::wording::shell::{experiment_beside, free_beside, quoted, swee
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
-    /// Fresh runs that confirm a cell, in each world (default: 1000).
-    #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
-          value_parser = clap::value_parser!(u64).range(1..))]
-    confirm: u64,
     /// Least confirmed lower bound of `B_s` of a viable cell, in both worlds (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
           value_parser = share)]
@@ -44,9 +41,8 @@ pub struct Arguments {
     /// Write the choice into this file too.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Threads (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    setting: SettingArguments,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -68,11 +64,7 @@ fn share(text: &str) -> Result<f64, String> {
 ///
 /// If the folder is not a sweep's or the choice cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let options = Options {
-        confirm: arguments.confirm,
-        viable: arguments.viable,
-        execution: execution(arguments.threads)?,
-    };
+    let options = arguments.setting.options(arguments.viable)?;
     match choose(&arguments.folder, options)? {
         Chosen::Viable(choice) => {
             if let Some(path) = &arguments.output {
@@ -86,21 +78,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             Ok(Outcome::Done)
         }
         Chosen::NoViableCell(none) => {
-            let smaller = none.smaller_placement.map(|smaller| format!("\n{}", smaller.text()));
-            let smaller = smaller.unwrap_or_default();
-            let printed = format!("{NO_VIABLE_CELL}: {}{smaller}", none.reason);
+            let mut lines = vec![format!("{NO_VIABLE_CELL}: {}", none.reason)];
+            lines.extend(alternatives(&none.best, arguments.viable));
+            let printed = lines.join("\n");
             let words = Words::from(printed).tone(Tone::Bad, NO_VIABLE_CELL);
-            report_with_factors(arguments, &none, none.best_cell(), words)?;
-            // What would have to be changed is known for milling by the mirrored controller.
-            let is_mirrored = none.best_cell().get(Axis::UndetectedSpeed).is_none()
-                && none.best_cell().get(Axis::UndetectedTurnRate).is_none();
-            let source = folder::read(&arguments.folder)?.source;
-            let is_milling = source.sweep.behaviour == Behaviour::Milling;
-            let is_fixed = |axis| source.sweep.fixed.values.iter().any(|(it, _)| *it == axis);
-            let is_mirrored = is_mirrored
-                && !is_fixed(Axis::UndetectedSpeed)
-                && !is_fixed(Axis::UndetectedTurnRate);
-            if arguments.format == Format::Text && is_milling && is_mirrored {
+            report_with_factors(arguments, &none, &none.best.cell, words)?;
+            if arguments.format == Format::Text {
                 let next = format!("next: rsrs diagnose {}", quoted(&arguments.folder));
                 print_text(next + "   # what would have to be changed")?;
             }
@@ -125,8 +108,8 @@ fn report_with_factors<T: Serialize>(
     words: Words,
 ) -> anyhow::Result<()> {
     let result = folder::read(&arguments.folder)?;
-    let replicates = REPLICATES.min(arguments.confirm);
-    let factors = ablate(&result.source, cell, replicates, execution(arguments.threads)?)?;
+    let replicates = REPLICATES.min(arguments.setting.confirm);
+    let factors = ablate(&result.source, cell, replicates, execution(arguments.setting.threads)?)?;
     let words = match &factors {
         Some(factors) => words.below(factors.in_words()),
         None => words,
@@ -183,7 +166,7 @@ fn text(choice: &Choice, viable: f64) -> String {
     let converged =
         |time_s: f64| format!("  half of the runs that {did} had come to it by {time_s:.0} s");
     lines.extend(choice.converged_s.map(converged));
-    lines.extend(choice.one_robot_less.map(|less| one_robot_less(less, choice.behaviour().verb())));
+    lines.extend(alternatives(choice, viable));
     lines.extend(by_circliness(choice));
     lines.extend(margins);
     lines.join("\n")
@@ -260,18 +243,9 @@ fn tried(choice: &Choice) -> Option<String> {
     Some(format!("  {} ranked before it did not hold", counted(n_before, "cell")))
 }
 
-/// What is at stake when a robot is lost.
-fn one_robot_less(less: OneRobotLess, verb: Verb) -> String {
-    let what = if less.b_s < 0.5 { "ends it" } else { "makes it less than viable" };
-    format!(
-        "  losing one robot {what}: {} {} in {:.1} % ({:.1} to {:.1} %); have a spare one at hand, or \
-         sweep other numbers",
-        less.robots,
-        verb.plain,
-        100.0 * less.b_s,
-        100.0 * less.b_s_low,
-        100.0 * less.b_s_high
-    )
+/// What other starts and numbers would give.
+fn alternatives(choice: &Choice, viable: f64) -> Vec<String> {
+    alternatives_text(choice, viable).into_iter().map(|line| format!("  {line}")).collect()
 }
 
 /// How `B_s` moves with the circliness from which a mill is called stable.

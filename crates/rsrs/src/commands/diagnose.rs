@@ -4,18 +4,17 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
-use rsrs_pipeline::diagnose::{CONFIRM, Options, diagnose};
+use rsrs_pipeline::diagnose::{Options, diagnose};
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::progress::execution;
+use crate::setting_arguments::SettingArguments;
 use crate::words::{Tone, Words};
 
 /// Find out why robots do not mill, and what would have to be changed about them.
 ///
-/// Swarms of 4 to 12 robots are tried, at speeds and turning rates within the robot's limits,
-/// from two placements, or in the settings of a sweep, made worse as in a sweep. Then capabilities
-/// are moved, each by itself and together, towards a perfect robot; the smallest change that reaches
+/// The best setting is looked for as by `choose` and `answer`, among speeds and turning rates within the
+/// robot's limits, or among the settings of a sweep. If the robots fail there, too, capabilities are moved, each by itself and together, towards a perfect robot; the smallest change that reaches
 /// the wanted share of mills is confirmed on fresh seeds, in both worlds. What is needed is a measured
 /// value: the robot that has it is made worse again. For robots that mill, the output lists what could
 /// be worse. Exit code 3 means that they do not mill.
@@ -38,13 +37,8 @@ pub struct Arguments {
     /// What a change of a capability costs, in any currency; changes are put in order by it.
     #[arg(long, value_name = "CAPABILITY=NUMBER", value_parser = cost)]
     cost: Vec<(Axis, f64)>,
-    /// Fresh runs that confirm an answer, in each world (default: 1000).
-    #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
-          value_parser = clap::value_parser!(u64).range(1..))]
-    confirm: u64,
-    /// Threads (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    setting: SettingArguments,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -70,14 +64,11 @@ fn cost(text: &str) -> Result<(Axis, f64), String> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = Options {
         sweep: arguments.sweep.as_deref(),
-        wanted: arguments.b_s,
-        confirm: arguments.confirm,
         costs: &arguments.cost,
-        execution: execution(arguments.threads)?,
+        best: arguments.setting.options(arguments.b_s)?,
     };
     let diagnosis = diagnose(&arguments.profile, options)?;
-    let verdict =
-        if diagnosis.viable { "mill; nothing is wrong" } else { "do not mill often enough" };
+    let verdict = if diagnosis.viable { "nothing is wrong" } else { "something must change" };
     let words = Words::new(&diagnosis).tone(Tone::good_if(diagnosis.viable), verdict);
     report(arguments.format, &diagnosis, words)?;
     Ok(if diagnosis.viable { Outcome::Done } else { Outcome::NegativeAnswer })

@@ -334,8 +334,9 @@ fn is_decided(real: Share, choice: &Choice) -> anyhow::Result<bool> {
 
 fn choose_cell(sweep: &Path) -> anyhow::Result<Choice> {
     let options = choose::Options {
+        robots: None,
+        wanted: VIABLE_B_S_LOW,
         confirm: choose::CONFIRM,
-        viable: VIABLE_B_S_LOW,
         execution: execution(None)?,
     };
     match choose::choose(sweep, options)? {

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, explore};
+use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS, explore};
+use rsrs_pipeline::sweep::source::robots_beside;
 use rsrs_sim::exploration::space::Directions;
 
 use crate::commands::{Format, report};
@@ -35,9 +36,9 @@ pub struct Arguments {
     /// Behaviour to search for (default: all that differ).
     #[arg(long, value_parser = super::behaviours())]
     behaviour: Option<Behaviour>,
-    /// Number of robots.
-    #[arg(long, default_value_t = 9, value_name = "N")]
-    robots: usize,
+    /// Number of robots (default: that of `fleet.yaml` beside the profile, or 9).
+    #[arg(long, value_name = "N")]
+    robots: Option<usize>,
     /// Side of the square arena, in metres (default: six times a robot's reach).
     #[arg(long, value_name = "M")]
     arena: Option<f64>,
@@ -92,9 +93,12 @@ fn controllers(text: &str) -> Result<usize, String> {
 ///
 /// As [`explore`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let robots = arguments
+        .robots
+        .map_or_else(|| Ok(robots_beside(&arguments.profile)?.unwrap_or(ROBOTS)), anyhow::Ok)?;
     let options = Options {
         wanted: arguments.behaviour,
-        robots: arguments.robots,
+        robots,
         arena_m: arguments.arena,
         walls: match arguments.walls {
             WallKind::None => Walls::None,

@@ -101,7 +101,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let result = sweep_into(folder, &name, source, execution)?;
     let (n_edge, unsettled) = settling::at_edge(&result, execution)?;
-    if let Some(warning) = settling::warning(folder, n_edge, &unsettled) {
+    let place = (folder.as_path(), result.source.sweep.behaviour);
+    if let Some(warning) = settling::warning(place, n_edge, &unsettled) {
         print_always(format!("warning: {warning}"));
     }
     let mut summary = SweepReport::of(folder, &result);

@@ -14,8 +14,9 @@ use crate::judge::order::OrderParameters;
 use crate::judge::phase::Phase;
 use crate::judge::rule::Parameter;
 use crate::statistics::comparison::Share;
+use crate::statistics::interval::Interval;
 
-pub use candidates::{Candidate, Worlds, rank};
+pub use candidates::{Candidate, Worlds, most_frequent, rank};
 
 /// How far a value may drift, in the unit of its axis, and still be that of a swept cell in the
 /// region, the other axes unchanged.
@@ -48,6 +49,9 @@ impl Edge {
 pub struct Choice {
     /// The cell.
     pub cell: Cell,
+    /// How many robots it has; `None` in a file that does not contain it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robots: Option<usize>,
     /// Digest of the sweep that it was chosen from ([`SweepFile::digest`]); `None` in a file that does
     /// not contain it.
     ///
@@ -56,7 +60,8 @@ pub struct Choice {
     pub sweep_digest: Option<String>,
     /// Share of confirming replicates that milled.
     pub b_s: f64,
-    /// Lower bound of its 95 % interval.
+    /// Lower bound of its 95 % interval; where other candidates were confirmed before and did not hold, a
+    /// lower one, so that the bounds of all of them hold together ([`tail`]).
     pub b_s_low: f64,
     /// Upper bound.
     pub b_s_high: f64,
@@ -83,10 +88,13 @@ pub struct Choice {
     /// file that does not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub converged_s: Option<f64>,
-    /// The cell with one robot less, if that is not viable; else, and in a file that does not
-    /// contain it, `None`.
+    /// What a denser start would give; `None` if the robots do not start in a disc, or fit into no
+    /// smaller one, and in a file that does not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub one_robot_less: Option<OneRobotLess>,
+    pub denser_start: Option<DenserStart>,
+    /// What other numbers of robots would give, ascending; empty in a file that does not contain it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub other_numbers: Vec<OtherNumber>,
     /// `b_s` for other circliness at which semi-stable mills end and stable ones begin; empty in a
     /// file that does not contain it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -97,18 +105,34 @@ pub struct Choice {
     pub candidates_tried: Option<u64>,
 }
 
-/// What robots made worse do in a cell when one of them is lost: in fresh runs without it from the
-/// start.
+/// A cell with another number of robots, in fresh runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct OneRobotLess {
-    /// Number of robots that are left.
+pub struct OtherNumber {
+    /// Number of robots.
     pub robots: usize,
-    /// Share of replicates that milled.
+    /// Share of replicates that milled, in the world in which they are rarer.
     pub b_s: f64,
     /// Lower bound of its 95 % interval.
     pub b_s_low: f64,
     /// Upper bound.
     pub b_s_high: f64,
+    /// Number of replicates in each world.
+    pub n_replicates: u64,
+}
+
+/// A cell whose robots start in a smaller disc, in fresh runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DenserStart {
+    /// Radius of the disc, in metres.
+    pub placement_radius_m: f64,
+    /// Radius of the cell's disc, in metres.
+    pub now_m: f64,
+    /// Share of replicates that milled, in the world in which they are rarer.
+    pub b_s: f64,
+    /// Lower bound of its 95 % interval.
+    pub b_s_low: f64,
+    /// Number of replicates in each world.
+    pub n_replicates: u64,
 }
 
 /// What `B_s` would be if a mill were called stable from another circliness on.
@@ -181,9 +205,13 @@ impl AsMeasured {
     }
 
     /// What follows from how replicates ended.
-    pub fn of(phases: &PhaseCounts) -> Self {
+    ///
+    /// # Arguments
+    ///
+    /// * `number` — that of the candidate, as for [`tail`].
+    pub fn new(phases: &PhaseCounts, number: u64) -> Self {
         let milling = Share::milling(phases);
-        let interval = milling.interval();
+        let interval = Interval::with_tails(milling.hits, milling.n, tail(number));
         Self {
             share: milling.value(),
             low: interval.low,
@@ -197,6 +225,17 @@ impl AsMeasured {
 /// unless asked otherwise; and what the smoothed share of a cell in the milling region is at least.
 pub const VIABLE_B_S_LOW: f64 = 0.8;
 
+/// The probability that the bound of a candidate errs: 2.5 % of the first that is confirmed, and as much
+/// of all others together, so that the lower bounds of all hold together at 95 %, however many there are.
+///
+/// # Arguments
+///
+/// * `number` — of the candidate, from 1.
+pub fn tail(number: u64) -> f64 {
+    const TAIL: f64 = 0.025;
+    if number <= 1 { TAIL } else { TAIL / (number as f64 * (number as f64 - 1.0)) }
+}
+
 impl Choice {
     /// The choice of a candidate after its confirmation.
     ///
@@ -204,11 +243,13 @@ impl Choice {
     ///
     /// * `candidate` — one of [`rank`].
     /// * `phases` — how fresh replicates ended; those of the sweep do not count.
-    pub fn new(candidate: &Candidate, phases: PhaseCounts) -> Self {
+    /// * `number` — that of the candidate, as for [`tail`].
+    pub fn new(candidate: &Candidate, phases: PhaseCounts, number: u64) -> Self {
         let confirmed = Share::milling(&phases);
-        let interval = confirmed.interval();
+        let interval = Interval::with_tails(confirmed.hits, confirmed.n, tail(number));
         Self {
             cell: candidate.cell.clone(),
+            robots: None,
             sweep_digest: None,
             b_s: confirmed.value(),
             b_s_low: interval.low,
@@ -220,9 +261,10 @@ impl Choice {
             as_measured: None,
             settling: None,
             converged_s: None,
-            one_robot_less: None,
+            denser_start: None,
+            other_numbers: Vec::new(),
             by_circliness: Vec::new(),
-            candidates_tried: None,
+            candidates_tried: Some(number),
         }
     }
 
@@ -232,9 +274,11 @@ impl Choice {
         self.phases.map_or(Behaviour::default(), |phases| phases.behaviour())
     }
 
-    /// The lower bound of the share of mills in the world in which they are rarer.
-    pub fn least_low(&self) -> f64 {
-        self.as_measured.map_or(self.b_s_low, |measured| measured.low.min(self.b_s_low))
+    /// The share of mills in the world in which they are rarer, and its lower bound.
+    pub fn least(&self) -> (f64, f64) {
+        let made_worse = (self.b_s, self.b_s_low);
+        let measured = self.as_measured.map(|measured| (measured.share, measured.low));
+        measured.filter(|measured| measured.1 < made_worse.1).unwrap_or(made_worse)
     }
 
     /// Whether robots as measured surely mill less often than these, which are worse: no point of
@@ -246,6 +290,6 @@ impl Choice {
     /// Whether robots are capable enough in this cell, made worse and as measured: the lower bound
     /// of both confirmed shares is at least `least_low` ([`VIABLE_B_S_LOW`] by default).
     pub fn is_viable(&self, least_low: f64) -> bool {
-        self.least_low() >= least_low
+        self.least().1 >= least_low
     }
 }

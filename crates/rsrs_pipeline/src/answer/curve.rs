@@ -2,9 +2,9 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::diagram::axis::{Axis, AxisValues, Cell};
+use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::Margin;
-use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::harsher::tidy;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::share::Share;
@@ -14,13 +14,11 @@ use super::reason::{self, Edge};
 use super::{Options, Point, Quantity, Range};
 use crate::best_setting::search::{Changes, Search};
 
-/// Values within a robot's limits.
-const WITHIN_LIMITS: usize = 29;
 /// Numbers of robots that are tried.
 const ROBOTS: std::ops::RangeInclusive<u32> = 2..=20;
-/// Each value of a range or an angle over the one before.
+/// Each value of a command, a range or an angle over the one before.
 const FACTOR: f64 = 1.1;
-/// So many values below and above what the robot has.
+/// So many values below and above what is recommended, or what the robot has.
 const FACTORS: std::ops::RangeInclusive<i32> = -12..=12;
 /// A sensor does not open farther, in radians.
 const WIDEST_RAD: f64 = 1.5;
@@ -65,17 +63,17 @@ pub fn quantity(
     axis: Axis,
     options: Options<'_>,
 ) -> anyhow::Result<Option<Quantity>> {
-    let settings = search.grid.settings.with_cell(cell);
+    let settings = search.settings.with_cell(cell);
     let now = if axis.is_capability() {
-        search.measured.capability(axis)
+        search.source.profile.capability(axis)
     } else {
         settings.values.iter().rev().find(|(other, _)| *other == axis).map(|(_, value)| *value)
     };
     let Some(now) = now else { return Ok(None) };
-    let swept = swept(search, cell, (axis, &values(search.measured, axis, now)), options)?;
+    let swept = swept(search, cell, (axis, &values(&search.source.profile, axis, now)), options)?;
     let curve: Vec<Point> =
         swept.iter().map(|swept| Point::new(swept.value, Share::milling(&swept.phases))).collect();
-    let around = around(&curve, now, search.wanted);
+    let around = around(&curve, now, options.best.wanted);
     let range = around.map(|(first, last)| Range::of(&curve, (first, last), now));
     let at = swept.iter().position(|swept| same(swept.value, now));
     let reason = match (around, at) {
@@ -111,7 +109,8 @@ fn swept(
     let conditions: Vec<Conditions> =
         possible.iter().flat_map(|(_, worlds)| worlds.iter().cloned()).collect();
     let doing = axis.key();
-    let ran = search.simulate(&conditions, (search.grid.seed, options.replicates), doing)?;
+    let ran =
+        search.simulate(&conditions, (search.source.sweep.seed, options.replicates), doing)?;
     let rarer = |counts: &[PhaseCounts]| {
         let milling = |counts: &PhaseCounts| Share::milling(counts).hits;
         if milling(&counts[1]) < milling(&counts[0]) { counts[1] } else { counts[0] }
@@ -128,8 +127,7 @@ fn swept(
 
 /// Mean radius of the mills of a cell, in metres; `None` if there are none.
 fn ring_m(outcomes: &[ReplicateOutcome], cell: usize) -> Option<f64> {
-    let is_mill =
-        |it: &&ReplicateOutcome| it.cell == cell && it.phase == Behaviour::Milling.wanted();
+    let is_mill = |it: &&ReplicateOutcome| it.cell == cell && it.phase == Phase::StableMilling;
     let radii_m: Vec<f64> =
         outcomes.iter().filter(is_mill).map(|it| it.evidence.mean_radius_m).collect();
     (!radii_m.is_empty()).then(|| radii_m.iter().sum::<f64>() / radii_m.len() as f64)
@@ -141,16 +139,26 @@ fn values(robot: &RobotProfile, axis: Axis, now: f64) -> Vec<f64> {
         let numbers = (0..).map(|number| tidy(f64::from(number) * step));
         numbers.take_while(|value| *value <= most + 1e-9).collect()
     };
-    let within = |[least, most]: [f64; 2]| AxisValues::evenly_spaced(least, most, WITHIN_LIMITS).0;
+    let around = || -> Vec<f64> {
+        FACTORS.map(|power| tidy(now * libm::pow(FACTOR, f64::from(power)))).collect()
+    };
+    // Up to the limits, as far as they are near; those of a robot are of both directions.
+    let within = |limits: [f64; 2]| -> Vec<f64> {
+        let near = around();
+        let (first, last) = (near[0].abs(), near[near.len() - 1].abs());
+        let ends = limits.into_iter().filter(|end| (first..=last).contains(end));
+        let inside = |value: &f64| (limits[0]..=limits[1]).contains(&value.abs());
+        ends.map(|end| end.copysign(now)).chain(near.iter().copied().filter(inside)).collect()
+    };
     let mut values = match axis {
         Axis::Robots => ROBOTS.map(f64::from).collect(),
-        Axis::Speed => within(robot.actuation.speed.limits_m_s),
-        Axis::TurnRate => within(robot.actuation.turn.limits_rad_s),
+        Axis::Speed | Axis::UndetectedSpeed => within(robot.actuation.speed.limits_m_s),
+        Axis::TurnRate | Axis::UndetectedTurnRate => within(robot.actuation.turn.limits_rad_s),
         Axis::TruePositive => steps(SHARE_STEP, 1.0),
         Axis::FalsePositive => steps(FALSE_STEP, MOST_FALSE),
         Axis::Heterogeneity => steps(GAIN_STEP, MOST_GAIN),
         Axis::LatencySteps => LATENCIES.map(f64::from).collect(),
-        _ => FACTORS.map(|power| tidy(now * libm::pow(FACTOR, f64::from(power)))).collect(),
+        _ => around(),
     };
     if axis == Axis::HalfAngle {
         values.retain(|value| *value <= WIDEST_RAD.max(now));
@@ -159,6 +167,7 @@ fn values(robot: &RobotProfile, axis: Axis, now: f64) -> Vec<f64> {
         values.push(now);
     }
     values.sort_by(f64::total_cmp);
+    values.dedup_by(|one, other| same(*one, *other));
     values
 }
 

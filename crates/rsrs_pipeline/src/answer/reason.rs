@@ -2,7 +2,6 @@
 
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::theory::Condition;
-use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 
 use super::curve::Swept;
@@ -97,7 +96,7 @@ fn milling(swept: &Swept) -> f64 {
 /// What most runs with a value come to.
 fn as_runs_end(swept: &Swept) -> String {
     let phases = &swept.phases;
-    let others = Behaviour::Milling.phases()[1..].iter().rev();
+    let others = phases.behaviour().phases()[1..].iter().rev();
     let phase = *others.max_by_key(|phase| phases.get(**phase)).expect("there are five phases");
     let share = percent(phases.share(phase));
     match phase {
@@ -133,5 +132,6 @@ pub fn nowhere(axis: Axis, swept: &[Swept], at: Option<&Swept>) -> String {
         || "no other value helps".to_owned(),
         |most| format!("at most {}, with {}", percent(milling(most)), quantity(axis, most.value)),
     );
-    format!("{} mill, and {}; {most}", percent(milling(at)), as_runs_end(at))
+    let mill = at.phases.behaviour().verb().plain;
+    format!("{} {mill}, and {}; {most}", percent(milling(at)), as_runs_end(at))
 }

@@ -2,19 +2,25 @@
 
 use std::fmt;
 
-use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::judge::behaviour::Verb;
 
 use super::{Answer, Answers, Quantity, Range};
-use crate::wording::quantity::{noun, quantity, span};
+use crate::wording::quantity::{named, of_cell, quantity, span};
 use crate::wording::{count, percent};
 
 impl fmt::Display for Answers {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verb = self.behaviour.verb();
         writeln!(
             formatter,
             "{}: {} {},\nin {} of {} fresh runs of {} s (lower bound {}; wanted {}){}",
             self.robot,
-            if self.viable { "they mill with" } else { "they do not mill; most often with" },
+            if self.viable {
+                format!("they {} with", verb.plain)
+            } else {
+                format!("they do not {}; most often with", verb.plain)
+            },
             self.settings_text(),
             percent(self.b_s),
             count(self.n_replicates),
@@ -26,17 +32,21 @@ impl fmt::Display for Answers {
         if let Some(differ) = &self.other_profile {
             writeln!(formatter, "note: the settings are those of another sweep: {differ}")?;
         }
+        for line in &self.alternatives {
+            writeln!(formatter, "{line}")?;
+        }
         for (number, answer) in (1..).zip(&self.questions) {
             writeln!(formatter, "\n{number}. {}", answer.question)?;
-            for line in answer.lines() {
+            for line in answer.lines(verb) {
                 writeln!(formatter, "   {line}")?;
             }
         }
         write!(
             formatter,
-            "\nA range ends before the first value with which fewer than {} of the runs mill, made worse or \
+            "\nA range ends before the first value with which fewer than {} of the runs {}, made worse or \
              as measured, all else as recommended{}; what chance has put out of order is pooled.",
             percent(self.wanted),
+            verb.plain,
             self.fixed_text()
         )
     }
@@ -45,41 +55,28 @@ impl fmt::Display for Answers {
 impl Answers {
     /// The recommendation in words: `9 robots, speed 0.15 m/s`.
     pub fn settings_text(&self) -> String {
-        settings(&self.cell)
+        of_cell(&self.cell)
     }
 
     fn fixed_text(&self) -> String {
-        let fixed = settings(&self.fixed);
+        let fixed = of_cell(&self.fixed);
         if fixed.is_empty() { fixed } else { format!(" ({fixed})") }
     }
 }
 
-/// A cell in words: `9 robots, speed 0.15 m/s`.
-fn settings(cell: &Cell) -> String {
-    let values: Vec<String> = cell.iter().map(|(axis, value)| setting(axis, value)).collect();
-    values.join(", ")
-}
-
-fn setting(axis: Axis, value: f64) -> String {
-    match axis {
-        Axis::Robots => quantity(axis, value),
-        _ => format!("{} {}", noun(axis), quantity(axis, value)),
-    }
-}
-
 impl Answer {
-    fn lines(&self) -> Vec<String> {
-        self.quantities.iter().flat_map(Quantity::lines).collect()
+    fn lines(&self, verb: Verb) -> Vec<String> {
+        self.quantities.iter().flat_map(|quantity| quantity.lines(verb)).collect()
     }
 }
 
 impl Quantity {
     /// The range in words, and why it ends.
-    fn lines(&self) -> [String; 2] {
-        let has = setting(self.axis, self.recommended);
+    fn lines(&self, verb: Verb) -> [String; 2] {
+        let has = named(self.axis, self.recommended);
         let range = match &self.range {
-            None => "mills too rarely".to_owned(),
-            Some(range) => range.text(self.axis),
+            None => format!("{} too rarely", verb.does),
+            Some(range) => range.text(self.axis, verb),
         };
         [format!("{has}: {range}"), format!("  {}", self.reason)]
     }
@@ -87,7 +84,7 @@ impl Quantity {
 
 impl Range {
     /// `mills from 5 to 9 robots (margin 3 below, 1 above)`.
-    fn text(&self, axis: Axis) -> String {
+    fn text(&self, axis: Axis, verb: Verb) -> String {
         let Self { low, high, margin, .. } = self;
         let end = |is_end: bool, margin: f64, side: &str| {
             is_end.then(|| format!("{} {side}", quantity(axis, margin)))
@@ -106,6 +103,6 @@ impl Range {
         } else {
             format!(" (margin {})", margins.join(", "))
         };
-        format!("mills from {}{margin}{tried}", span(axis, *low, *high))
+        format!("{} from {}{margin}{tried}", verb.does, span(axis, *low, *high))
     }
 }

@@ -1,158 +1,168 @@
-//! The settings in which a robot is given its chance: speed, turning rate, number and placement.
+//! The settings in which a robot is given its chance where nobody names others: those of `init`.
 
-use rsrs_core::conditions::{Settings, Walls};
+use rsrs_core::conditions::Walls;
 use rsrs_core::diagram::axis::{Axis, AxisValues, Cell};
-use rsrs_core::diagram::sweep_file::SweepFile;
-use rsrs_core::robot::harsher::tidy;
+use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::profile::RobotProfile;
 
-/// What an operator can set, and how it is simulated.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Grid {
-    /// What is the same in all cells.
-    pub settings: Settings,
-    /// The cells: settings only, no capabilities.
-    pub cells: Vec<Cell>,
-    /// Simulated time of each run, in seconds.
-    pub duration_s: f64,
-    /// Seed, below 2^63.
-    pub seed: u64,
+use crate::wording::significant;
+
+/// Where a swarm is.
+#[derive(Clone, Copy)]
+pub struct Floor {
+    /// Side of the arena, in metres.
+    pub arena_m: f64,
+    /// Radius of the disc in which robots start, in metres.
+    pub placement_m: f64,
 }
 
-/// Values of speed and of turning rate.
-const STEPS: u32 = 5;
-/// A robot's least speed is tried if it is more than this share of its greatest one.
-const LEAST_SPEED: f64 = 0.125;
-/// As for the speed.
-const LEAST_TURN_RATE: f64 = 0.1;
-/// Numbers of robots.
-const ROBOTS: [u32; 4] = [4, 6, 9, 12];
-/// Side of the arena over the sensor's range.
-const ARENA_OVER_RANGE: f64 = 20.0;
-/// Side of an arena that is large enough for small robots, in metres.
-const ARENA_M: f64 = 15.0;
-/// Robots start in a disc "slightly larger than their maximum vision distance" (§IV step 3).
+/// Robots start in a circle slightly larger than they can see (§IV step 3).
 const PLACEMENT_OVER_RANGE: f64 = 1.1;
-/// Radius of a dense disc over that of a body and the root of the number of robots: its robots cover
-/// about a third of it.
-const DENSE: f64 = 2.0;
-/// Enough time for a mill to form and to last, in seconds.
-const DURATION_S: f64 = 300.0;
-const SEED: u64 = 1;
-/// Numbers of robots of a grid that is even.
-const EVEN_ROBOTS: std::ops::RangeInclusive<u32> = 3..=16;
-/// Values of speed and of turning rate of such a grid.
-const EVEN_STEPS: usize = 7;
+/// Side of the arena over a robot's range: never reached in a run.
+const ARENA_OVER_RANGE: f64 = 20.0;
+/// Radius of the disc over the side of the arena, at most: robots do not start at its walls.
+const PLACEMENT_OVER_ARENA: f64 = 0.4;
+/// Radius of a crowded disc over that of a body and the root of the number of robots.
+const CROWDED: f64 = 3.0;
 
-impl Grid {
-    /// The built-in grid of a robot: five speeds and five turning rates within its limits, 4 to 12
-    /// robots, from the disc of the paper and from a dense one.
-    pub fn of_robot(profile: &RobotProfile) -> Self {
-        let range_m = profile.capability(Axis::Range).unwrap_or(1.0);
-        let speeds = spread(profile.actuation.speed.limits_m_s, LEAST_SPEED);
-        let turn_rates = spread(profile.actuation.turn.limits_rad_s, LEAST_TURN_RATE);
-        let mut cells = Vec::new();
-        for n_robots in ROBOTS.map(f64::from) {
-            let dense_m = DENSE * profile.body.radius_m * libm::sqrt(n_robots);
-            let paper_m = centimetres(PLACEMENT_OVER_RANGE * range_m);
-            let dense_m = centimetres(dense_m);
-            // Where the paper's disc is hardly larger than the dense one, or too small, there is one.
-            let radii =
-                if paper_m > 1.1 * dense_m { vec![paper_m, dense_m] } else { vec![dense_m] };
-            for radius_m in &radii {
-                for speed_m_s in &speeds {
-                    let cell = |turn_rate_rad_s: &f64| {
-                        Cell::new([
-                            (Axis::Speed, *speed_m_s),
-                            (Axis::TurnRate, *turn_rate_rad_s),
-                            (Axis::Robots, n_robots),
-                            (Axis::PlacementRadius, *radius_m),
-                        ])
-                        .expect("the axes are distinct and the limits are finite")
-                    };
-                    cells.extend(turn_rates.iter().map(cell));
-                }
-            }
-        }
-        Self::in_the_open(range_m, Vec::new(), cells)
-    }
-
-    /// The grid of a robot whose milling region is looked for: even steps of speed and turning rate
-    /// within its limits, 3 to 16 robots, from the disc of the paper.
-    pub fn even(profile: &RobotProfile) -> Self {
-        let range_m = profile.capability(Axis::Range).unwrap_or(1.0);
-        // All of the robots that mill somewhere find a place.
-        let least_m = DENSE * profile.body.radius_m * libm::sqrt(f64::from(*EVEN_ROBOTS.end()));
-        let radius_m = centimetres((PLACEMENT_OVER_RANGE * range_m).max(least_m));
-        let even = |[least, most]: [f64; 2]| AxisValues::evenly_spaced(least, most, EVEN_STEPS).0;
-        let speeds_m_s = even(profile.actuation.speed.limits_m_s);
-        let turn_rates_rad_s = even(profile.actuation.turn.limits_rad_s);
-        let mut cells = Vec::new();
-        for n_robots in EVEN_ROBOTS.map(f64::from) {
-            for speed_m_s in &speeds_m_s {
-                for turn_rate_rad_s in &turn_rates_rad_s {
-                    let cell = Cell::new([
-                        (Axis::Speed, *speed_m_s),
-                        (Axis::TurnRate, *turn_rate_rad_s),
-                        (Axis::Robots, n_robots),
-                    ]);
-                    cells.push(cell.expect("the axes are distinct and the limits are finite"));
-                }
-            }
-        }
-        Self::in_the_open(range_m, vec![(Axis::PlacementRadius, radius_m)], cells)
-    }
-
-    /// Cells in an arena whose walls robots rarely meet.
-    fn in_the_open(range_m: f64, mut values: Vec<(Axis, f64)>, cells: Vec<Cell>) -> Self {
-        values.push((Axis::Arena, centimetres((ARENA_OVER_RANGE * range_m).max(ARENA_M))));
-        let settings = Settings { values, walls: Walls::Stop, ..Settings::default() };
-        Self { settings, cells, duration_s: DURATION_S, seed: SEED }
-    }
-
-    /// The settings of a sweep.
+impl Floor {
+    /// The disc follows from the range, or where bodies do not fit into that, from their size; it lies
+    /// within the arena.
     ///
-    /// # Returns
+    /// # Arguments
     ///
-    /// The grid, and the capabilities that the sweep fixes: those are the robot's. Capabilities that
-    /// it sweeps are left out.
-    pub fn of_sweep(sweep: &SweepFile) -> (Self, Vec<(Axis, f64)>) {
-        let (capabilities, values) =
-            sweep.fixed.values.iter().copied().partition(|(axis, _)| axis.is_capability());
-        let mut cells: Vec<Cell> = Vec::new();
-        for cell in sweep.all_cells() {
-            let settings = cell.iter().filter(|(axis, _)| !axis.is_capability());
-            let cell = Cell::new(settings).expect("it is part of a cell");
-            if !cells.contains(&cell) {
-                cells.push(cell);
-            }
-        }
-        let settings = Settings { values, ..sweep.settings() };
-        let grid = Self { settings, cells, duration_s: sweep.duration_s, seed: sweep.seed };
-        (grid, capabilities)
+    /// * `arena_m` — `None` for one so large that its walls are not reached.
+    pub fn new(range_m: f64, (n_robots, radius_m): (usize, f64), arena_m: Option<f64>) -> Self {
+        let from_m = range_m.max(CROWDED * radius_m * (n_robots as f64).sqrt());
+        let arena_m = arena_m.unwrap_or_else(|| significant(ARENA_OVER_RANGE * from_m));
+        let placement_m = significant(PLACEMENT_OVER_RANGE * from_m);
+        let placement_m = placement_m.min(significant(PLACEMENT_OVER_ARENA * arena_m));
+        Self { arena_m, placement_m }
     }
 }
 
-/// Values between limits, each the same multiple of the one before, in two significant digits.
-fn spread([least, most]: [f64; 2], least_share: f64) -> Vec<f64> {
-    let least = least.max(least_share * most);
-    let ratio = libm::pow(most / least, 1.0 / f64::from(STEPS - 1));
-    let value = |step: u32| match step {
-        0 => least,
-        last if last == STEPS - 1 => most,
-        step => significant(least * libm::pow(ratio, f64::from(step))).clamp(least, most),
-    };
-    let mut values: Vec<f64> = (0..STEPS).map(value).collect();
+/// What speeds and turning rates follow from.
+#[derive(Clone, Copy)]
+pub struct Reach {
+    /// Fastest safe command, in metres per second.
+    pub speed_m_s: f64,
+    /// Fastest safe turn, in radians per second.
+    pub turn_rate_rad_s: f64,
+    /// Range of the sensor, in metres.
+    pub range_m: f64,
+    /// Radius of the body, in metres.
+    pub radius_m: f64,
+}
+
+/// Radii of the circles that robots drive, speed over turning rate, over their range: what mills lies
+/// between.
+const CIRCLES_OVER_RANGE: [f64; 2] = [0.13, 0.65];
+/// A circle is at least so many bodies wide ...
+const LEAST_CIRCLE_OVER_RADIUS: f64 = 1.0;
+/// ... and fits so often into the arena.
+const CIRCLE_OVER_ARENA: f64 = 0.25;
+/// Slowest speed over the fastest; the widest circle is driven at twice that.
+const SLOWEST: f64 = 0.2;
+/// Speeds and turning rates.
+pub const STEPS: [usize; 2] = [8, 10];
+
+impl Reach {
+    /// Speeds and turning rates, each the same multiple of the one before: robots that mill drive circles
+    /// of about their sensor's size, and speed over turning rate is the radius.
+    pub fn axes(self, floor: Floor, [n_speeds, n_turn_rates]: [usize; 2]) -> [Vec<f64>; 2] {
+        let Self { speed_m_s, turn_rate_rad_s, range_m, radius_m } = self;
+        let widest_m = (CIRCLES_OVER_RANGE[1] * range_m).min(CIRCLE_OVER_ARENA * floor.arena_m);
+        let least_m = (CIRCLES_OVER_RANGE[0] * range_m).max(LEAST_CIRCLE_OVER_RADIUS * radius_m);
+        let fastest_rad_s = significant(speed_m_s / least_m).min(turn_rate_rad_s);
+        let slowest_rad_s = (2.0 * SLOWEST * speed_m_s / widest_m).min(0.5 * fastest_rad_s);
+        let speeds = spread([SLOWEST * speed_m_s, speed_m_s], n_speeds);
+        [speeds, spread([slowest_rad_s, fastest_rad_s], n_turn_rates)]
+    }
+}
+
+/// So many values, each the same multiple of the one before; the greatest as it is.
+fn spread([least, most]: [f64; 2], n: usize) -> Vec<f64> {
+    let ratio = libm::pow(most / least, 1.0 / (n as f64 - 1.0));
+    let value = |step: usize| significant(least * libm::pow(ratio, step as f64)).min(most);
+    let mut values: Vec<f64> = (0..n - 1).map(value).chain([most]).collect();
     values.dedup();
     values
 }
 
-/// A number in two significant digits.
-fn significant(number: f64) -> f64 {
-    let step = libm::pow(10.0, libm::floor(libm::log10(number)) - 1.0);
-    tidy((number / step).round() * step)
+/// Numbers of robots where nobody says how many there are, and the steps then.
+const NUMBERS: [usize; 7] = [3, 4, 5, 6, 7, 9, 12];
+const FEWER_STEPS: [usize; 2] = [6, 8];
+/// Runs of every cell, in each world: as many as `init` writes down, or fewer where there are more cells.
+const REPLICATES: u64 = 100;
+const FEWER_REPLICATES: u64 = 40;
+/// Enough time for a mill to form and to last, in seconds.
+const DURATION_S: f64 = 300.0;
+const SEED: u64 = 1;
+
+/// The settings of a robot: speeds and turning rates within its limits, so many robots, or a few numbers
+/// of them, from the disc of the paper.
+pub fn of_robot(profile: &RobotProfile, robots: Option<usize>) -> SweepFile {
+    let (numbers, steps, replicates) = match robots {
+        Some(robots) => (vec![robots], STEPS, REPLICATES),
+        None => (NUMBERS.to_vec(), FEWER_STEPS, FEWER_REPLICATES),
+    };
+    let (speed, turn) = (profile.actuation.speed.limits_m_s, profile.actuation.turn.limits_rad_s);
+    let (range_m, radius_m) =
+        (profile.capability(Axis::Range).unwrap_or(1.0), profile.body.radius_m);
+    let most = numbers[numbers.len() - 1];
+    let floor = Floor::new(range_m, (most, radius_m), None);
+    let reach = Reach { speed_m_s: speed[1], turn_rate_rad_s: turn[1], range_m, radius_m };
+    let within = |values: Vec<f64>, [least, most]: [f64; 2]| {
+        let mut values: Vec<f64> = values.iter().map(|value| value.clamp(least, most)).collect();
+        values.dedup();
+        AxisValues(values)
+    };
+    let [speeds, turn_rates] = reach.axes(floor, steps);
+    SweepFile {
+        profile: String::new(),
+        harsher: Harsher::default(),
+        behaviour: Behaviour::default(),
+        axes: Axes(vec![
+            (Axis::Speed, within(speeds, speed)),
+            (Axis::TurnRate, within(turn_rates, turn)),
+            (Axis::Robots, AxisValues(numbers.iter().map(|n| *n as f64).collect())),
+        ]),
+        fixed: Fixed {
+            values: vec![(Axis::PlacementRadius, floor.placement_m), (Axis::Arena, floor.arena_m)],
+            walls: Walls::Stop,
+        },
+        placement: None,
+        cells: None,
+        replicates,
+        duration_s: DURATION_S,
+        seed: SEED,
+        adaptive: None,
+    }
 }
 
-fn centimetres(length_m: f64) -> f64 {
-    tidy((length_m * 100.0).ceil() / 100.0)
+/// The settings of a sweep.
+///
+/// # Returns
+///
+/// The sweep without capabilities, and those that it fixes: they are the robot's. Capabilities that it
+/// sweeps are left out.
+pub fn without_capabilities(sweep: &SweepFile) -> (SweepFile, Vec<(Axis, f64)>) {
+    let (capabilities, values): (Vec<_>, Vec<_>) =
+        sweep.fixed.values.iter().copied().partition(|(axis, _)| axis.is_capability());
+    if capabilities.is_empty() && !sweep.swept_axes().into_iter().any(Axis::is_capability) {
+        return (sweep.clone(), capabilities);
+    }
+    let mut cells: Vec<Cell> = Vec::new();
+    for cell in sweep.all_cells() {
+        let settings = cell.iter().filter(|(axis, _)| !axis.is_capability());
+        let cell = Cell::new(settings).expect("it is part of a cell");
+        if !cells.contains(&cell) {
+            cells.push(cell);
+        }
+    }
+    let fixed = Fixed { values, walls: sweep.fixed.walls };
+    let settings = SweepFile { fixed, axes: Axes::default(), cells: Some(cells), ..sweep.clone() };
+    (settings, capabilities)
 }

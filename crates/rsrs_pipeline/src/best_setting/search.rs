@@ -1,40 +1,33 @@
-//! How often a robot mills in its best setting, and whether fresh runs confirm it.
+//! How often a changed robot mills in its best setting, and whether fresh runs confirm it.
 
-use rsrs_core::conditions::{Conditions, Settings};
+use super::Options;
+use super::settings::{first_of_each, with_settings};
+use crate::sweep::result::SweepResult;
+use crate::sweep::source::ResolvedSweep;
+use rsrs_core::conditions::{Conditions, Placement, Settings};
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
-use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::diagram::choice::tail;
+use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, Swept, check, confirmation_seed, sweep};
-use serde::Serialize;
-
-use super::grid::Grid;
-use super::settings::{first_of_each, with_settings};
-use crate::error::in_one_line;
-use crate::execution::Execution;
 
 pub use super::settings::promising;
 
 /// Other values on some capabilities and on the limits, which are those of speed and turning rate.
 pub type Changes = Vec<(Axis, f64)>;
 
-/// Looks for the setting in which a robot mills most often.
-#[derive(Clone, Copy)]
+/// Looks for the setting in which a changed robot mills most often.
 pub struct Search<'a> {
-    /// The robot.
-    pub measured: &'a RobotProfile,
-    /// How it is made worse.
-    pub harsher: Harsher,
+    /// The robot, and how it is made worse.
+    pub source: &'a ResolvedSweep,
     /// In which settings.
-    pub grid: &'a Grid,
-    /// The share of mills that is wanted.
-    pub wanted: f64,
-    /// Fresh runs that confirm an answer, in each world.
-    pub confirm: u64,
-    /// On how many threads, watched by whom.
-    pub execution: Execution<'a>,
+    pub cells: Vec<Cell>,
+    /// What is the same in all of them.
+    pub settings: Settings,
+    /// What is wanted, and how.
+    pub options: Options<'a>,
 }
 
 /// Which robots are simulated.
@@ -62,21 +55,10 @@ pub struct Confirmed {
     pub cell: Cell,
     /// Share of mills, in the world in which they are rarer.
     pub b_s: f64,
-    /// Its lower bound; with several attempts, however many, all of them hold together at 95 %.
+    /// Its lower bound; those of all attempts hold together at 95 %.
     pub b_s_low: f64,
     /// Fresh runs in each world.
     pub n_replicates: u64,
-}
-
-/// How often robots mill as measured, in their best setting.
-#[derive(Clone, Debug, Serialize)]
-pub struct AsMeasured {
-    /// The setting.
-    pub cell: Cell,
-    /// Share of mills.
-    pub b_s: f64,
-    /// Its lower bound, at 95 %.
-    pub b_s_low: f64,
 }
 
 /// A round of successive halving: the best cells of the round before are run more often.
@@ -108,10 +90,30 @@ const MARGIN: f64 = 0.035;
 const KEPT: usize = 8;
 /// Values that are confirmed until one holds.
 pub const ATTEMPTS: u32 = 4;
-/// Probability that any of the lower bounds of all attempts is above the truth.
-const TAIL: f64 = 0.025;
+impl<'a> Search<'a> {
+    /// Looks among the settings of a sweep.
+    ///
+    /// # Errors
+    ///
+    /// If a cell cannot be simulated.
+    pub fn new(result: &'a SweepResult, options: Options<'a>) -> anyhow::Result<Self> {
+        let source = &result.source;
+        let cells: Vec<Cell> =
+            result.diagram.cells.iter().map(|entry| entry.cell.clone()).collect();
+        let mut settings = source.sweep.settings();
+        // A disc that follows from the range of the sensor stays where it is while that changes.
+        let is_disc = |axis: &Axis| *axis == Axis::PlacementRadius;
+        let is_given = result.diagram.axes.iter().any(is_disc)
+            || settings.values.iter().any(|(axis, _)| is_disc(axis))
+            || settings.placement.is_some();
+        if let Placement::DiscFacingOut { radius_m } = source.conditions_of(0)?.placement
+            && !is_given
+        {
+            settings.values.push((Axis::PlacementRadius, radius_m));
+        }
+        Ok(Self { source, cells, settings, options })
+    }
 
-impl Search<'_> {
     /// Tries all settings with a changed robot.
     ///
     /// # Returns
@@ -122,8 +124,8 @@ impl Search<'_> {
     ///
     /// If the runs are called off or fail.
     pub fn best(&self, changes: &Changes, doing: &str) -> anyhow::Result<Vec<Tried>> {
-        let cells = with_settings(&self.grid.cells, changes);
-        self.tried((changes, Robots::Harsher), &cells, (WIDE, doing))
+        let cells = with_settings(&self.cells, changes);
+        self.tried(changes, &cells, (WIDE, doing))
     }
 
     /// Tries promising settings with a changed robot.
@@ -142,7 +144,7 @@ impl Search<'_> {
         doing: &str,
     ) -> anyhow::Result<Vec<Tried>> {
         let cells = with_settings(cells, changes);
-        self.tried((changes, Robots::Harsher), &cells, (PROMISING, doing))
+        self.tried(changes, &cells, (PROMISING, doing))
     }
 
     /// Tries the settings that were best for nearly the same robot.
@@ -158,49 +160,26 @@ impl Search<'_> {
     ) -> anyhow::Result<Vec<Tried>> {
         let cells: Vec<Cell> =
             tried.iter().take(2 * KEPT).map(|tried| tried.cell.clone()).collect();
-        self.tried((changes, Robots::Harsher), &cells, (NARROW, doing))
+        self.tried(changes, &cells, (NARROW, doing))
     }
 
-    /// How often the robots mill as measured, in their best setting, confirmed on fresh seeds.
-    ///
-    /// # Returns
-    ///
-    /// `None` if the robots are not made worse, or there is no setting.
-    ///
-    /// # Errors
-    ///
-    /// As [`Search::best`].
-    pub fn confirmed_as_measured(&self) -> anyhow::Result<Option<AsMeasured>> {
-        let none = Changes::new();
-        if self.harsher.factors(self.measured) == HarsherFactors::NONE {
-            return Ok(None);
-        }
-        let rounds = (WIDE, "as measured");
-        let tried = self.tried((&none, Robots::AsMeasured), &self.grid.cells, rounds)?;
-        let Some(best) = tried.first() else { return Ok(None) };
-        let conditions = self.conditions((&none, Robots::AsMeasured), &best.cell)?;
-        let seed = confirmation_seed(self.grid.seed);
-        let share = self.shares(&[conditions], (seed, self.confirm), "confirming")?[0];
-        Ok(Some(AsMeasured {
-            cell: best.cell.clone(),
-            b_s: share.value(),
-            b_s_low: share.interval().low,
-        }))
-    }
-
-    /// Why the robots cannot be simulated in a setting; `None` if they can.
-    pub fn why_not(&self, cell: &Cell) -> Option<String> {
-        match self.conditions((&Changes::new(), Robots::Harsher), cell) {
-            Err(error) => Some(in_one_line(&error)),
-            Ok(conditions) => check(&[conditions], self.runs(self.grid.seed, 1))
-                .err()
-                .map(|error| error.to_string()),
-        }
+    /// Whether the settings leave room for a change: of a limit only where that is what is commanded, so
+    /// not with another controller than the mirrored one.
+    pub fn may_change(&self, axis: Axis) -> bool {
+        let cell = self.cells.first();
+        let is_set = |axis: Axis| cell.is_some_and(|cell| cell.get(axis).is_some());
+        let is_mirrored =
+            ![Axis::UndetectedSpeed, Axis::UndetectedTurnRate].into_iter().any(|axis| {
+                is_set(axis) || self.settings.values.iter().any(|(other, _)| *other == axis)
+            });
+        axis.is_capability() || (is_set(axis) && is_mirrored)
     }
 
     /// Whether the best of some settings is likely to be confirmed.
     pub fn suffices(&self, tried: &[Tried]) -> bool {
-        tried.first().is_some_and(|best| best.share.value() >= (self.wanted + MARGIN).min(0.995))
+        tried
+            .first()
+            .is_some_and(|best| best.share.value() >= (self.options.wanted + MARGIN).min(0.995))
     }
 
     /// Finds the smallest change that reaches what is wanted.
@@ -235,7 +214,7 @@ impl Search<'_> {
             }
             let changes = at(middle);
             let cells = with_settings(&cells, &changes);
-            let tried = self.tried((&changes, Robots::Harsher), &cells, (NARROW, doing))?;
+            let tried = self.tried(&changes, &cells, (NARROW, doing))?;
             if self.suffices(&tried) { holds = middle } else { fails = middle }
         }
         for attempt in 0..ATTEMPTS {
@@ -243,10 +222,10 @@ impl Search<'_> {
             let further = f64::from(attempt) / f64::from(ATTEMPTS - 1);
             let changes = at(holds + (1.0 - holds) * further * further);
             let cells = with_settings(&cells, &changes);
-            let tried = self.tried((&changes, Robots::Harsher), &cells, (NARROW, doing))?;
+            let tried = self.tried(&changes, &cells, (NARROW, doing))?;
             let Some(best) = tried.first() else { continue };
             let confirmed = self.confirmed(&changes, &best.cell, attempt)?;
-            if confirmed.b_s_low >= self.wanted {
+            if confirmed.b_s_low >= self.options.wanted {
                 return Ok(Some((changes, confirmed)));
             }
         }
@@ -275,9 +254,9 @@ impl Search<'_> {
                 conditions.push(world);
             }
         }
-        let seed = (0..=attempt).fold(self.grid.seed, |seed, _| confirmation_seed(seed));
-        let shares = self.shares(&conditions, (seed, self.confirm), "confirming")?;
-        let tail = tail(attempt);
+        let seed = (0..=attempt).fold(self.source.sweep.seed, |seed, _| confirmation_seed(seed));
+        let shares = self.shares(&conditions, (seed, self.options.confirm), "confirming")?;
+        let tail = tail(u64::from(attempt) + 1);
         let low = |share: &Share| Interval::with_tails(share.hits, share.n, tail).low;
         let rarer = shares.iter().min_by(|one, other| low(one).total_cmp(&low(other)));
         let rarer = rarer.expect("there is at least one world");
@@ -289,46 +268,19 @@ impl Search<'_> {
         })
     }
 
-    /// Confirms the best settings of a changed robot, until one holds.
-    ///
-    /// # Returns
-    ///
-    /// The one that holds, else the best of them; `None` if there is no setting.
-    ///
-    /// # Errors
-    ///
-    /// As [`Search::best`].
-    pub fn confirmed_best(
-        &self,
-        changes: &Changes,
-        tried: &[Tried],
-    ) -> anyhow::Result<Option<Confirmed>> {
-        let mut best: Option<Confirmed> = None;
-        for (attempt, candidate) in (0..ATTEMPTS).zip(tried) {
-            let confirmed = self.confirmed(changes, &candidate.cell, attempt)?;
-            let is_enough = confirmed.b_s_low >= self.wanted;
-            if best.as_ref().is_none_or(|best| confirmed.b_s_low > best.b_s_low) {
-                best = Some(confirmed);
-            }
-            // The others were worse, and this one is not near.
-            if is_enough || candidate.share.value() < self.wanted - FAR {
-                break;
-            }
-        }
-        Ok(best)
-    }
-
     /// Runs some settings in rounds, more and more often where mills are frequent.
     fn tried(
         &self,
-        (changes, robots): (&Changes, Robots),
+        changes: &Changes,
         cells: &[Cell],
         (rounds, doing): (&[HalvingRound], &str),
     ) -> anyhow::Result<Vec<Tried>> {
         let mut tried: Vec<(Tried, Conditions)> = Vec::new();
         for cell in cells {
             // A robot that is none, or that finds no place, mills nowhere.
-            let Ok(conditions) = self.conditions((changes, robots), cell) else { continue };
+            let Ok(conditions) = self.conditions((changes, Robots::Harsher), cell) else {
+                continue;
+            };
             if self.is_possible(&conditions) {
                 let cell = cell.clone();
                 tried.push((Tried { cell, share: Share::default() }, conditions));
@@ -336,13 +288,13 @@ impl Search<'_> {
         }
         for (number, HalvingRound { n_cells, replicates }) in rounds.iter().enumerate() {
             let best = tried.first().map_or(0.0, |(best, _)| best.share.value());
-            if number >= FIRST_LOOK && best < self.wanted - FAR {
+            if number >= FIRST_LOOK && best < self.options.wanted - FAR {
                 break;
             }
             let n_kept = tried.len().min(*n_cells);
             let conditions: Vec<Conditions> =
                 tried[..n_kept].iter().map(|(_, conditions)| conditions.clone()).collect();
-            let seed = self.grid.seed ^ number as u64;
+            let seed = self.source.sweep.seed ^ number as u64;
             let shares = self.shares(&conditions, (seed, *replicates), doing)?;
             for ((tried, _), share) in tried.iter_mut().zip(shares) {
                 tried.share.hits += share.hits;
@@ -367,23 +319,23 @@ impl Search<'_> {
     ) -> anyhow::Result<Conditions> {
         let capabilities: Changes =
             changes.iter().copied().filter(|(axis, _)| axis.is_capability()).collect();
-        let robot = self.measured.with_capabilities(&capabilities)?;
+        let (measured, harsher) = (&self.source.profile, self.source.sweep.harsher);
+        let robot = measured.with_capabilities(&capabilities)?;
         let robot = match robots {
             Robots::AsMeasured => robot,
             Robots::Harsher => HarsherFactors {
                 // A cone that is turned becomes a polygon, which is no reason to make it smaller.
-                polygon_scale: self.harsher.factors(self.measured).polygon_scale,
-                ..self.harsher.factors(&robot)
+                polygon_scale: harsher.factors(measured).polygon_scale,
+                ..harsher.factors(&robot)
             }
             .apply(&robot)?,
         };
-        let settings: Settings = self.grid.settings.with_cell(cell);
-        Ok(Conditions::resolve(&robot, &settings)?)
+        Ok(Conditions::resolve(&robot, &self.settings.with_cell(cell))?)
     }
 
     fn runs(&self, seed: u64, replicates: u64) -> Runs {
-        let n_threads = self.execution.n_threads;
-        Runs { seed, replicates, duration_s: self.grid.duration_s, n_threads }
+        let n_threads = self.options.execution.n_threads;
+        Runs { seed, replicates, duration_s: self.source.sweep.duration_s, n_threads }
     }
 
     /// The conditions of a changed robot in a setting, made worse and as measured.
@@ -401,7 +353,7 @@ impl Search<'_> {
 
     /// Whether robots find a place under some conditions, and their runs can be judged.
     pub fn is_possible(&self, conditions: &Conditions) -> bool {
-        check(std::slice::from_ref(conditions), self.runs(self.grid.seed, 1)).is_ok()
+        check(std::slice::from_ref(conditions), self.runs(self.source.sweep.seed, 1)).is_ok()
     }
 
     /// How so many runs under each of some conditions end.
@@ -430,7 +382,7 @@ impl Search<'_> {
         doing: &str,
     ) -> anyhow::Result<Swept> {
         let runs = self.runs(seed, replicates);
-        self.execution.simulate(doing, |watch| sweep(conditions, runs, watch))
+        self.options.execution.simulate(doing, |watch| sweep(conditions, runs, watch))
     }
 
     fn shares(
@@ -445,22 +397,3 @@ impl Search<'_> {
 
 /// The way is halved so often.
 const BISECTIONS: u32 = 5;
-
-/// The tail of the lower bound of an attempt, from 0: a half, a sixth, a twelfth … of [`TAIL`], in all no
-/// more than that, however many attempts there are.
-fn tail(attempt: u32) -> f64 {
-    let number = f64::from(attempt) + 1.0;
-    TAIL / (number * (number + 1.0))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_bounds_of_all_attempts_hold_together() {
-        let all: f64 = (0..100_000).map(tail).sum();
-
-        assert!(all <= TAIL && all > 0.999 * TAIL, "{all}");
-    }
-}

@@ -50,11 +50,11 @@ struct Outcome {
 ///
 /// If runs are called off or fail.
 pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repairs> {
-    let noise = imperfections(search.measured);
+    let noise = imperfections(&search.source.profile);
     let needs = needs(search, &noise)?;
     let cells = promising(&[unchanged, &needs.tried]);
     let (mut alone, mut short) = (Vec::new(), Vec::new());
-    for remedy in noise.into_iter().chain(designs(search.measured)) {
+    for remedy in noise.into_iter().chain(possible_designs(search)) {
         let outcome = outcome(search, &remedy, (&[], Some(&cells)))?;
         match outcome.sufficient {
             Some(sufficient) => alone.push(sufficient),
@@ -100,6 +100,12 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
     causes.extend(pairs);
     let hopeless = without_help(short, &causes);
     Ok(Repairs { causes, hopeless })
+}
+
+/// The designs that are commanded where the robots are tried.
+fn possible_designs(search: &Search<'_>) -> Vec<Remedy> {
+    let all = designs(&search.source.profile).into_iter();
+    all.filter(|design| search.may_change(design.axis)).collect()
 }
 
 /// So many changes are narrowed down.
@@ -197,7 +203,7 @@ fn needs(search: &Search<'_>, noise: &[Remedy]) -> anyhow::Result<Needs> {
     let ideal = |remedy: &Remedy| Step { remedy: remedy.clone(), value: remedy.values[0] };
     let mut steps: Vec<Step> = noise.iter().map(ideal).collect();
     let mut perfect = search.best(&changes(&steps), "without noise")?;
-    let mut designs = designs(search.measured);
+    let mut designs = possible_designs(search);
     for _ in 0..MOST_DESIGNS {
         if search.suffices(&perfect) {
             break;

@@ -18,7 +18,7 @@ use super::sentence;
 /// If runs are called off or fail.
 pub fn spare(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Vec<Spare>> {
     let mut found = Vec::new();
-    for remedy in savings(search.measured) {
+    for remedy in savings(&search.source.profile) {
         let mut fails = None;
         let mut holds = (remedy.now, unchanged.to_vec());
         for &value in &remedy.values {

@@ -9,6 +9,7 @@ use crate::wording::{columns, count, counted, percent};
 impl fmt::Display for Diagnosis {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut lines = vec![self.headline()];
+        lines.extend(self.alternatives.iter().map(|line| format!("  {line}")));
         if self.viable {
             lines.extend(self.surplus());
         } else {
@@ -22,13 +23,14 @@ impl fmt::Display for Diagnosis {
 
 impl Diagnosis {
     fn headline(&self) -> String {
+        let mill = self.behaviour.verb().plain;
         let (found, verdict) = if self.viable {
-            ("mill", "nothing is wrong")
+            (mill.to_owned(), "nothing is wrong")
         } else {
-            ("do not mill often enough", "something must change")
+            (format!("do not {mill} often enough"), "something must change")
         };
         format!(
-            "{}: these robots {found}; {verdict}\n  best of {}: {}\n  there they mill in {} of {} fresh \
+            "{}: these robots {found}; {verdict}\n  best of {}: {}\n  there they {mill} in {} of {} fresh \
              runs, lower bound {}; wanted {}",
             self.robot,
             counted(self.n_settings as u64, "setting"),
@@ -45,7 +47,7 @@ impl Diagnosis {
             return vec!["no capability may be noticeably worse".to_owned()];
         }
         let rows: Vec<[String; 2]> = (self.spare.iter())
-            .map(|spare| [format!("  {}", spare.text), after(spare.b_s, spare.b_s_low)])
+            .map(|spare| [format!("  {}", spare.text), self.after(spare.b_s, spare.b_s_low)])
             .collect();
         vec!["what could be saved, one at a time:".to_owned(), columns(&rows)]
     }
@@ -63,13 +65,16 @@ impl Diagnosis {
         if !alone.is_empty() {
             lines.push("any one of these suffices, with all else as it is:".to_owned());
             let row = |cause: &&Cause| {
-                [format!("  {}{}", cause.change, cost(cause)), after(cause.b_s, cause.b_s_low)]
+                [format!("  {}{}", cause.change, cost(cause)), self.after(cause.b_s, cause.b_s_low)]
             };
             let rows: Vec<[String; 2]> = alone.iter().map(row).collect();
             lines.push(columns(&rows));
         }
         for set in self.sets() {
-            lines.push(format!("these suffice together ({}):", after(set[0].b_s, set[0].b_s_low)));
+            lines.push(format!(
+                "these suffice together ({}):",
+                self.after(set[0].b_s, set[0].b_s_low)
+            ));
             lines.extend(set.iter().map(|cause| format!("  {}{}", cause.change, cost(cause))));
         }
         let necessary: Vec<&str> = (self.causes.iter())
@@ -78,7 +83,8 @@ impl Diagnosis {
             .collect();
         if !necessary.is_empty() {
             lines.push(format!(
-                "robots that are perfect in all else would not mill either without a change of: {}",
+                "robots that are perfect in all else would not {} either without a change of: {}",
+                self.behaviour.verb().plain,
                 necessary.join(", ")
             ));
         }
@@ -107,10 +113,17 @@ impl Diagnosis {
             let Hopeless { capability, now, best, b_s } = hopeless;
             let values =
                 format!("{} → {}", quantity(*capability, *now), quantity(*capability, *best));
-            [format!("  {}", noun(*capability)), values, format!("mills in {}", percent(*b_s))]
+            let share = format!("{} in {}", self.behaviour.verb().does, percent(*b_s));
+            [format!("  {}", noun(*capability)), values, share]
         };
         let rows: Vec<[String; 3]> = self.hopeless.iter().map(row).collect();
         vec!["not enough by itself, the best value of each:".to_owned(), columns(&rows)]
+    }
+
+    /// `mills in 92.1 %, lower bound 90.2 %`.
+    fn after(&self, b_s: f64, b_s_low: f64) -> String {
+        let mills = self.behaviour.verb().does;
+        format!("{mills} in {}, lower bound {}", percent(b_s), percent(b_s_low))
     }
 
     /// The paper's order of remedies (§III step 3): less noise first, then an upgrade, then step 1 again.
@@ -118,7 +131,8 @@ impl Diagnosis {
         let mut steps = Vec::new();
         if let Some(measured) = &self.as_measured {
             let share = format!(
-                "as measured they mill in {} (lower bound {}) at {}",
+                "as measured they {} in {} (lower bound {}) at {}",
+                self.behaviour.verb().plain,
                 percent(measured.b_s),
                 percent(measured.b_s_low),
                 measured.cell
@@ -141,10 +155,6 @@ impl Diagnosis {
         let numbered = (1..).zip(steps).map(|(number, step)| format!("  {number}. {step}"));
         std::iter::once("what to do, in this order:".to_owned()).chain(numbered).collect()
     }
-}
-
-fn after(b_s: f64, b_s_low: f64) -> String {
-    format!("mills in {}, lower bound {}", percent(b_s), percent(b_s_low))
 }
 
 fn cost(cause: &Cause) -> String {

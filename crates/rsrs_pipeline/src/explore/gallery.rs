@@ -6,6 +6,7 @@ use anyhow::Context;
 use rsrs_core::conditions::Walls;
 use rsrs_core::diagram::axis::{Axis, AxisValues};
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::harsher::Harsher;
@@ -59,10 +60,14 @@ pub fn write(
         .with_context(|| format!("cannot make {}", folder.display()))?;
     let (mut trials, mut found, mut runs) = (Vec::new(), Vec::new(), Vec::new());
     for (index, Confirmed { trial, share, shown }) in confirmed.into_iter().enumerate() {
-        let name = format!("{:02}_{}.yaml", index + 1, trial.name.key());
-        let entry = describe(&trial, share, PathBuf::from(SWEEPS).join(name));
-        let text = sweep_text(laboratory, &trial, &entry, options)?;
-        write_file(&site.path.join(&entry.sweep), text.as_bytes())?;
+        let mut entry = describe(&trial, share);
+        if let Name::Behaviour(behaviour) = trial.name {
+            let name = format!("{:02}_{}.yaml", index + 1, trial.name.key());
+            let sweep = PathBuf::from(SWEEPS).join(name);
+            let text = sweep_text(laboratory, (&trial, behaviour), &entry, options)?;
+            write_file(&site.path.join(&sweep), text.as_bytes())?;
+            entry.sweep = Some(sweep);
+        }
         let seed = Seed { seed, replicate: shown.unwrap_or(0) };
         runs.push(run_episode(&laboratory.judged_for(&trial)?, seed, options.duration_s)?);
         found.push(entry);
@@ -103,7 +108,7 @@ fn confirm(
     Ok(Confirmed { trial, share, shown })
 }
 
-fn describe(trial: &Trial, share: Share, sweep: PathBuf) -> FoundController {
+fn describe(trial: &Trial, share: Share) -> FoundController {
     let interval = share.interval();
     FoundController {
         name: trial.name.key().to_owned(),
@@ -115,24 +120,20 @@ fn describe(trial: &Trial, share: Share, sweep: PathBuf) -> FoundController {
         share_low: interval.low,
         share_high: interval.high,
         n_replicates: share.n,
-        sweep,
+        sweep: None,
     }
 }
 
 /// A sweep around a controller: two of its numbers, the others fixed.
 fn sweep_text(
     laboratory: &Laboratory,
-    trial: &Trial,
+    (trial, behaviour): (&Trial, Behaviour),
     found: &FoundController,
     options: &Options,
 ) -> anyhow::Result<String> {
     let (axes, mut values) = axes(laboratory, trial.controller);
     values.push((Axis::Robots, options.robots as f64));
     values.push((Axis::Arena, laboratory.arena_m));
-    let behaviour = match trial.name {
-        Name::Behaviour(behaviour) => behaviour,
-        Name::WallFollowing | Name::Other => options.wanted.unwrap_or_default(),
-    };
     let sweep = SweepFile {
         profile: format!("../{PROFILE}"),
         harsher: Harsher::default(),

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::controller::Command;
 
 use super::{Explored, FoundController};
@@ -18,14 +19,15 @@ impl fmt::Display for Explored {
             for line in commands(found) {
                 writeln!(formatter, "     {line}")?;
             }
-            writeln!(formatter, "     {}", folder.join(&found.sweep).display())?;
+            let sweep = found.sweep.as_ref().map(|sweep| folder.join(sweep).display().to_string());
+            writeln!(formatter, "     {}", sweep.unwrap_or_else(no_sweep))?;
         }
         if let Some(wanted) = wanted.filter(|_| !self.is_found()) {
             writeln!(formatter, "\nno controller surely leads to {wanted} in half of its runs")?;
         }
         write!(formatter, "\npictures: {}", folder.join("gallery.html").display())?;
-        if let Some(first) = found.first() {
-            let sweep = folder.join(&first.sweep);
+        if let Some(first) = found.iter().find_map(|found| found.sweep.as_ref()) {
+            let sweep = folder.join(first);
             let results = results_of(&sweep);
             let results = if results.exists() { free_beside(&results) } else { results };
             write!(formatter, "\nnext: {}", sweep_command(&sweep, &results))?;
@@ -67,11 +69,19 @@ fn sweep_command(sweep: &Path, results: &Path) -> String {
     format!("rsrs sweep {} -o {}", quoted(sweep), quoted(results))
 }
 
+/// Why what was found has no sweep.
+fn no_sweep() -> String {
+    let behaviours = Behaviour::ALL.map(Behaviour::key).join(", ");
+    format!("no sweep: runs are judged for {behaviours}, and this is none of them")
+}
+
 /// Below a picture.
 pub fn caption(found: &FoundController, folder: &Path) -> Vec<String> {
-    let sweep = folder.join(&found.sweep);
     let mut lines = vec![line(found)];
     lines.extend(commands(found));
-    lines.push(sweep_command(&sweep, &results_of(&sweep)));
+    lines.push(found.sweep.as_ref().map_or_else(no_sweep, |sweep| {
+        let sweep = folder.join(sweep);
+        sweep_command(&sweep, &results_of(&sweep))
+    }));
     lines
 }

@@ -14,15 +14,17 @@ use crate::wording::{count, percent};
 /// If there is no curve.
 pub fn of_answers(answers: &Answers) -> anyhow::Result<String> {
     let quantities = answers.questions.iter().flat_map(|answer| &answer.quantities);
-    let curves: Vec<Curve> = quantities.map(of_quantity).collect();
+    let behaviour = answers.behaviour;
+    let curves: Vec<Curve> = quantities.map(|quantity| of_quantity(behaviour, quantity)).collect();
+    let mill = behaviour.verb().plain;
     let title = if answers.viable {
-        format!("What {} needs to mill", answers.robot)
+        format!("What {} needs to {mill}", answers.robot)
     } else {
-        format!("Why {} does not mill", answers.robot)
+        format!("Why {} does not {mill}", answers.robot)
     };
     let subtitle = format!(
-        "{}: {} of {} fresh runs of {} s mill (lower bound {}). Each curve moves one quantity, all else \
-         as recommended; of robots made worse and as measured, those that mill more rarely.",
+        "{}: {} of {} fresh runs of {} s {mill} (lower bound {}). Each curve moves one quantity, all else \
+         as recommended; of robots made worse and as measured, those that do so more rarely.",
         answers.settings_text(),
         percent(answers.b_s),
         count(answers.n_replicates),
@@ -35,7 +37,7 @@ pub fn of_answers(answers: &Answers) -> anyhow::Result<String> {
     Ok(svg(&CurvesPicture { title, subtitles, curves, marked, wanted, width_px: None })?)
 }
 
-fn of_quantity(found: &Quantity) -> Curve {
+fn of_quantity(behaviour: Behaviour, found: &Quantity) -> Curve {
     let Quantity { axis, recommended, range, curve, .. } = found;
     let heading = match range {
         Some(range) => {
@@ -46,7 +48,7 @@ fn of_quantity(found: &Quantity) -> Curve {
     Curve {
         heading,
         axis: *axis,
-        behaviour: Behaviour::Milling,
+        behaviour,
         points: curve.iter().map(|point| (point.value, point.milling())).collect(),
         range: range.map(|range| [range.low, range.high]),
         marked: Some(*recommended),

@@ -1,7 +1,11 @@
 //! What a sweep is once it is finished, wherever it is kept.
 
+use std::collections::BTreeSet;
+
 use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::choice::Worlds;
+use rsrs_core::diagram::sweep_file::Axes;
 
 use crate::error::with_help;
 use crate::sweep::source::ResolvedSweep;
@@ -55,6 +59,35 @@ impl SweepResult {
             ));
         }
         Ok(Worlds { simulated: &self.diagram, as_measured: self.as_measured.as_ref() })
+    }
+
+    /// The cells of so many robots; all of them where no number is given.
+    ///
+    /// # Errors
+    ///
+    /// If there is none.
+    pub fn of_robots(mut self, robots: Option<usize>) -> anyhow::Result<Self> {
+        let Some(robots) = robots else { return Ok(self) };
+        let cells = self.source.cells("sweep.yaml")?;
+        let kept: Vec<Cell> = cells
+            .iter()
+            .filter(|(_, it)| it.robots == robots)
+            .map(|(cell, _)| cell.clone())
+            .collect();
+        if kept.is_empty() {
+            let numbers: BTreeSet<usize> = cells.iter().map(|(_, it)| it.robots).collect();
+            let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+            return Err(with_help(
+                format!("no cell has {robots} robots, but {}", numbers.join(", ")),
+                "sweep that number: `robots` is an axis, or under `fixed`",
+            ));
+        }
+        for diagram in std::iter::once(&mut self.diagram).chain(&mut self.as_measured) {
+            diagram.cells.retain(|entry| kept.contains(&entry.cell));
+        }
+        self.source.sweep.axes = Axes::default();
+        self.source.sweep.cells = Some(kept);
+        Ok(self)
     }
 
     /// The diagram of one world.

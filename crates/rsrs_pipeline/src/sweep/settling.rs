@@ -5,6 +5,7 @@ use std::path::Path;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::settling::{Settling, edge};
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::{Runs, Swept, sweep};
 use serde::Serialize;
@@ -106,11 +107,19 @@ pub fn text(settling: &Settling) -> String {
 }
 
 /// The note on a sweep whose edge is not settled.
-pub fn warning(folder: &Path, n_edge: usize, unsettled: &[Unsettled]) -> Option<String> {
+///
+/// # Arguments
+///
+/// * `n_edge`, `unsettled` — as from [`at_edge`].
+pub fn warning(
+    (folder, behaviour): (&Path, Behaviour),
+    n_edge: usize,
+    unsettled: &[Unsettled],
+) -> Option<String> {
     let worst = unsettled.iter().max_by_key(|cell| cell.settling.n_changed)?;
     let Settling { n_replicates, n_changed, from_s } = worst.settling;
     Some(format!(
-        "{} of {n_edge} cells at the edge of the milling region are not settled: of {}, {n_changed} of \
+        "{} of {n_edge} cells at the edge of the {behaviour} region are not settled: of {}, {n_changed} of \
          {n_replicates} runs change their phase after {from_s:.0} s; before you rely on the edge, sweep \
          {} with a longer `duration_s`",
         unsettled.len(),

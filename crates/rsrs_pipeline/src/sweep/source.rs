@@ -9,6 +9,7 @@ use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::document;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
+use rsrs_fleet::fleet_file::FleetFile;
 use serde::{Deserialize, Serialize};
 
 use crate::error::helped;
@@ -120,4 +121,19 @@ pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
         ProfileError::Document(document) => helped(document),
         error => anyhow::Error::new(error).context(format!("{name} does not describe a robot")),
     })
+}
+
+/// How many robots the fleet has whose file, `fleet.yaml`, lies beside a profile; `None` if there is none.
+///
+/// # Errors
+///
+/// If that file is no fleet.
+pub fn robots_beside(profile: &Path) -> anyhow::Result<Option<usize>> {
+    let path = profile.with_file_name("fleet.yaml");
+    if !path.exists() {
+        return Ok(None);
+    }
+    let fleet =
+        FleetFile::parse(&path.display().to_string(), &read_text(&path)?).map_err(helped)?;
+    Ok(Some(fleet.enabled().len()).filter(|n_robots| *n_robots > 0))
 }

@@ -19,6 +19,10 @@ pub struct Worlds<'a> {
 }
 
 impl Worlds<'_> {
+    fn n_cells(self) -> usize {
+        self.simulated.cells.len()
+    }
+
     /// Milling replicates of a cell, in each world.
     fn shares(self, index: usize) -> impl Iterator<Item = Share> {
         let of = move |diagram: &PhaseDiagram| Share::milling(&diagram.cells[index].counts);
@@ -41,6 +45,8 @@ impl Worlds<'_> {
 pub struct Candidate {
     /// Index in [`PhaseDiagram::cells`].
     pub index: usize,
+    /// Whether the next cells in every direction may be viable in both worlds, as far as they were swept.
+    pub is_robust: bool,
     /// The cell.
     pub cell: Cell,
     /// Milling replicates of the sweep, in the world of robots made worse. They chose the cell, so
@@ -65,7 +71,8 @@ pub struct Candidate {
 /// chance makes no holes, however few replicates there are. Where it is at least `viable`, there is
 /// the milling region.
 ///
-/// A cell is better the deeper it lies inside the region: a grid step on any swept axis counts the
+/// Cells whose neighbours on every swept axis may be viable, too, come first. Of them, a cell is better
+/// the deeper it lies inside the region: a grid step on any swept axis counts the
 /// same, distances are Euclidean, and the border of the grid is an edge, because nothing is known
 /// beyond it. An axis with a single value is not swept. A point of the grid that was not simulated
 /// is outside. Equally deep cells are ranked by their smoothed share, then by nearness to the
@@ -87,56 +94,64 @@ pub struct Candidate {
 ///
 /// If the worlds have different cells.
 pub fn rank(worlds: Worlds<'_>, kind: IntervalKind, viable: f64) -> Vec<Candidate> {
-    let diagram = worlds.simulated;
-    if let Some(measured) = worlds.as_measured {
-        assert_eq!(diagram.cells.len(), measured.cells.len(), "two worlds of the same cells");
-    }
-    let grid = Grid::of(worlds, viable);
-    let centroid = grid.centroid();
-    let may_be = |index: &usize| worlds.may_be(*index, viable, kind);
-    let mut ranked: Vec<(f64, Candidate)> = (0..diagram.cells.len())
-        .filter(may_be)
-        .map(|index| {
-            let point = &grid.points[index];
-            let candidate = Candidate {
-                index,
-                cell: diagram.cells[index].cell.clone(),
-                swept: Share::milling(&diagram.cells[index].counts),
-                smooth: grid.smooth[index],
-                depth: grid.depth(point),
-                margin: grid.margin(point),
-                edge: grid.edge(point),
-            };
-            (distance(point, &centroid), candidate)
-        })
+    let grid = Grid::of(worlds, kind, viable);
+    let mut ranked: Vec<Candidate> = (0..worlds.n_cells())
+        .filter(|index| grid.may_be[*index])
+        .map(|index| grid.candidate(index))
         .collect();
-    ranked.sort_by(|(left_off, left), (right_off, right)| {
-        right
-            .depth
-            .total_cmp(&left.depth)
+    let centroid = grid.centroid();
+    let off = |candidate: &Candidate| distance(&grid.points[candidate.index], &centroid);
+    ranked.sort_by(|left, right| {
+        (right.is_robust.cmp(&left.is_robust))
+            .then(right.depth.total_cmp(&left.depth))
             .then(right.smooth.total_cmp(&left.smooth))
-            .then(left_off.total_cmp(right_off))
+            .then(off(left).total_cmp(&off(right)))
             .then(left.index.cmp(&right.index))
     });
-    ranked.into_iter().map(|(_, candidate)| candidate).collect()
+    ranked
+}
+
+/// The cell that milled most often, in the world in which mills are rarer; of equals the one that milled
+/// most often as measured, of these the first.
+///
+/// # Arguments
+///
+/// As for [`rank`].
+///
+/// # Panics
+///
+/// If there is no cell, and as [`rank`].
+pub fn most_frequent(worlds: Worlds<'_>, kind: IntervalKind, viable: f64) -> Candidate {
+    let measured = |index: usize| worlds.shares(index).last().map_or(0.0, Share::value);
+    let most = (0..worlds.n_cells()).rev().max_by(|&one, &other| {
+        let least = worlds.least(one).total_cmp(&worlds.least(other));
+        least.then(measured(one).total_cmp(&measured(other)))
+    });
+    Grid::of(worlds, kind, viable).candidate(most.expect("a sweep has cells"))
 }
 
 /// A cell as the positions of its values on their axes.
 type Point = Vec<usize>;
 
 /// The milling region on the grid of the swept values.
-struct Grid {
+struct Grid<'a> {
+    worlds: Worlds<'a>,
     axes: Vec<(Axis, Vec<f64>)>,
     /// Where every cell is, in the order of the sweep.
     points: Vec<Point>,
+    /// Whether every cell may be viable by its own counts.
+    may_be: Vec<bool>,
     /// Smoothed share of every cell.
     smooth: Vec<f64>,
     region: BTreeSet<Point>,
 }
 
-impl Grid {
-    fn of(worlds: Worlds<'_>, viable: f64) -> Self {
+impl<'a> Grid<'a> {
+    fn of(worlds: Worlds<'a>, kind: IntervalKind, viable: f64) -> Self {
         let diagram = worlds.simulated;
+        if let Some(measured) = worlds.as_measured {
+            assert_eq!(diagram.cells.len(), measured.cells.len(), "two worlds of the same cells");
+        }
         let axes: Vec<(Axis, Vec<f64>)> =
             diagram.axes.iter().map(|axis| (*axis, diagram.values(*axis))).collect();
         let point = |cell: &Cell| -> Point {
@@ -152,7 +167,41 @@ impl Grid {
         let smooth: Vec<f64> = points.iter().map(|point| smoothed(&least, point)).collect();
         let mills = |index: &usize| smooth[*index] >= viable;
         let region = (0..points.len()).filter(mills).map(|index| points[index].clone()).collect();
-        Self { axes, points, smooth, region }
+        let may_be = (0..points.len()).map(|index| worlds.may_be(index, viable, kind)).collect();
+        Self { worlds, axes, points, may_be, smooth, region }
+    }
+
+    fn candidate(&self, index: usize) -> Candidate {
+        let point = &self.points[index];
+        let entry = &self.worlds.simulated.cells[index];
+        Candidate {
+            index,
+            is_robust: self.is_robust(point),
+            cell: entry.cell.clone(),
+            swept: Share::milling(&entry.counts),
+            smooth: self.smooth[index],
+            depth: self.depth(point),
+            margin: self.margin(point),
+            edge: self.edge(point),
+        }
+    }
+
+    /// Whether no neighbour on a swept axis surely fails.
+    fn is_robust(&self, point: &Point) -> bool {
+        let fails = |neighbour: Point| {
+            let found = self.points.iter().position(|other| *other == neighbour);
+            found.is_some_and(|index| !self.may_be[index])
+        };
+        let moved = |axis: usize, position: usize| {
+            let mut moved = point.clone();
+            moved[axis] = position;
+            moved
+        };
+        (0..self.axes.len()).all(|axis| {
+            let here = point[axis];
+            let below = here.checked_sub(1);
+            !below.into_iter().chain([here + 1]).any(|position| fails(moved(axis, position)))
+        })
     }
 
     fn centroid(&self) -> Vec<f64> {
@@ -232,7 +281,7 @@ impl Grid {
     }
 }
 
-impl Grid {
+impl Grid<'_> {
     /// Where the margins of a point end at something that was not simulated.
     fn edge(&self, point: &Point) -> BTreeMap<Axis, Edge> {
         let is_swept = |axis: usize, position: Option<usize>| {

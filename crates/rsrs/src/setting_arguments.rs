@@ -1,0 +1,33 @@
+//! How the best setting of robots is looked for, on the command line.
+
+use rsrs_pipeline::choose::{CONFIRM, Options};
+
+use crate::progress::execution;
+
+/// The same of `choose`, `answer` and `diagnose`, which look for one setting.
+#[derive(Clone, Copy, clap::Args)]
+pub struct SettingArguments {
+    /// Number of robots (default: of a sweep any that it has; of a profile that of `fleet.yaml` beside it,
+    /// or else any of a few from 3 to 12).
+    #[arg(long, value_name = "N")]
+    robots: Option<usize>,
+    /// Fresh runs that confirm a setting, in each world (default: 1000).
+    #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
+          value_parser = clap::value_parser!(u64).range(1..))]
+    pub confirm: u64,
+    /// Threads (default: as many as the machine runs at once).
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+}
+
+impl SettingArguments {
+    /// The same for the search.
+    ///
+    /// # Errors
+    ///
+    /// If there cannot be so many threads.
+    pub fn options(self, wanted: f64) -> anyhow::Result<Options<'static>> {
+        let Self { robots, confirm, threads } = self;
+        Ok(Options { robots, wanted, confirm, execution: execution(threads)? })
+    }
+}
