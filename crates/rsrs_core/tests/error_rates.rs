@@ -1,5 +1,7 @@
 //! How often the statistics are wrong, under simulation: campaigns in which the truth is known.
 
+use std::io::Write;
+
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_core::diagram::PhaseCounts;
@@ -89,6 +91,11 @@ fn is_long() -> bool {
 }
 
 /// Errors of both kinds, in campaigns over a grid of what simulated and real robots do.
+/// For who runs the long test with `--nocapture`.
+fn say(line: &str) {
+    writeln!(std::io::stdout(), "{line}").expect("somebody reads");
+}
+
 #[test]
 fn either_verdict_is_wrong_in_at_most_5_of_100_campaigns_whatever_robots_do() {
     let (n_campaigns, shares, few): (u64, &[f64], &[u64]) = if is_long() {
@@ -113,10 +120,10 @@ fn either_verdict_is_wrong_in_at_most_5_of_100_campaigns_whatever_robots_do() {
                         let n_runs = if n_cells == 1 || !is_long() { 90 } else { 180 };
                         let looks = Looks { cells: &cells, n_simulated, n_runs, margin };
                         let n_false = looks.ever(seed, n_campaigns, *reached);
-                        println!(
+                        say(&format!(
                             "{n_cells} cells of {n_simulated} simulated runs, B_s {b_s}, margin {margin}: \
                              {n_false} of {n_campaigns} {what}"
-                        );
+                        ));
                         assert_rare(n_false, n_campaigns, what);
                     }
                 }
@@ -179,7 +186,9 @@ fn what_is_not_known_of_simulated_robots_costs_few_runs() {
         let runs = |_| looks.first(&mut random, decided).map_or(looks.n_runs, |run| run + 1);
         let mean = (0..n_campaigns).map(runs).sum::<usize>() as f64 / f64::from(n_campaigns);
 
-        println!("{n_cells} cells of {n_simulated} simulated runs, margin {margin}: {mean} runs");
+        say(&format!(
+            "{n_cells} cells of {n_simulated} simulated runs, margin {margin}: {mean} runs"
+        ));
         assert!(mean <= most_runs, "{n_cells} cells, margin {margin}: {mean}");
     }
 }
