@@ -25,7 +25,16 @@ fn chromium() -> PathBuf {
             .find(|file| file.is_file())
     };
     find().unwrap_or_else(|| {
-        let install = ["install", "-y", "-qq", "--no-install-recommends", "chromium"];
+        // Others may be installing something.
+        let install = [
+            "-o",
+            "DPkg::Lock::Timeout=600",
+            "install",
+            "-y",
+            "-qq",
+            "--no-install-recommends",
+            "chromium",
+        ];
         let mut apt = Command::new("apt-get");
         let installed = apt.args(install).env("DEBIAN_FRONTEND", "noninteractive").output();
         find().unwrap_or_else(|| {

@@ -64,8 +64,8 @@ pub struct BestSwept {
     n_replicates: u64,
 }
 
-/// Chooses the best setting of a sweep, see [`best`]. Whether that is settled at the duration of the
-/// sweep is part of the choice.
+/// Chooses the best setting of a sweep, by the search of `best_setting`. Whether that is settled at the
+/// duration of the sweep is part of the choice.
 ///
 /// # Arguments
 ///
