@@ -184,4 +184,9 @@ fn a_table_of_contents_names_files_of_its_folder_and_pipes_are_no_files() {
     let error = Bag::open(&path).unwrap_err();
 
     assert!(matches!(error, BagError::NoFile { .. }), "{error}");
+    fs::remove_file(&table).unwrap();
+    rustix::fs::mkfifoat(rustix::fs::CWD, &table, rustix::fs::Mode::RUSR).unwrap();
+    for error in [Bag::open(&path).unwrap_err(), recover(&path).unwrap_err()] {
+        assert!(matches!(error, BagError::NoFile { .. }), "{error}");
+    }
 }

@@ -60,6 +60,10 @@ struct ReadDocument {
 /// [`BagError::Io`] and [`BagError::Metadata`].
 pub fn read(folder: &Path) -> Result<Option<Contents>, BagError> {
     let path = folder.join(FILE_NAME);
+    // Nobody may ever write into a pipe.
+    if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
+        return Err(BagError::NoFile { path });
+    }
     let text = match fs::read_to_string(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),

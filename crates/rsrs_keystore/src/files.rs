@@ -34,6 +34,22 @@ pub(crate) fn folder_beside(other: &Path) -> Result<TempDir, KeystoreError> {
         .map_err(KeystoreError::file("make a folder in", parent))
 }
 
+/// A name that nothing has yet: `keystore.old`, or `keystore.old_2`, `keystore.old_3`, …
+pub(crate) fn free_name(folder: &Path, ending: &str) -> PathBuf {
+    let with = |ending: &str| {
+        let mut name = folder.as_os_str().to_owned();
+        name.push(ending);
+        PathBuf::from(name)
+    };
+    let mut name = with(ending);
+    let mut number = 2;
+    while name.symlink_metadata().is_ok() {
+        name = with(&format!("{ending}_{number}"));
+        number += 1;
+    }
+    name
+}
+
 /// Moves a folder to where nothing is.
 pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), KeystoreError> {
     if to.symlink_metadata().is_ok() {

@@ -81,7 +81,10 @@ pub fn show(keystore: &Path) -> Result<ShownKeystore, KeystoreError> {
 /// [`KeystoreError`] if the folder is no keystore, or cannot be written.
 pub fn renew(keystore: &Path, now: Duration, validity: Duration) -> Result<(), KeystoreError> {
     let holds = (from(now), now.saturating_add(validity));
-    let authority = authority_of(keystore)?.renewed(keystore, holds)?;
+    let authority = authority_of(keystore)?;
+    // What somebody has changed would be copied to every robot.
+    authority.governance(keystore)?;
+    let authority = authority.renewed(keystore, holds)?;
     for (enclave, folder) in enclaves_of(keystore)? {
         authority.certify(&folder, &enclave, holds)?;
         let text = authority.signed_text(&folder.join(PERMISSIONS))?;
@@ -112,6 +115,8 @@ pub fn revoke(
     now: Duration,
     validity: Duration,
 ) -> Result<PathBuf, KeystoreError> {
+    // Not a link to it, and whatever it ends with.
+    let keystore = &keystore.canonicalize().map_err(KeystoreError::file("find", keystore))?;
     let before = authority_of(keystore)?;
     let governance = before.governance(keystore)?;
     let enclaves = enclaves_of(keystore)?;
@@ -134,9 +139,7 @@ pub fn revoke(
         let text = before.signed_text(&folder.join(PERMISSIONS))?;
         write_permissions(&authority, &made, &text, holds)?;
     }
-    let mut old = keystore.as_os_str().to_owned();
-    old.push(".old");
-    let old = PathBuf::from(old);
+    let old = files::free_name(keystore, ".old");
     files::rename(keystore, &old)?;
     files::rename(&new.keep(), keystore)?;
     Ok(old)

@@ -284,7 +284,9 @@ fn of_who_was_revoked_nothing_is_obeyed_and_the_others_have_the_rights_that_they
     std::fs::write(folder.path().join("stolen.pem"), stolen).unwrap();
 
     let nobody = revoke(&keystore, "robot_9", NOW, DAY * 30).unwrap_err();
-    let old = revoke(&keystore, "robot_1", NOW, DAY * 30).unwrap();
+    // As a shell completes it.
+    let typed = PathBuf::from(format!("{}/", keystore.display()));
+    let old = revoke(&typed, "robot_1", NOW, DAY * 30).unwrap();
 
     assert_eq!(nobody.to_string(), "the keystore has no enclave /robot_9");
     assert!(old.join("enclaves/robot_1").exists() && !made[0].folder.exists());
@@ -298,6 +300,13 @@ fn of_who_was_revoked_nothing_is_obeyed_and_the_others_have_the_rights_that_they
     let (is_chain, text) = openssl(&[&chain[..], &[stolen.to_str().unwrap()]].concat());
     assert!(!is_chain, "{text}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "nothing else was left");
+
+    // A second theft, by a link to the keystore.
+    let link = folder.path().join("link");
+    std::os::unix::fs::symlink(&keystore, &link).unwrap();
+    let again = revoke(&link, "robot_2", NOW, DAY * 30).unwrap();
+    assert!(again.ends_with("keystore.old_2") && link.is_symlink(), "{}", again.display());
+    assert!(!keystore.join("enclaves/robot_2").exists());
 }
 
 #[test]
@@ -311,6 +320,7 @@ fn what_somebody_has_changed_is_not_signed_again() {
     std::fs::write(&path, weaker).unwrap();
 
     let changed = harden(folder.path()).unwrap_err();
+    assert!(matches!(renew(folder.path(), NOW, DAY), Err(KeystoreError::Forged { .. })));
     let other = tempfile::tempdir().unwrap();
     create(&request(other.path(), &robots)).unwrap();
     std::fs::copy(other.path().join("enclaves/governance.p7s"), &path).unwrap();
