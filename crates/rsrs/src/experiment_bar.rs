@@ -5,7 +5,6 @@ use std::pin::Pin;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rsrs_core::printable::one_line;
 use rsrs_experiment_runner::Progress;
 use rsrs_operate::run::operator::{Operator, Verbosity};
 use rsrs_ros::printing::{Printed, Printer};
@@ -93,7 +92,7 @@ impl ExperimentBar {
                 if self.verbosity == Verbosity::Verbose {
                     self.bar.suspend(|| print_note(text));
                 }
-                self.bar.set_prefix(one_line(text).into_owned());
+                self.bar.set_prefix(text.clone());
             }
             Progress::Done { done, of } => {
                 if !self.counts.replace(true) {

@@ -78,9 +78,7 @@ impl Authority {
         enclave: &str,
         holds: (Duration, Duration),
     ) -> Result<(), KeystoreError> {
-        let Pair { certificate, key } = &self.identity;
-        let issuer = Issuer { name: certificate.tbs_certificate().subject().clone(), key };
-        let made = NewMember::new(enclave, holds)?.signed_by(&issuer)?;
+        let made = NewMember::new(enclave, holds)?.signed_by(&self.issuer())?;
         // The key last: an enclave that has one is complete.
         files::write_public(&folder.join(CERTIFICATE), &to_pem(&made.certificate)?)?;
         files::write_key(&folder.join(KEY), &made.key_pem)
@@ -93,11 +91,14 @@ impl Authority {
         enclave: &str,
         holds: (Duration, Duration),
     ) -> Result<(), KeystoreError> {
-        let Pair { certificate, key } = &self.identity;
-        let issuer = Issuer { name: certificate.tbs_certificate().subject().clone(), key };
         let key = key_in(&folder.join(KEY))?;
-        let made = NewMember::with_key(enclave, holds, key)?.signed_by(&issuer)?;
+        let made = NewMember::with_key(enclave, holds, key)?.signed_by(&self.issuer())?;
         files::write_public(&folder.join(CERTIFICATE), &to_pem(&made.certificate)?)
+    }
+
+    fn issuer(&self) -> Issuer<'_> {
+        let Pair { certificate, key } = &self.identity;
+        Issuer { name: certificate.tbs_certificate().subject().clone(), key }
     }
 
     /// Makes the authority's own certificates anew, for the keys that it has.

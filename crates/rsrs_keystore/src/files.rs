@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 
-use tempfile::TempDir;
+use tempfile::{NamedTempFile, TempDir};
 
 use crate::KeystoreError;
 
@@ -24,8 +24,7 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), KeystoreError> {
 
 /// Makes a folder beside another one, of a name that nobody else chooses; gone when dropped.
 pub(crate) fn folder_beside(other: &Path) -> Result<TempDir, KeystoreError> {
-    let parent = other.parent().filter(|parent| !parent.as_os_str().is_empty());
-    let parent = parent.unwrap_or(Path::new("."));
+    let parent = folder_of(other);
     let public = Permissions::from_mode(PUBLIC_FOLDER_MODE);
     tempfile::Builder::new()
         .prefix("keystore.")
@@ -50,13 +49,8 @@ pub(crate) fn free_name(folder: &Path, ending: &str) -> PathBuf {
     name
 }
 
-/// Moves a folder to where nothing is.
+/// Moves a folder.
 pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), KeystoreError> {
-    if to.symlink_metadata().is_ok() {
-        return Err(KeystoreError::file("move the keystore to", to)(
-            io::ErrorKind::AlreadyExists.into(),
-        ));
-    }
     fs::rename(from, to).map_err(KeystoreError::file("move the keystore to", to))
 }
 
@@ -82,13 +76,10 @@ pub(crate) fn make_private_folder(folder: &Path) -> Result<(), KeystoreError> {
 /// Writes a private key, whole or not at all; one that is there stays.
 pub(crate) fn write_key(path: &Path, pem: &str) -> Result<(), KeystoreError> {
     let written = || {
-        let folder = path.parent().unwrap_or(Path::new("."));
-        let private = Permissions::from_mode(PRIVATE_MODE);
-        let mut file = tempfile::Builder::new().permissions(private).tempfile_in(folder)?;
-        file.write_all(pem.as_bytes())?;
+        let file = draft_of(path, PRIVATE_MODE, pem)?;
         file.as_file().sync_all()?;
         file.persist_noclobber(path)?;
-        File::open(folder)?.sync_all()
+        File::open(folder_of(path))?.sync_all()
     };
     written().map_err(KeystoreError::file("write", path))
 }
@@ -96,14 +87,23 @@ pub(crate) fn write_key(path: &Path, pem: &str) -> Result<(), KeystoreError> {
 /// Writes what everybody may read: the old file or the new one, whole.
 pub(crate) fn write_public(path: &Path, text: &str) -> Result<(), KeystoreError> {
     let written = || {
-        let folder = path.parent().unwrap_or(Path::new("."));
-        let public = Permissions::from_mode(PUBLIC_MODE);
-        let mut file = tempfile::Builder::new().permissions(public).tempfile_in(folder)?;
-        file.write_all(text.as_bytes())?;
-        file.persist(path)?;
+        draft_of(path, PUBLIC_MODE, text)?.persist(path)?;
         Ok(())
     };
     written().map_err(KeystoreError::file("write", path))
+}
+
+/// A file beside another one, of a name that nobody else chooses, to take its place.
+fn draft_of(path: &Path, mode: u32, text: &str) -> io::Result<NamedTempFile> {
+    let permissions = Permissions::from_mode(mode);
+    let mut file =
+        tempfile::Builder::new().permissions(permissions).tempfile_in(folder_of(path))?;
+    file.write_all(text.as_bytes())?;
+    Ok(file)
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Reads a text.

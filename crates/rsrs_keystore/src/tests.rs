@@ -339,43 +339,22 @@ fn a_document_that_openssl_has_signed_is_known() {
     let robots = robots();
     create(&request(folder.path(), &robots)).unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    // As `ros2 security` signs.
-    let (is_signed, text) = openssl(&[
-        "smime",
-        "-sign",
-        "-text",
-        "-nodetach",
-        "-in",
-        &path("enclaves/governance.xml"),
-        "-signer",
-        &path("public/permissions_ca.cert.pem"),
-        "-inkey",
-        &path("private/permissions_ca.key.pem"),
-        "-md",
-        "sha256",
-        "-out",
-        &path("detached"),
-    ]);
-    assert!(is_signed, "{text}");
-    let (is_signed, text) = openssl(&[
-        "smime",
-        "-sign",
-        "-text",
-        "-in",
-        &path("enclaves/governance.xml"),
-        "-signer",
-        &path("public/permissions_ca.cert.pem"),
-        "-inkey",
-        &path("private/permissions_ca.key.pem"),
-        "-md",
-        "sha256",
-        "-out",
-        &path("enclaves/governance.p7s"),
-    ]);
-    assert!(is_signed, "{text}");
+    // As `ros2 security` signs, and with the text packed into the signature.
+    let sign = |into: &str, how: &[&str]| {
+        let text = path("enclaves/governance.xml");
+        let certificate = path("public/permissions_ca.cert.pem");
+        let key = path("private/permissions_ca.key.pem");
+        let certificate = ["-signer", &certificate, "-inkey", &key];
+        let files = ["-md", "sha256", "-in", &text, "-out", &path(into)];
+        let (is_signed, printed) =
+            openssl(&[&["smime", "-sign", "-text"], &files[..], &certificate[..], how].concat());
+        assert!(is_signed, "{printed}");
+    };
+    sign("packed", &["-nodetach"]);
+    sign("enclaves/governance.p7s", &[]);
 
     assert_eq!(harden(folder.path()).unwrap().cured, [""; 0]);
-    std::fs::copy(path("detached"), path("enclaves/governance.p7s")).unwrap();
+    std::fs::copy(path("packed"), path("enclaves/governance.p7s")).unwrap();
     let opaque = harden(folder.path()).unwrap_err();
     assert!(matches!(opaque, KeystoreError::NotSigned { .. }), "{opaque}");
 }

@@ -21,8 +21,6 @@ use serde::Serialize;
 use crate::best_setting::search::Search;
 use crate::best_setting::{self, Best, Subject, alternatives_text, best};
 
-pub use crate::best_setting::CONFIRM;
-
 /// What is asked.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {

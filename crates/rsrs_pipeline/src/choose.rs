@@ -159,6 +159,7 @@ impl BestSwept {
         })
     }
 }
+
 /// What robots as measured do in the chosen cell, if that was asked.
 pub fn as_measured(choice: &Choice) -> Option<String> {
     let measured = choice.as_measured?;

@@ -24,8 +24,6 @@ use crate::best_setting::search::{Search, Tried};
 use crate::best_setting::{self, Best, Subject, alternatives_text, best, confirm};
 use crate::sweep::result::SweepResult;
 
-pub use crate::best_setting::CONFIRM;
-
 /// What is asked.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {

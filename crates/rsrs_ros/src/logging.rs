@@ -99,11 +99,8 @@ pub fn init(level: Level, developer_filter: Option<&str>) {
 pub fn init_steps(developer_filter: Option<&str>) {
     let mut builder = builder(Level::Info, developer_filter);
     builder.format(|out, record| match record.level() {
-        log::Level::Info => writeln!(out, "{}", lines(&record.args().to_string())),
-        level => {
-            let text = record.args().to_string();
-            writeln!(out, "{}: {}", level.as_str().to_lowercase(), lines(&text))
-        }
+        log::Level::Info => writeln!(out, "{}", text_of(record)),
+        level => writeln!(out, "{}: {}", level.as_str().to_lowercase(), text_of(record)),
     });
     install(builder);
 }
@@ -127,10 +124,15 @@ fn builder(level: Level, developer_filter: Option<&str>) -> env_logger::Builder 
         let (level, target) = (record.level(), record.target());
         let style = out.default_level_style(level);
         // What stands on further lines is further in, and so no other entry of a journal.
-        let text = lines(&record.args().to_string()).replace('\n', "\n    ");
+        let text = text_of(record).replace('\n', "\n    ");
         writeln!(out, "[{style}{level:<5}{style:#} {target}] {text}")
     });
     builder
+}
+
+/// What is logged, fit for a terminal.
+fn text_of(record: &log::Record<'_>) -> String {
+    lines(&record.args().to_string()).into_owned()
 }
 
 /// Lines that wait to be printed, at most.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_core::statistics::comparison::{Share, enough};
+use rsrs_core::statistics::comparison::{Share, Verdict, decided};
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_experiment_runner::plan::{Plan, Request};
@@ -329,7 +329,7 @@ fn is_decided(real: Share, choice: &Choice) -> anyhow::Result<bool> {
     let phases = choice.phases.context("a choice that was just made has its phases")?;
     let simulated = Share::milling(&phases);
     let test = PooledTest::new(&[TestedCell { real, simulated, part: CHOSEN }], MARGIN);
-    Ok(test.is_violated(enough()) || test.is_supported(enough()))
+    Ok(decided(&test) != Verdict::Undecided)
 }
 
 fn choose_cell(sweep: &Path) -> anyhow::Result<Choice> {

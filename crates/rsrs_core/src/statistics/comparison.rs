@@ -170,6 +170,18 @@ pub fn decide(LogEvidence { less, at_least }: LogEvidence) -> Verdict {
     }
 }
 
+/// What runs decide, as [`decide`] has it of all of their evidence, most often without a search for the least;
+/// undecided where nothing is claimed, too.
+pub fn decided(test: &PooledTest) -> Verdict {
+    if test.is_violated(enough()) {
+        Verdict::Violated
+    } else if test.is_supported(enough()) {
+        Verdict::Supported
+    } else {
+        Verdict::Undecided
+    }
+}
+
 /// A cell by itself. With its part of the error: that of all of them together is [`SIGNIFICANCE`] then.
 fn compare_cell(runs: &CellRuns, alone: &PooledTest, part: f64, of_all: Verdict) -> CellComparison {
     let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::statistics::comparison::{MOST_RUNS, Verdict, enough};
+use crate::statistics::comparison::{MOST_RUNS, Verdict, decided};
 use crate::statistics::e_value::TestedCell;
 use crate::statistics::pooled::PooledTest;
 use crate::statistics::share::Share;
@@ -213,14 +213,7 @@ fn verdict(cells: &[PlannedCell], real: &[Share], margin: f64) -> Verdict {
         simulated: cell.simulated,
         part: cell.part,
     });
-    let test = PooledTest::new(&tested.collect::<Vec<_>>(), margin);
-    if test.is_violated(enough()) {
-        Verdict::Violated
-    } else if test.is_supported(enough()) {
-        Verdict::Supported
-    } else {
-        Verdict::Undecided
-    }
+    decided(&PooledTest::new(&tested.collect::<Vec<_>>(), margin))
 }
 
 #[cfg(test)]
@@ -229,7 +222,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
-    use crate::statistics::comparison::MARGIN;
+    use crate::statistics::comparison::{MARGIN, enough};
 
     fn planned(cells: &[PlannedCell], wanted: f64) -> ExperimentPlan {
         let mut generator = ChaCha8Rng::seed_from_u64(7);

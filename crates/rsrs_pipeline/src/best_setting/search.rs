@@ -1,9 +1,5 @@
 //! How often a changed robot mills in its best setting, and whether fresh runs confirm it.
 
-use super::Options;
-use super::settings::{first_of_each, with_settings};
-use crate::sweep::result::SweepResult;
-use crate::sweep::source::ResolvedSweep;
 use rsrs_core::conditions::{Conditions, Placement, Settings};
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::{Axis, Cell};
@@ -12,6 +8,11 @@ use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, Swept, check, confirmation_seed, sweep};
+
+use super::Options;
+use super::settings::{first_of_each, with_settings};
+use crate::sweep::result::SweepResult;
+use crate::sweep::source::ResolvedSweep;
 
 pub use super::settings::promising;
 
@@ -90,6 +91,7 @@ const MARGIN: f64 = 0.035;
 const KEPT: usize = 8;
 /// Values that are confirmed until one holds.
 pub const ATTEMPTS: u32 = 4;
+
 impl<'a> Search<'a> {
     /// Looks among the settings of a sweep.
     ///

@@ -44,12 +44,8 @@ pub struct RenewArguments {
     /// Folder of the keystore, with its private keys.
     #[arg(value_name = "DIR")]
     keystore: PathBuf,
-    /// For how many days, from now.
-    #[arg(
-        long, value_name = "DAYS", default_value = "3650",
-        value_parser = clap::value_parser!(u32).range(1..=36500)
-    )]
-    valid_days: u32,
+    #[command(flatten)]
+    validity: Validity,
 }
 
 /// Make a keystore anew without one of its members, such as a robot that was stolen.
@@ -69,7 +65,14 @@ pub struct RevokeArguments {
     /// Whose enclave goes.
     #[arg(value_name = "NAME")]
     name: String,
-    /// For how many days the new one holds, from now.
+    #[command(flatten)]
+    validity: Validity,
+}
+
+/// How long a keystore holds that is made now.
+#[derive(clap::Args)]
+struct Validity {
+    /// For how many days it holds, from now.
     #[arg(
         long, value_name = "DAYS", default_value = "3650",
         value_parser = clap::value_parser!(u32).range(1..=36500)
@@ -149,11 +152,11 @@ fn text(shown: &Shown) -> String {
 ///
 /// If the folder is no keystore, or cannot be written.
 pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
-    let validity = DAY * arguments.valid_days;
+    let validity = DAY * arguments.validity.valid_days;
     members::renew(&arguments.keystore, since_1970()?, validity).map_err(helped)?;
     print_text(format!(
         "renewed for {} days; copy to each robot its own enclave, and start its service anew:\n  {}",
-        arguments.valid_days,
+        arguments.validity.valid_days,
         copy_line(&arguments.keystore)
     ))?;
     Ok(Outcome::Done)
@@ -165,7 +168,7 @@ pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
 ///
 /// If there is no such member, or the folder is no keystore or cannot be written.
 pub fn revoke(arguments: &RevokeArguments) -> anyhow::Result<Outcome> {
-    let validity = DAY * arguments.valid_days;
+    let validity = DAY * arguments.validity.valid_days;
     let old = members::revoke(&arguments.keystore, &arguments.name, since_1970()?, validity);
     let old = old.map_err(helped)?;
     print_text(format!(
