@@ -68,11 +68,29 @@ fn fleet_of(
     (path, names)
 }
 
-fn robot(name: &str) -> Process {
-    let mut command = rsrs();
-    command.args(["node", "robot", "--interface", "127.0.0.1", "--robots", name]);
-    command.args(["--driver", "ros"]).stdout(Stdio::null()).stderr(Stdio::null());
-    Process(command.spawn().expect("the program was built for this test"))
+/// The process of one robot, and the file with what it writes.
+struct Robot {
+    process: Process,
+    written: PathBuf,
+}
+
+impl Robot {
+    fn start(name: &str, folder: &Path) -> Self {
+        let written = folder.join(format!("{name}.log"));
+        let file = std::fs::File::create(&written).expect("writable");
+        let mut command = rsrs();
+        command.args(["node", "robot", "--interface", "127.0.0.1", "--robots", name]);
+        command.args(["--driver", "ros"]).stdout(Stdio::null()).stderr(file);
+        let process = Process(command.spawn().expect("the program was built for this test"));
+        Self { process, written }
+    }
+
+    /// Whether it still runs, and what it wrote.
+    fn state(&mut self) -> String {
+        let ended = self.process.0.try_wait().expect("it is our child");
+        let written = std::fs::read_to_string(&self.written).expect("what it writes is text");
+        format!("its process ended with {ended:?} and wrote:\n{written}")
+    }
 }
 
 /// The distance sensors, the wheels and the poses of all robots.
@@ -152,11 +170,12 @@ fn many_robot_processes_on_one_machine_start_match_and_run_an_experiment() {
         let base = Base::new(&session, &names);
         let bag = folder.path().join("bag");
 
-        let _robots: Vec<Process> = names.iter().map(|name| robot(name)).collect();
+        let mut robots: Vec<Robot> =
+            names.iter().map(|name| Robot::start(name, folder.path())).collect();
         tokio::select! {
             () = base.speak() => {}
             () = async {
-                all_are_there(&session, &names).await;
+                all_are_there(&session, &names, &mut robots).await;
                 run(experiment, bag.clone()).await;
             } => {}
         }
@@ -181,13 +200,15 @@ fn many_robot_processes_on_one_machine_start_match_and_run_an_experiment() {
 }
 
 /// Waits until every robot's process and the base have discovered each other.
-async fn all_are_there(session: &Session, names: &[String]) {
-    for name in names {
+async fn all_are_there(session: &Session, names: &[String], robots: &mut [Robot]) {
+    for (name, robot) in names.iter().zip(robots) {
         let (status, range) =
             (topics::STATUS.for_robot(name), topics::HARDWARE_RANGE.for_robot(name));
-        let why = "the robot's process starts";
-        session.wait_for_writers(&status, 1, TIMEOUT).await.expect(why);
-        session.wait_for_readers(&range, 1, TIMEOUT).await.expect(why);
+        let found = async {
+            session.wait_for_writers(&status, 1, TIMEOUT).await?;
+            session.wait_for_readers(&range, 1, TIMEOUT).await
+        };
+        found.await.unwrap_or_else(|error| panic!("{error}; {}", robot.state()));
     }
 }
 
