@@ -58,7 +58,7 @@ const STANDS: f64 = 0.3;
 const MIN_WINDOWS: usize = 7;
 
 /// Windows that show it of a robot alone: gusts push one or another aside for some seconds.
-const MIN_WINDOWS_ALONE: usize = 20;
+const MIN_WINDOWS_ALONE: usize = 40;
 
 /// A body may be fixed askew in the tracker by so much before it counts as turned, in radians ...
 const MOST_ASKEW_RAD: f64 = PI / 3.0;

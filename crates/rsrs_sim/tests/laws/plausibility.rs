@@ -287,9 +287,9 @@ fn mirrored_poses_are_named_and_so_are_places_or_headings_alone() {
     let places = mills(posed(|pose| Pose { y_m: -pose.y_m, ..pose }));
     let headings = mills(posed(|pose| Pose { heading_rad: -pose.heading_rad, ..pose }));
 
-    is_found(&both, (12.0, 6), |cause| matches!(cause, Cause::Mirrored));
+    is_found(&both, (24.0, 6), |cause| matches!(cause, Cause::Mirrored));
     for one in [places, headings] {
-        is_found(&one, (12.0, 8), |cause| matches!(cause, Cause::HeadingMirrored));
+        is_found(&one, (24.0, 8), |cause| matches!(cause, Cause::HeadingMirrored));
     }
 }
 

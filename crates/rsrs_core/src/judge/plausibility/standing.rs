@@ -6,18 +6,18 @@ use super::{Cause, MOST_LAG_S};
 /// A robot is looked at for at least so long, in seconds.
 const LOOK_S: f64 = 3.0;
 
-/// Commands that lead so far, in metres, show whether a robot obeys.
-const MIN_WAY_M: f64 = 0.10;
+/// Commands that lead so far, in metres, show whether a robot obeys: a gust holds a slow one back for
+/// some seconds.
+const MIN_WAY_M: f64 = 0.15;
 
-/// So do commands that turn so much, in radians, if they turn one way only, or at so much on the whole, in
-/// radians per second: a robot that leans to one side and keeps looking at another one is commanded
-/// against that all the time, and stands.
+/// So do commands that turn so much, in radians, if they turn one way by this share of all turning: a robot
+/// that leans to one side and keeps looking at another one is commanded against that all the time, and
+/// stands.
 const MIN_TURN_RAD: f64 = 1.0;
-const ONE_WAY: f64 = 0.9;
-const MIN_RATE_RAD_S: f64 = 0.5;
+const ONE_WAY: f64 = 0.65;
 
 /// One that stands moves less than this share of it ...
-const STANDS: f64 = 0.15;
+const STANDS: f64 = 0.1;
 /// ... or less than a tracker's noise.
 const NOISE_M: f64 = 0.02;
 const NOISE_RAD: f64 = 0.15;
@@ -98,7 +98,7 @@ fn look_from(motion: &Motion, start: usize) -> Option<usize> {
     let last = motion.len().checked_sub(1).filter(|last| least <= *last)?;
     let is_enough = |end: &usize| {
         let (way_m, turn_rad) = commanded(motion, start, end.saturating_sub(n_lag).max(start));
-        way_m >= MIN_WAY_M || turn_rad >= least_turn_rad(motion, start, *end)
+        way_m >= MIN_WAY_M || is_to_turn(motion, start, *end, turn_rad)
     };
     let step = motion.samples_in(1.0);
     let mut ends = (least..=last.min(most)).step_by(step);
@@ -109,13 +109,11 @@ fn look_from(motion: &Motion, start: usize) -> Option<usize> {
     }
 }
 
-/// How far a robot is to turn in a look for its turning to show something, in radians.
-fn least_turn_rad(motion: &Motion, start: usize, end: usize) -> f64 {
+/// Whether a robot is to turn so far in a look that its turning shows something.
+fn is_to_turn(motion: &Motion, start: usize, end: usize, turn_rad: f64) -> bool {
     let rates = motion.commands[start..end].iter().map(|command| command.turn_rate_rad_s);
     let (sum, all) = rates.fold((0.0, 0.0), |(sum, all), rate| (sum + rate, all + f64::abs(rate)));
-    let is_one_way = f64::abs(sum) >= ONE_WAY * all;
-    let for_s = (end - start) as f64 * motion.period_s;
-    if is_one_way { MIN_TURN_RAD } else { MIN_TURN_RAD.max(MIN_RATE_RAD_S * for_s) }
+    turn_rad >= MIN_TURN_RAD && f64::abs(sum) >= ONE_WAY * all
 }
 
 /// How far commands lead from the start, and how far they turn either way.
@@ -131,9 +129,7 @@ fn seen(motion: &Motion, start: usize, end: usize) -> Seen {
     // What moved a moment before or moves a moment later may be late, or stamped by another clock.
     let n_lag = motion.samples_in(MOST_LAG_S);
     let (way_m, turn_rad) = commanded(motion, start, end.saturating_sub(n_lag).max(start));
-    let least_rad = least_turn_rad(motion, start, end);
-    let (is_to_go, is_to_turn) = (way_m >= MIN_WAY_M, turn_rad >= least_rad);
-    if !is_to_go && !is_to_turn {
+    if way_m < MIN_WAY_M && !is_to_turn(motion, start, end, turn_rad) {
         return Seen::Nothing;
     }
     let from = start.saturating_sub(n_lag);

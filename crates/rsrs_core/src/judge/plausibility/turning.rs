@@ -15,7 +15,7 @@ const STRIDE_S: f64 = 1.0;
 const MIN_WINDOWS: usize = 3;
 
 /// And fewer than this nothing about one robot of which the others show the contrary.
-const MIN_WINDOWS_ALONE: usize = 8;
+const MIN_WINDOWS_ALONE: usize = 20;
 
 /// A turn that was commanded in a window is at least so large, as a root mean square, in radians: a
 /// tracker's noise makes one of 0.1.
