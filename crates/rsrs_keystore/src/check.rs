@@ -19,7 +19,7 @@ use crate::layout::{
 use crate::permissions::Permissions;
 use crate::signed_document::signed_text;
 
-/// Something that keeps an enclave from being used.
+/// Something that is wrong with an enclave.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EnclaveProblem {
     /// A file is not there or cannot be read.
@@ -89,7 +89,14 @@ impl fmt::Display for EnclaveProblem {
     }
 }
 
-/// Everything that is wrong with an enclave; nothing if it can be used.
+impl EnclaveProblem {
+    /// Whether the enclave can be used in spite of it.
+    pub fn is_warning(&self) -> bool {
+        matches!(self, Self::Governance(weakness) if weakness.is_of_members())
+    }
+}
+
+/// Everything that is wrong with an enclave; it can be used if all of it is warnings.
 ///
 /// Signatures are left to the middleware, which verifies them when it starts.
 ///

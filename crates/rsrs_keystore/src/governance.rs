@@ -142,6 +142,18 @@ pub enum Weakness {
     },
     /// No rule for all other topics.
     TopicsWithoutRule,
+    /// The keys of a member, which all have that receive it, are all that it takes to send in its name.
+    MembersCanForge {
+        /// The option of the document.
+        option: &'static str,
+    },
+}
+
+impl Weakness {
+    /// Whether only who has the keys of a member can use it: such a keystore is used, with a warning.
+    pub fn is_of_members(&self) -> bool {
+        matches!(self, Self::MembersCanForge { .. })
+    }
 }
 
 impl fmt::Display for Weakness {
@@ -172,20 +184,44 @@ impl fmt::Display for Weakness {
                  are encrypted contain them already"
             ),
             Self::TopicsWithoutRule => out.write_str("has no rule for all other topics (`*`)"),
+            Self::MembersCanForge { option } => write!(
+                out,
+                "has {option} without _WITH_ORIGIN_AUTHENTICATION, so that a thief with the keys of one \
+                 robot can send in the name of every member"
+            ),
         }
     }
 }
 
+impl Protection {
+    /// The same, also towards members.
+    fn with_origin_authentication(self) -> Self {
+        match self {
+            Self::Sign => Self::SignWithOriginAuthentication,
+            Self::Encrypt => Self::EncryptWithOriginAuthentication,
+            kind => kind,
+        }
+    }
+
+    fn lets_members_forge(self) -> bool {
+        self != self.with_origin_authentication()
+    }
+}
+
 impl Governance {
-    /// What this middleware carries and nobody can forge: SROS2's default, with payloads protected as
-    /// a part of their submessages and not once more by themselves.
+    /// What this middleware carries and nobody can forge, members included: SROS2's default, with
+    /// announcements and submessages signed for each receiver with a key of its own, and payloads protected
+    /// as a part of their submessages and not once more by themselves.
+    ///
+    /// Datagrams are signed for all receivers at once: what is in them is protected by itself, and to sign
+    /// both for each receiver makes a fleet start twice as slowly.
     pub fn recommended(domains: Domains) -> Self {
         let rule = DomainRule {
             domains: vec![domains],
             unauthenticated_participants: Switch::Off,
             join_access_control: Switch::On,
-            discovery: Protection::Encrypt,
-            liveliness: Protection::Encrypt,
+            discovery: Protection::EncryptWithOriginAuthentication,
+            liveliness: Protection::EncryptWithOriginAuthentication,
             rtps: Protection::Sign,
             topics: vec![TopicRule::recommended(ALL_TOPICS)],
         };
@@ -254,11 +290,21 @@ impl DomainRule {
         if !self.topics.iter().any(|topic| topic.expression == ALL_TOPICS) {
             found.push(Weakness::TopicsWithoutRule);
         }
+        let of_topics =
+            self.topics.iter().map(|topic| ("metadata_protection_kind", topic.metadata));
+        let inside = kinds[..2].iter().copied().chain(of_topics);
+        let mut forgeable: Vec<_> = inside
+            .filter(|(_, kind)| kind.lets_members_forge())
+            .map(|(option, _)| Weakness::MembersCanForge { option })
+            .collect();
+        forgeable.dedup();
+        found.extend(forgeable);
         found
     }
 
     fn hardened(&self) -> Self {
         let at_least = |kind, least| if kind == Protection::None { least } else { kind };
+        let protected = |kind| at_least(kind, Protection::Encrypt).with_origin_authentication();
         let mut topics: Vec<_> = self.topics.iter().map(TopicRule::hardened).collect();
         if !topics.iter().any(|topic| topic.expression == ALL_TOPICS) {
             topics.push(TopicRule::recommended(ALL_TOPICS));
@@ -267,8 +313,8 @@ impl DomainRule {
             domains: self.domains.clone(),
             unauthenticated_participants: Switch::Off,
             join_access_control: Switch::On,
-            discovery: at_least(self.discovery, Protection::Encrypt),
-            liveliness: at_least(self.liveliness, Protection::Encrypt),
+            discovery: protected(self.discovery),
+            liveliness: protected(self.liveliness),
             rtps: at_least(self.rtps, Protection::Sign),
             topics,
         }
@@ -283,7 +329,7 @@ impl TopicRule {
             liveliness_protection: Switch::On,
             read_access_control: Switch::On,
             write_access_control: Switch::On,
-            metadata: Protection::Encrypt,
+            metadata: Protection::EncryptWithOriginAuthentication,
             data: Protection::None,
         }
     }
@@ -318,7 +364,10 @@ impl TopicRule {
             Protection::Sign if self.data == Protection::Encrypt => Protection::Encrypt,
             kind => kind,
         };
-        Self { metadata, ..Self::recommended(&self.expression) }
+        Self {
+            metadata: metadata.with_origin_authentication(),
+            ..Self::recommended(&self.expression)
+        }
     }
 }
 

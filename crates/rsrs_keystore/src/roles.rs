@@ -137,8 +137,8 @@ impl Role {
 
     /// What it may do in a fleet of these robots.
     ///
-    /// Everybody receives all topics: what a member publishes is no secret from the others, and who
-    /// does not belong to the fleet receives nothing.
+    /// What a member receives, its thief reads. A robot and a tracker receive what concerns all, and no other
+    /// robot's topics; who conducts, moves, stops or watches robots receives all.
     pub fn rights(&self, robots: &[String]) -> Rights {
         let own: Vec<&str> = match self.kind {
             Kind::Robot => vec![self.robot_name()],
@@ -151,7 +151,7 @@ impl Role {
             absolute.into_iter().chain(relative.map(|robot| topic.for_robot(robot)))
         });
         let mut may_publish: Vec<String> = published.map(|name| format!("rt{name}")).collect();
-        let mut may_receive = vec!["rt/*".to_owned(), GRAPH.to_owned()];
+        let mut may_receive = self.received(robots);
         may_publish.push(GRAPH.to_owned());
         for service in self.services(robots) {
             may_publish.push(format!("rr{service}/*Reply"));
@@ -182,6 +182,20 @@ impl Role {
             names.dedup();
         }
         Rights { may_not_publish, may_publish, may_receive }
+    }
+
+    /// Topics that it may receive.
+    fn received(&self, robots: &[String]) -> Vec<String> {
+        let of_robots =
+            |topic: Topic| robots.iter().map(move |robot| format!("rt{}", topic.for_robot(robot)));
+        let own: Vec<String> = match self.kind {
+            Kind::Robot => vec![format!("rt/{}/*", self.robot_name())],
+            Kind::Tracker => of_robots(topics::POSE).collect(),
+            _ => return vec!["rt/*".to_owned(), GRAPH.to_owned()],
+        };
+        let of_all = PUBLISHERS.iter().map(|(topic, _)| topic).filter(|topic| topic.is_absolute());
+        let of_all = of_all.map(|topic| format!("rt{}", topic.name));
+        of_all.chain(own).chain([GRAPH.to_owned()]).collect()
     }
 
     /// What the services of its nodes begin with.
@@ -239,6 +253,20 @@ mod tests {
         for forbidden in ["rt/swarm/lease", "rt/swarm/e_stop", "rt/clock", "rq/*Request"] {
             assert!(!own.contains(forbidden), "{forbidden}");
         }
+    }
+
+    #[test]
+    fn a_robot_receives_what_concerns_all_and_nothing_of_another_robot() {
+        for role in [Role::of_robot("robot_1"), role(Kind::Tracker)] {
+            let received = role.rights(&robots()).may_receive;
+
+            let has = |name: &str| received.iter().any(|allowed| allowed == name);
+            assert!(has("rt/swarm/lease") && has("rt/tf") && !has("rt/*"), "{received:?}");
+            let of_robot =
+                |name: &&String| name.starts_with("rt/robot_2/") && !name.ends_with("/pose");
+            assert_eq!(received.iter().find(of_robot), None);
+        }
+        assert!(role(Kind::Viewer).rights(&robots()).may_receive.contains(&"rt/*".to_owned()));
     }
 
     #[test]

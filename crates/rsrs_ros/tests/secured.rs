@@ -3,8 +3,16 @@
 mod controllers;
 #[path = "secured/forgery.rs"]
 mod forgery;
+#[path = "secured/insider.rs"]
+mod insider;
 #[path = "secured/lab.rs"]
 mod lab;
+#[path = "secured/sealed.rs"]
+mod sealed;
+#[path = "secured/stolen_keys.rs"]
+mod stolen_keys;
+#[path = "secured/thief.rs"]
+mod thief;
 
 use std::time::{Duration, Instant};
 
@@ -17,6 +25,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer, Para
 use rsrs_ros::security::SecurityError;
 use rsrs_ros::session::{Session, SessionError};
 use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
+use thief::Theft;
 
 /// Long enough for a sample of somebody who is obeyed, and for the handshakes before it.
 const A_WHILE: Duration = Duration::from_secs(4);
@@ -131,6 +140,16 @@ fn plain_programs_and_members_of_another_keystore_are_not_obeyed_and_receive_not
 }
 
 #[test]
+fn whoever_asks_itself_for_no_permission_is_asked_by_the_others() {
+    in_own_network("whoever_asks_itself_for_no_permission_is_asked_by_the_others", async || {
+        let (n_own, n_stops) = insider::arrives(&Lab::new()).await;
+
+        assert!(n_own > 0, "the control: what the permissions allow arrives");
+        assert_eq!(n_stops, 0, "a robot stopped another one");
+    });
+}
+
+#[test]
 fn an_enclave_without_the_permission_publishes_nothing() {
     in_own_network("an_enclave_without_the_permission_publishes_nothing", async || {
         let lab = Lab::new();
@@ -236,6 +255,40 @@ fn a_forged_datagram_is_obeyed_in_a_plain_fleet_and_not_in_a_secured_one() {
             assert!(!secured, "a forged lease was obeyed");
         },
     );
+}
+
+/// As SROS2 has it: the keys of a member are all that it takes to send in its name.
+fn without_origin_authentication(governance: &str) -> String {
+    governance.replace("_WITH_ORIGIN_AUTHENTICATION", "")
+}
+
+#[test]
+fn a_thief_with_the_keys_that_members_send_each_other_is_obeyed_by_nobody() {
+    in_own_network(
+        "a_thief_with_the_keys_that_members_send_each_other_is_obeyed_by_nobody",
+        async || {
+            let open = Lab::new();
+            open.sign_governance_with_openssl(without_origin_authentication);
+            let all = Theft { obeyed: vec!["/swarm/lease", "/swarm/e_stop"], hears: false };
+            let mut control = thief::steal(&open).await;
+            // A thief is in a race with whom it forges, and may lose it.
+            for _ in 0..2 {
+                if control != all {
+                    control = thief::steal(&open).await;
+                }
+            }
+            let theft = thief::steal(&Lab::new()).await;
+
+            assert_eq!(control, all, "the control: whoever has the keys can do it");
+            assert_eq!(theft, Theft { obeyed: Vec::new(), hears: true });
+        },
+    );
+}
+
+/// Not a test of its own: the process of the thief.
+#[test]
+fn is_a_thief_if_asked() {
+    thief::steal_if_asked();
 }
 
 #[test]

@@ -37,7 +37,7 @@ fn the_default_of_sros2_is_not_carried_and_can_be_hardened() {
 #[test]
 fn each_way_to_be_open_is_a_weakness_that_hardening_ends() {
     type Opened = fn(&mut DomainRule);
-    let ways: [(Opened, &str); 11] = [
+    let ways: [(Opened, &str); 14] = [
         (|rule| rule.unauthenticated_participants = Switch::On, "without a certificate"),
         (|rule| rule.join_access_control = Switch::Off, "enable_join_access_control"),
         (|rule| rule.discovery = Protection::None, "discovery_protection_kind NONE"),
@@ -49,6 +49,9 @@ fn each_way_to_be_open_is_a_weakness_that_hardening_ends() {
         (|rule| rule.topics[0].write_access_control = Switch::Off, "enable_write_access_control"),
         (|rule| rule.topics[0].read_access_control = Switch::Off, "enable_read_access_control"),
         (|rule| rule.topics[0].expression = "rt/a*".to_owned(), "all other topics"),
+        (|rule| rule.discovery = Protection::Encrypt, "discovery_protection_kind without"),
+        (|rule| rule.liveliness = Protection::Sign, "liveliness_protection_kind without"),
+        (|rule| rule.topics[0].metadata = Protection::Encrypt, "metadata_protection_kind without"),
     ];
     for (open, expected) in ways {
         let mut governance = Governance::recommended(ZERO);
@@ -69,7 +72,7 @@ fn hardening_keeps_payloads_secret_that_were() {
 
     let hardened = governance.hardened();
 
-    assert_eq!(hardened.rules[0].topics[0].metadata, Protection::Encrypt);
+    assert_eq!(hardened.rules[0].topics[0].metadata, Protection::EncryptWithOriginAuthentication);
 }
 
 #[test]

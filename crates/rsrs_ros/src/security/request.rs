@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rsrs_keystore::check::{ENDS_SOON, ends_at, problems_of};
+use rsrs_keystore::check::{ENDS_SOON, EnclaveProblem, ends_at, problems_of};
 use rsrs_keystore::layout::ENCLAVES;
 
 use super::{Enclave, IS_BUILT_IN, SecurityError};
@@ -148,7 +148,10 @@ impl SecurityRequest {
             return if is_permissive { Ok(None) } else { Err(error) };
         }
         let problems = problems_of(&folder, domain_id, now);
-        if problems.is_empty() {
+        if problems.iter().all(EnclaveProblem::is_warning) {
+            for problem in problems {
+                log::warn!("{problem}: `rsrs keystore harden`, and copy the governance");
+            }
             let left = ends_at(&folder).map(|ends| ends.saturating_sub(now));
             if let Some(left) = left.filter(|left| *left < ENDS_SOON) {
                 log::warn!(

@@ -86,21 +86,27 @@ fn is_among(samples: &Mutex<Vec<ReceivedRaw>>) -> bool {
         .any(|sample| sample.message.ends_with(&FORGED))
 }
 
-/// RTPS 2.3 with one DATA submessage, little-endian.
+/// RTPS 2.3 with one sample.
 fn datagram(writer: [u8; 16], sequence: u64) -> Vec<u8> {
-    let mut bytes = b"RTPS\x02\x03\x01\x12".to_vec();
-    bytes.extend_from_slice(&writer[..12]);
+    let header = [b"RTPS\x02\x03\x01\x12", &writer[..12]].concat();
+    [header, sample(writer, sequence, &FORGED)].concat()
+}
+
+/// RTPS 2.3: DATA with a message, from a publisher to whoever subscribes.
+pub fn sample(writer: [u8; 16], sequence: u64, message: &[u8]) -> Vec<u8> {
     let mut data = vec![0, 0, 16, 0];
-    // To whoever subscribes, from this publisher.
     data.extend_from_slice(&[0; 4]);
     data.extend_from_slice(&writer[12..]);
     data.extend_from_slice(&[0; 4]);
-    data.extend_from_slice(&u32::try_from(sequence).expect("a healthy network").to_le_bytes());
+    data.extend_from_slice(&u32::try_from(sequence).expect("a small number").to_le_bytes());
     data.extend_from_slice(&[0, 1, 0, 0]);
-    data.extend_from_slice(&FORGED);
-    let length = u16::try_from(data.len()).expect("a healthy network").to_le_bytes();
-    // DATA, with the flags "little-endian" and "has data".
-    bytes.extend_from_slice(&[0x15, 0x05, length[0], length[1]]);
-    bytes.extend(data);
-    bytes
+    data.extend_from_slice(message);
+    // With the flags "little-endian" and "has data".
+    submessage(0x05, &data)
+}
+
+/// A DATA submessage with these flags, of which one is "little-endian".
+pub fn submessage(flags: u8, data: &[u8]) -> Vec<u8> {
+    let [low, high] = u16::try_from(data.len()).expect("it is short").to_le_bytes();
+    [&[0x15, flags, low, high], data].concat()
 }

@@ -40,6 +40,11 @@ impl Lab {
         Self { keystore }
     }
 
+    /// The keystore.
+    pub fn folder(&self) -> &Path {
+        self.keystore.path()
+    }
+
     /// The folder of an enclave.
     pub fn path(&self, enclave: &str) -> PathBuf {
         self.keystore.path().join("enclaves").join(enclave.trim_start_matches('/'))
@@ -60,10 +65,25 @@ impl Lab {
 
     /// Signs the governance with the openssl program, after a change of its text.
     pub fn sign_governance_with_openssl(&self, change: impl Fn(&str) -> String) {
-        let (folder, enclaves) = (self.keystore.path(), self.keystore.path().join("enclaves"));
-        let text = std::fs::read_to_string(enclaves.join("governance.xml")).expect("it is a text");
-        let changed = enclaves.join("changed.xml");
-        std::fs::write(&changed, change(&text)).expect("writable");
+        self.sign_into(&self.keystore.path().join("enclaves"), change);
+    }
+
+    /// A copy of an enclave, with a governance of its own.
+    pub fn copied(&self, enclave: &str, change: impl Fn(&str) -> String) -> TempDir {
+        let copy = tempfile::tempdir().expect("a temporary folder");
+        for file in std::fs::read_dir(self.path(enclave)).expect("the enclave is there") {
+            let file = file.expect("the enclave is there");
+            std::fs::copy(file.path(), copy.path().join(file.file_name())).expect("writable");
+        }
+        self.sign_into(copy.path(), change);
+        copy
+    }
+
+    fn sign_into(&self, into: &Path, change: impl Fn(&str) -> String) {
+        let folder = self.keystore.path();
+        let text = std::fs::read_to_string(folder.join("enclaves/governance.xml"));
+        let changed = folder.join("changed.xml");
+        std::fs::write(&changed, change(&text.expect("it is a text"))).expect("writable");
         let signed = Command::new("openssl")
             .args(["smime", "-sign", "-text", "-in"])
             .arg(changed)
@@ -72,7 +92,7 @@ impl Lab {
             .arg("-inkey")
             .arg(folder.join("private/permissions_ca.key.pem"))
             .arg("-out")
-            .arg(enclaves.join("governance.p7s"))
+            .arg(into.join("governance.p7s"))
             .status();
         assert!(signed.expect("openssl is installed").success());
     }
@@ -101,7 +121,7 @@ fn enclave_in(
     request.enclave(Member::Runner, domain_id, now)
 }
 
-fn open_in(keystore: &Path, enclave: &str) -> Result<Session, SessionError> {
+pub fn open_in(keystore: &Path, enclave: &str) -> Result<Session, SessionError> {
     let enclave = enclave_in(keystore, enclave, DOMAIN).expect("the enclave looks well");
     assert!(enclave.is_some(), "the strategy is to enforce");
     Session::open(&SessionOptions { domain_id: DOMAIN, interfaces: vec![LOOPBACK], enclave })

@@ -14,7 +14,7 @@ const MIN_WAY_M: f64 = 0.15;
 /// that leans to one side and keeps looking at another one is commanded against that all the time, and
 /// stands.
 const MIN_TURN_RAD: f64 = 1.0;
-const ONE_WAY: f64 = 0.65;
+const ONE_WAY: f64 = 0.9;
 
 /// One that stands moves less than this share of it ...
 const STANDS: f64 = 0.1;
