@@ -13,6 +13,7 @@ use crate::processes::{Process, confined_rsrs, nodes_of};
 use crate::terminal::Terminal;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
+use rsrs_ros::confine::Confinement;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -312,6 +313,39 @@ fn a_run_that_fails_before_its_robots_move_is_tried_again_and_every_attempt_is_l
     assert_eq!(manifest(&folder)["record"]["seed"], 1);
 
     what_an_earlier_version_took_for_finished(place.path());
+}
+
+#[test]
+fn a_run_in_which_the_world_waits_in_vain_is_void_and_tried_again_with_its_seed() {
+    let place = place();
+    of_one_run(place.path());
+    let mut process = Process::start(&mut campaign(place.path()));
+    let folder = place.path().join("out/001_three");
+    let length = |file: &str| std::fs::metadata(folder.join(file)).map_or(0, |file| file.len());
+    wait_for("the first steps", || length("bag/bag_0.mcap") > 100_000);
+    let node = nodes_of(process.0.id())[0];
+    let namespace = |pid: &str| std::fs::read_link(format!("/proc/{pid}/ns/user")).expect("Linux");
+    let user_namespace = namespace("self") != namespace(&node.to_string());
+    let enter = Confinement { pid: node, user_namespace }.enter_command();
+    let set_loopback = |state: &str| {
+        let line = format!("{enter} ip link set lo {state}");
+        let set = Command::new("sh").args(["-c", &line]).status();
+        assert!(set.expect("every system has a shell").success(), "{line}");
+    };
+    set_loopback("down");
+    wait_for("the end of the run", || folder.join("bag.unfinished_1").exists());
+    set_loopback("up");
+    let (status, errors) = process.wait(TIMEOUT);
+
+    assert_eq!(status.code(), Some(0), "{errors}");
+    assert!(errors.contains("; tried again, 2 of 3"), "{errors}");
+    let manifest = manifest(&folder);
+    let [attempt] = &manifest["attempts"].as_array().expect("a list")[..] else {
+        panic!("{manifest}")
+    };
+    assert_eq!(attempt["ending"], "void", "{attempt}");
+    assert_eq!(manifest["record"]["seed"], 1);
+    assert_eq!(manifest["ending"], "completed", "{manifest}");
 }
 
 /// Makes the manifest of a version that took runs without a result for finished.
