@@ -217,6 +217,13 @@ fn the_service_manager_takes_the_unit() {
     let output = output.expect("this test needs systemd-analyze, of the package systemd");
     let complaints = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && !complaints.contains(name), "{complaints}");
+    let score = Command::new("systemd-analyze")
+        .args(["security", "--offline=true", "--no-pager", "--threshold=17"])
+        .arg(&here)
+        .output()
+        .expect("it was there a moment ago");
+    let open = String::from_utf8_lossy(&score.stdout);
+    assert!(score.status.success(), "it leaves more open than 1.7:\n{open}");
     // What the unit starts is understood: the node gets as far as its fleet file.
     let line = text.lines().find_map(|line| line.strip_prefix("ExecStart=/usr/bin/rsrs "));
     let arguments = line.expect("it starts the program").replace("%I", "robot_1");
@@ -225,6 +232,17 @@ fn the_service_manager_takes_the_unit() {
     let output = confine::start_in_own_network(&mut robot).output().expect("built for this test");
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(error.contains("/etc/rsrs/fleets/fleet.yaml"), "{error}");
+}
+
+/// Builds `rsrs.deb` of the folder `package` beside it.
+fn build_package(folder: &Path, version: &str) {
+    let control = format!(
+        "Package: rsrs\nVersion: {version}\nArchitecture: all\n\
+         Maintainer: nobody <nobody@example.org>\nDescription: for a test\n"
+    );
+    fs::write(folder.join("package/DEBIAN/control"), control).expect("writable");
+    let build = ["--root-owner-group", "-Znone", "--build", "package", "rsrs.deb"];
+    must_run(Command::new("dpkg-deb").args(build).current_dir(folder));
 }
 
 /// A laboratory of two robots and a recorder, all of them this machine, each below a folder.
@@ -240,11 +258,12 @@ impl Laboratory {
         let path = |name: &str| folder.path().join(name);
         install(&path("package"));
         fs::create_dir(path("package/DEBIAN")).expect("writable");
-        let control = "Package: rsrs\nVersion: 0.1.0\nArchitecture: all\n\
-                       Maintainer: nobody <nobody@example.org>\nDescription: for a test\n";
-        fs::write(path("package/DEBIAN/control"), control).expect("writable");
-        let build = ["--root-owner-group", "-Znone", "--build", "package", "rsrs.deb"];
-        must_run(Command::new("dpkg-deb").args(build).current_dir(folder.path()));
+        fs::write(path("package/DEBIAN/conffiles"), "/etc/rsrs/robot.env\n").expect("writable");
+        for script in ["postinst", "prerm", "postrm"] {
+            let ours = house().join("launch_configs/deploy/debian").join(script);
+            fs::copy(ours, path("package/DEBIAN").join(script)).expect("it is shipped");
+        }
+        build_package(folder.path(), "0.1.0");
         for robot in ["robot_1", "robot_2"] {
             for part in ["var/cache", "var/lib/dpkg/info", "var/lib/dpkg/updates"] {
                 fs::create_dir_all(path(robot).join(part)).expect("writable");
@@ -381,6 +400,16 @@ fn the_playbook_brings_a_fleet_to_the_floor_and_back() {
         let mut lines = errors.lines().map(|line| line.expect("text"));
         assert!(lines.any(|line| line.contains("/dev/none")), "it does not look for its wheels");
     }
+
+    // A newer package with another `robot.env` asks nothing, and leaves that of the fleet.
+    let shipped = laboratory.folder.path().join("package/etc/rsrs/robot.env");
+    fs::write(shipped, "RSRS_INTERFACE=eth9\n").expect("writable");
+    build_package(laboratory.folder.path(), "0.2.0");
+    laboratory.must_play("install");
+    let environment = laboratory.read("robot_1/etc/rsrs/robot.env");
+    assert!(environment.ends_with("RSRS_INTERFACE=wlan0\nROS_DOMAIN_ID=7\n"), "{environment}");
+    assert!(laboratory.read("robot_1/var/lib/dpkg/status").contains("Version: 0.2.0"));
+
     laboratory.must_play("stop");
     let notes = laboratory.read("notes");
     for robot in ["robot_1", "robot_2"] {
