@@ -129,14 +129,25 @@ fn a_folder_that_would_not_work_is_not_written() {
     for (folder, robots, expected) in [
         ("there", ROBOTS.to_vec(), "there exists"),
         ("new", with("--speed", "200"), "this looks like mm/s"),
-        ("new", with("--half-angle", "15"), "this looks like degrees"),
-        ("new", with("--range", "0"), "range_m is 0, expected a number above 0"),
+        (
+            "new",
+            with("--half-angle", "15"),
+            "--half-angle: the half-angle of the sensor is 15: this",
+        ),
+        ("new", with("--half-angle", "4"), "4° are 0.070 rad"),
+        ("new", with("--robots", "1"), "one robot is no swarm"),
+        ("new", with("--range", "0.01"), "the range of the sensor is 0.01 m, and the body"),
+        (
+            "new",
+            with("--range", "0"),
+            "--range: the range of the sensor is 0, expected a number above 0",
+        ),
         ("new", with("--name", "Turtle Bot"), "expected letters, digits and `_`"),
         ("new", with("--name", "e-puck2"), "`e_puck2`"),
         ("new", with("--radius", "35"), "this looks like mm or cm"),
         ("new", with("--radius", "0,035"), "expected a number with a decimal point"),
-        ("new", with("--speed", "inf"), "speed_m_s is inf, expected a number above 0"),
-        ("new", with("--speed", "-0.15"), "speed_m_s is -0.15, expected a number above 0"),
+        ("new", with("--speed", "inf"), "--speed: the speed is inf, expected a number above 0"),
+        ("new", with("--speed", "-0.15"), "--speed: the speed is -0.15, expected a number above 0"),
         ("new", ROBOTS[..4].to_vec(), "--radius, --speed, --turn-rate, --range, --half-angle"),
     ] {
         let refused = rsrs(place.path(), &[&["init", folder], robots.as_slice()].concat());

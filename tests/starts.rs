@@ -270,7 +270,7 @@ fn where_robots_that_start_closer_together_would_mill_is_reported() {
     let answer = rsrs(here, &[&choose[..], &["--format", "json"]].concat());
 
     assert_eq!((code(&text), code(&answer)), (3, 3), "{}{}", stdout(&text), stderr(&text));
-    let smaller = &json(&answer)["denser_start"];
+    let smaller = &json(&answer)["best"]["denser_start"];
     let radius_m = smaller["placement_radius_m"].as_f64().expect("a radius");
     assert!((0.8..1.3).contains(&radius_m), "{smaller}");
     assert!(smaller["b_s_low"].as_f64().expect("a bound") >= 0.6, "{smaller}");

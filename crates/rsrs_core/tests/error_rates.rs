@@ -257,6 +257,23 @@ fn the_cell_of_which_least_is_known_is_run_next_and_the_runs_decide_it() {
 }
 
 #[test]
+fn where_nothing_is_claimed_the_chosen_cell_is_next_though_another_is_more_informative() {
+    let runs = [cell_runs(0.1, [3, 2], [0, 1000])];
+    let chosen = CellRuns { part: 0.5, ..cell_runs(0.2, [0, 0], [990, 10]) };
+    let other = CellRuns { part: 0.01, ..cell_runs(0.3, [0, 0], [700, 300]) };
+    let never = CellRuns { part: 0.5, ..cell_runs(0.4, [0, 0], [0, 1000]) };
+    let comparison = Comparison::of(&runs);
+    assert_eq!(comparison.verdict, Verdict::NoClaim);
+
+    let next = next_step(&comparison, &runs, &[other, never.clone(), chosen], &unknown);
+    let nothing = next_step(&comparison, &runs, &[never], &unknown);
+
+    let NextStep::Run(experiment) = next else { panic!("expected a run, found {next:?}") };
+    assert_eq!((experiment.cell, experiment.n_real), (cell(0.2), 0));
+    assert_eq!(nothing, NextStep::Nothing);
+}
+
+#[test]
 fn when_all_is_supported_a_cell_that_was_not_run_is_next_and_a_certain_one_is_not() {
     let runs = [cell_runs(0.1, [40, 0], [900, 100])];
     // Where no simulated robot mills, real ones cannot mill less often.

@@ -9,11 +9,13 @@ mod curve;
 mod reason;
 mod text;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::{DenserStart, Margin, OtherNumber};
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;
@@ -73,6 +75,9 @@ pub struct Answers {
     /// The same in lines for a person.
     #[serde(skip)]
     alternatives: Vec<String>,
+    /// The factors that a sweep file gives, such as `miss_factor: 5`.
+    #[serde(skip)]
+    given_factors: Vec<String>,
     /// That the settings are of a sweep of robots with another profile; not there if they are not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_profile: Option<ProfilesDiffer>,
@@ -214,9 +219,30 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
         n_replicates: choice.n_replicates,
         denser_start: choice.denser_start,
         alternatives: alternatives_text(&choice, options.best.wanted),
+        given_factors: given_factors(result.source.sweep.harsher)?,
         other_numbers: choice.other_numbers,
         cell: choice.cell,
         other_profile,
         questions,
     })
+}
+
+/// The factors that a sweep file gives; the others follow from the robot.
+fn given_factors(harsher: Harsher) -> anyhow::Result<Vec<String>> {
+    let given: BTreeMap<String, f64> = serde_json::from_value(serde_json::to_value(harsher)?)?;
+    Ok(given.iter().map(|(factor, value)| format!("{factor}: {value}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_that_a_sweep_gives_are_named_and_those_that_follow_from_the_robot_are_not() {
+        let given = serde_json::from_str(r#"{"miss_factor": 5, "latency_extra_steps": 1}"#);
+        let given: Harsher = given.expect("two factors");
+
+        assert_eq!(given_factors(given).unwrap(), ["latency_extra_steps: 1", "miss_factor: 5"]);
+        assert!(given_factors(Harsher::default()).unwrap().is_empty());
+    }
 }

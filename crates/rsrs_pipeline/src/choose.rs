@@ -8,7 +8,7 @@ use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::axis::Cell;
-use rsrs_core::diagram::choice::{Choice, DenserStart, OtherNumber, most_frequent};
+use rsrs_core::diagram::choice::{Choice, most_frequent};
 use rsrs_core::judge::phase::{self, label};
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::draw::Seed;
@@ -47,11 +47,6 @@ pub struct NoViableCell {
     /// The cell that came most often to the wanted phase in the sweep, in the world in which that is
     /// rarer.
     pub best_swept: BestSwept,
-    /// What a denser start would give in the best cell.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    denser_start: Option<DenserStart>,
-    /// What other numbers of robots would.
-    other_numbers: Vec<OtherNumber>,
 }
 
 /// The share of a cell in its sweep, made worse.
@@ -89,8 +84,6 @@ pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
         cell: None,
         reason: none_viable(&choice, n_candidates, options.wanted),
         best_swept: BestSwept::of(&result, options)?,
-        denser_start: choice.denser_start,
-        other_numbers: choice.other_numbers.clone(),
         best: choice,
     }))
 }

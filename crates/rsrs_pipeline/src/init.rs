@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::diagram::axis::{Axis, OtherUnit};
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::ExperimentFile;
@@ -14,6 +14,7 @@ use serde::Serialize;
 use crate::best_setting::grid::{Floor, Reach, STEPS};
 use crate::error::with_help;
 use crate::files::write_file;
+use crate::wording::quantity::noun;
 use crate::wording::significant;
 
 /// What is given of the robots; all else is assumed, and marked so.
@@ -89,6 +90,7 @@ pub fn init(folder: &Path, robots: &Robots) -> anyhow::Result<Begun> {
 /// Refuses what is no name, and numbers that are likely in another unit.
 fn check(robots: &Robots) -> anyhow::Result<()> {
     check_name(&robots.name)?;
+    check_count(robots.n_robots)?;
     check_radius(robots.radius_m)?;
     for (axis, value) in [
         (Axis::Speed, robots.speed_m_s),
@@ -99,7 +101,27 @@ fn check(robots: &Robots) -> anyhow::Result<()> {
     ] {
         check_number(axis, value)?;
     }
+    let Robots { range_m, radius_m, .. } = robots;
+    if range_m <= radius_m {
+        return Err(with_help(
+            format!(
+                "the range of the sensor is {range_m} m, and the body it sits in has a radius of {radius_m} m"
+            ),
+            "it is from the centre of the robot on: add the radius to what the sensor reaches beyond the body",
+        ));
+    }
     robots.arena_m.map_or(Ok(()), |arena_m| check_number(Axis::Arena, arena_m))
+}
+
+/// Refuses what is no number of robots in a swarm.
+///
+/// # Errors
+///
+/// With what is expected.
+pub fn check_count(n_robots: usize) -> anyhow::Result<()> {
+    anyhow::ensure!(n_robots != 1, "one robot is no swarm: expected 2 or more");
+    anyhow::ensure!((2..=1000).contains(&n_robots), "expected a whole number from 2 to 1000");
+    Ok(())
 }
 
 /// Refuses what is no name of a kind of robot.
@@ -147,10 +169,21 @@ const MOST_RADIUS_M: f64 = 2.0;
 /// With what is expected.
 pub fn check_number(axis: Axis, value: f64) -> anyhow::Result<()> {
     if !(value > 0.0 && value.is_finite()) {
-        anyhow::bail!("{axis} is {value}, expected a number above 0");
+        anyhow::bail!("the {} is {value}, expected a number above 0", noun(axis));
     }
-    axis.check_unit(value)?;
-    Ok(())
+    axis.check_unit(value).map_err(|OtherUnit { found, likely, .. }| {
+        let message = format!(
+            "the {} is {found}: this looks like {likely}, expected {}",
+            noun(axis),
+            axis.unit()
+        );
+        match axis {
+            Axis::HalfAngle => {
+                with_help(message, format!("{found}° are {:.3} rad", found.to_radians()))
+            }
+            _ => anyhow::anyhow!(message),
+        }
+    })
 }
 
 /// The files, in the order in which one reads them.

@@ -8,6 +8,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::Cell;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::statistics::experiment_plan::{Decided, ExperimentPlan, PlannedCell, plan};
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
@@ -44,6 +45,9 @@ pub const WANTED: f64 = 0.8;
 /// How many runs in which cells decide, and how.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlannedExperiments {
+    /// What is compared; in the sweep, and not written again.
+    #[serde(skip)]
+    pub behaviour: Behaviour,
     /// Runs in all cells together, if enough decide.
     pub runs: Option<u64>,
     /// The probability of a decision that was wanted.
@@ -117,6 +121,7 @@ pub fn plan_experiments(folder: &Path, options: &Options) -> anyhow::Result<Plan
         }
     });
     Ok(PlannedExperiments {
+        behaviour: result.source.sweep.behaviour,
         runs,
         wanted: options.wanted,
         margin: options.margin,

@@ -169,6 +169,13 @@ fn text(choice: &Choice, viable: f64) -> String {
     lines.extend(alternatives(choice, viable));
     lines.extend(by_circliness(choice));
     lines.extend(margins);
+    if choice.margin.values().any(|margin| margin.low > 0.0 || margin.high > 0.0) {
+        lines.push(
+            "  (by the runs of the sweep, from swept value to swept value; the margins of `rsrs answer` \
+             are of finer values and runs of their own, and may be wider or narrower)"
+                .to_owned(),
+        );
+    }
     lines.join("\n")
 }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use rsrs_core::diagram::axis::Axis;
 use rsrs_pipeline::error::{help_of, with_help};
-use rsrs_pipeline::init::{Robots, check_name, check_number, check_radius, init};
+use rsrs_pipeline::init::{Robots, check_count, check_name, check_number, check_radius, init};
 use rsrs_pipeline::wording::shell::quoted;
 
 use crate::commands::{Format, report};
@@ -115,6 +115,16 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
         Some(period_s),
     ) = (name, *robots, *radius, *speed, *turn_rate, *range, *half_angle, *period)
     {
+        for (flag, axis, value) in [
+            ("--speed", Axis::Speed, Some(speed_m_s)),
+            ("--turn-rate", Axis::TurnRate, Some(turn_rate_rad_s)),
+            ("--range", Axis::Range, Some(range_m)),
+            ("--half-angle", Axis::HalfAngle, Some(half_angle_rad)),
+            ("--period", Axis::Period, Some(period_s)),
+            ("--arena", Axis::Arena, arguments.arena),
+        ] {
+            check_flag(flag, axis, value)?;
+        }
         let (name, n_robots) = (name.clone(), usize::from(robots));
         return Ok(Robots {
             name,
@@ -132,6 +142,18 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
         format!("{} not given, and standard input is no terminal", missing.join(", ")),
         "give all of them, or run it in a terminal, where it asks",
     ))
+}
+
+/// Refuses a number, by the option that it was given with.
+fn check_flag(flag: &str, axis: Axis, value: Option<f64>) -> anyhow::Result<()> {
+    let Some(value) = value else { return Ok(()) };
+    check_number(axis, value).map_err(|error| {
+        let message = format!("{flag}: {error}");
+        match help_of(&error) {
+            Some(help) => with_help(message, help),
+            None => anyhow::anyhow!(message),
+        }
+    })
 }
 
 /// Asks for what was not given; Enter takes what is in brackets.
@@ -189,12 +211,6 @@ fn ask(
             of(Axis::Arena),
         )?),
     })
-}
-
-/// As many robots as `--robots` takes.
-fn check_count(n_robots: usize) -> anyhow::Result<()> {
-    anyhow::ensure!((1..=1000).contains(&n_robots), "expected a whole number from 1 to 1000");
-    Ok(())
 }
 
 /// Where questions go, and where answers come from.
@@ -297,7 +313,7 @@ mod tests {
         for refusal in [
             "the name is `E-Puck 2`, expected letters, digits and `_`",
             "`e_puck_2`",
-            "expected a whole number from 1 to 1000",
+            "expected a whole number from 2 to 1000",
             "the radius is 35: this looks like mm or cm",
             "`3.5 cm` is no answer: a number alone is, such as 0.075",
         ] {

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::diagram::axis::Cell;
 use crate::statistics::comparison::{CellRuns, Comparison, Share, Verdict};
+use crate::statistics::e_value::TestedCell;
 use crate::statistics::experiment_plan::{PlannedCell, plan_in};
 use crate::statistics::posterior::probability_at_least;
 
@@ -64,7 +65,8 @@ const NO_INFORMATION: f64 = 1e-3;
 /// Recommends what to do next.
 ///
 /// A violation sends back to step 1. Else the undecided cell is run on in which one further run is
-/// expected to be most informative; and when the runs support the claim, the one of the others.
+/// expected to be most informative; and when the runs support the claim, the one of the others. Where they
+/// make none, it is the other cell that makes one and has the greatest part of the error: the chosen one.
 ///
 /// # Arguments
 ///
@@ -86,14 +88,17 @@ pub fn next_step(
     if comparison.verdict == Verdict::Violated {
         return return_to_step_1(comparison);
     }
-    let is_supported = comparison.verdict == Verdict::Supported;
-    let candidates = if is_supported || runs.is_empty() { others } else { runs };
+    let claims_nothing = comparison.verdict == Verdict::NoClaim;
+    let is_anew = comparison.verdict == Verdict::Supported || claims_nothing || runs.is_empty();
+    let candidates = if is_anew { others } else { runs };
     let informed = candidates.iter().map(|runs| information_bits(runs, margin)).enumerate();
+    let part = |index: usize| if claims_nothing { candidates[index].part } else { 0.0 };
     let best = informed
         .filter(|(_, bits)| *bits > NO_INFORMATION)
+        .filter(|(index, _)| !claims_nothing || claims(&candidates[*index], margin))
         // Of equals the first.
         .rev()
-        .max_by(|one, other| one.1.total_cmp(&other.1));
+        .max_by(|one, other| part(one.0).total_cmp(&part(other.0)).then(one.1.total_cmp(&other.1)));
     let Some((index, information_bits)) = best else {
         return NextStep::Nothing;
     };
@@ -104,7 +109,7 @@ pub fn next_step(
         so_far: Share::milling(&runs.real),
         part: runs.part,
     };
-    let plan = if is_supported || runs.is_empty() {
+    let plan = if is_anew {
         // A cell that was not run is decided for itself.
         plan_in(&[planned(cell)], 0, margin, DECIDES)
     } else {
@@ -135,6 +140,12 @@ fn return_to_step_1(comparison: &Comparison) -> NextStep {
         b_s: worst.simulated.value(),
         e_violated: worst.e_violated,
     }
+}
+
+/// Whether something can fall short of a cell by the margin.
+fn claims(runs: &CellRuns, margin: f64) -> bool {
+    let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
+    TestedCell { real, simulated, part: runs.part }.claims(margin)
 }
 
 /// Expected information of one further real run on the claim, in bits.

@@ -7,7 +7,7 @@ use rsrs_core::judge::phase::Phase;
 use super::curve::Swept;
 use crate::swarm::Swarm;
 use crate::wording::percent;
-use crate::wording::quantity::{noun, quantity};
+use crate::wording::quantity::{named, noun};
 
 /// An end of a range.
 pub struct Edge<'a> {
@@ -21,7 +21,7 @@ pub struct Edge<'a> {
 const RARE: f64 = 0.5;
 
 impl Edge<'_> {
-    /// What goes wrong beyond it: `with 11 robots neighbours on the ring are …`.
+    /// What goes wrong beyond it: `with 11 robots, neighbours on the ring are …`.
     pub fn sentence(&self, axis: Axis) -> String {
         let last = self.outward.len() - 1;
         let is_rare =
@@ -30,7 +30,7 @@ impl Edge<'_> {
         // If mills never become rare, what happens is plainest at the farthest value.
         let shown = self.outward[rare.unwrap_or(last)];
         let why = rare.and_then(|rare| self.by_theory(rare)).unwrap_or_else(|| as_runs_end(shown));
-        format!("with {} {why}", quantity(axis, shown.value))
+        format!("with {}, {why}", named(axis, shown.value))
     }
 
     /// The condition for an ideal ring that ceases to hold where mills become rare, in words.
@@ -130,7 +130,7 @@ pub fn nowhere(axis: Axis, swept: &[Swept], at: Option<&Swept>) -> String {
     let most = swept.iter().rev().max_by(|one, other| milling(one).total_cmp(&milling(other)));
     let most = most.filter(|most| milling(most) > milling(at)).map_or_else(
         || "no other value helps".to_owned(),
-        |most| format!("at most {}, with {}", percent(milling(most)), quantity(axis, most.value)),
+        |most| format!("at most {}, with {}", percent(milling(most)), named(axis, most.value)),
     );
     let mill = at.phases.behaviour().verb().plain;
     format!("{} {mill}, and {}; {most}", percent(milling(at)), as_runs_end(at))

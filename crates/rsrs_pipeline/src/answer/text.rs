@@ -44,10 +44,21 @@ impl fmt::Display for Answers {
         write!(
             formatter,
             "\nA range ends before the first value with which fewer than {} of the runs {}, made worse or \
-             as measured, all else as recommended{}; what chance has put out of order is pooled.",
+             as measured, all else as recommended{}; what chance has put out of order is pooled. \
+             A margin is from what is recommended to the end of its range, by runs of its own; how far a value \
+             may drift by `rsrs choose` goes from swept value to swept value.",
             percent(self.wanted),
             verb.plain,
             self.fixed_text()
+        )?;
+        if self.given_factors.is_empty() {
+            return Ok(());
+        }
+        write!(
+            formatter,
+            "\nRobots with each value are made worse by the factors of the sweep ({}), whatever the value is; \
+             those that it leaves out, as for a profile alone all of them, follow from the value.",
+            self.given_factors.join(", ")
         )
     }
 }

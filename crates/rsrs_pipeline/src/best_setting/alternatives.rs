@@ -3,6 +3,7 @@
 
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::diagram::choice::{Choice, DenserStart, OtherNumber};
+use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::SweepError;
 
@@ -122,12 +123,30 @@ impl Setting<'_> {
     }
 }
 
+/// From such a share on, the others still do what is wanted of them now and then.
+const NOW_AND_THEN: f64 = 0.1;
+
+/// What the loss of a robot comes to.
+fn losing_one(less: &OtherNumber, wanted: f64, verb: Verb) -> String {
+    if less.b_s < NOW_AND_THEN {
+        return "losing one robot ends it".to_owned();
+    }
+    format!(
+        "after the loss of one robot the others {} in {} only, less than the {} that are wanted",
+        verb.plain,
+        percent(less.b_s),
+        percent(wanted)
+    )
+}
+
 /// What other starts and numbers would give, in lines for a person.
 pub fn text(choice: &Choice, wanted: f64) -> Vec<String> {
     let verb = choice.behaviour().verb();
     let mut lines = Vec::new();
-    if let Some(start) = &choice.denser_start {
-        let is_viable = start.b_s_low >= wanted && choice.least().1 < wanted;
+    let is_of_help =
+        |start: &&DenserStart| !choice.is_viable(wanted) && start.b_s_low > choice.least().1;
+    if let Some(start) = choice.denser_start.as_ref().filter(is_of_help) {
+        let is_viable = start.b_s_low >= wanted;
         lines.push(format!(
             "from a denser start, with `placement_radius_m: {}` (now {:.2}) B_s is {} in {} fresh runs, \
              lower bound {}{}",
@@ -151,8 +170,33 @@ pub fn text(choice: &Choice, wanted: f64) -> Vec<String> {
     }
     let less = choice.other_numbers.iter().find(|other| Some(other.robots + 1) == choice.robots);
     if let Some(less) = less.filter(|less| less.b_s_high < wanted) {
-        let what = if less.b_s < 0.5 { "ends it" } else { "makes it less than viable" };
-        lines.push(format!("losing one robot {what}; have a spare one at hand"));
+        lines.push(format!("{}; have a spare one at hand", losing_one(less, wanted, verb)));
     }
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::judge::behaviour::Behaviour;
+
+    use super::*;
+
+    #[test]
+    fn the_loss_of_a_robot_is_worded_by_what_the_others_still_do() {
+        let less = |b_s: f64| OtherNumber {
+            robots: 5,
+            b_s,
+            b_s_low: b_s,
+            b_s_high: b_s,
+            n_replicates: 200,
+        };
+        let verb = Behaviour::Milling.verb();
+
+        assert_eq!(losing_one(&less(0.02), 0.8, verb), "losing one robot ends it");
+        assert_eq!(
+            losing_one(&less(0.41), 0.8, verb),
+            "after the loss of one robot the others mill in 41.0 % only, less than the 80.0 % that are \
+             wanted"
+        );
+    }
 }

@@ -60,9 +60,11 @@ impl<'a> Prediction<'a> {
             ));
         };
         let measured = choice.as_measured.filter(|_| choice.worse_is_better())?;
+        let mill = choice.behaviour().verb().plain;
         Some(format!(
-            "in the chosen cell, simulated robots as measured mill in {:.1} % of {} runs, and made \
-             worse in {:.1} %: being worse helps there, and fewer real mills need no other reason",
+            "in the chosen cell, simulated robots as measured {mill} in {:.1} % of {} runs, and made \
+             worse in {:.1} %: being worse helps there, and that fewer real ones {mill} needs no other \
+             reason",
             100.0 * measured.share,
             measured.n_replicates,
             100.0 * choice.b_s

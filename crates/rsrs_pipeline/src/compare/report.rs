@@ -398,9 +398,12 @@ fn summary(attempts: &Attempts, verb: Verb) -> String {
         ),
         Verdict::NoClaim => {
             let cells = if n_cells == 1 { "the cell" } else { "all of the cells" };
+            let cells = format!("{cells} that {} run", if n_cells == 1 { "was" } else { "were" });
+            let margin = 100.0 * comparison.pooled.margin;
             format!(
-                "in {cells} that was run, simulated robots may {mill} in no more runs than the margin, so \
-                 that real ones cannot fall short by it: nothing is claimed"
+                "simulated robots {mill} too rarely in {cells}: perhaps in {margin:.0} % of their runs or \
+                 fewer, so that real ones cannot {mill} less often by {margin:.0} percentage points, and \
+                 further runs there would not show whether they do as well"
             )
         }
         Verdict::Undecided if n_cells == 0 => "no run counts".to_owned(),

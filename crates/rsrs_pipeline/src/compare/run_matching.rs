@@ -352,7 +352,8 @@ fn refuse_repeated(run: &Admitted, others: &[Admitted]) -> anyhow::Result<()> {
                 other.bag.display(),
                 run.record.seed
             ),
-            "a simulated run is new evidence only with a seed of its own",
+            "a simulated run is new evidence only with a seed of its own, and without `--seed` every one \
+             has that of its experiment file: run it with another `--seed`",
         )),
     }
 }

@@ -2,8 +2,10 @@
 
 use std::fmt;
 
+use rsrs_core::diagram::axis::Cell;
+
 use super::{Cause, Diagnosis, Hopeless};
-use crate::wording::quantity::{noun, quantity};
+use crate::wording::quantity::{noun, of_cell, quantity};
 use crate::wording::{columns, count, counted, percent};
 
 impl fmt::Display for Diagnosis {
@@ -47,7 +49,12 @@ impl Diagnosis {
             return vec!["no capability may be noticeably worse".to_owned()];
         }
         let rows: Vec<[String; 2]> = (self.spare.iter())
-            .map(|spare| [format!("  {}", spare.text), self.after(spare.b_s, spare.b_s_low)])
+            .map(|spare| {
+                [
+                    format!("  {}", spare.text),
+                    self.after(spare.b_s, spare.b_s_low) + &self.elsewhere(&spare.cell),
+                ]
+            })
             .collect();
         vec!["what could be saved, one at a time:".to_owned(), columns(&rows)]
     }
@@ -65,7 +72,10 @@ impl Diagnosis {
         if !alone.is_empty() {
             lines.push("any one of these suffices, with all else as it is:".to_owned());
             let row = |cause: &&Cause| {
-                [format!("  {}{}", cause.change, cost(cause)), self.after(cause.b_s, cause.b_s_low)]
+                [
+                    format!("  {}{}", cause.change, cost(cause)),
+                    self.after(cause.b_s, cause.b_s_low) + &self.elsewhere(&cause.cell),
+                ]
             };
             let rows: Vec<[String; 2]> = alone.iter().map(row).collect();
             lines.push(columns(&rows));
@@ -73,7 +83,7 @@ impl Diagnosis {
         for set in self.sets() {
             lines.push(format!(
                 "these suffice together ({}):",
-                self.after(set[0].b_s, set[0].b_s_low)
+                self.after(set[0].b_s, set[0].b_s_low) + &self.elsewhere(&set[0].cell)
             ));
             lines.extend(set.iter().map(|cause| format!("  {}{}", cause.change, cost(cause))));
         }
@@ -124,6 +134,11 @@ impl Diagnosis {
     fn after(&self, b_s: f64, b_s_low: f64) -> String {
         let mills = self.behaviour.verb().does;
         format!("{mills} in {}, lower bound {}", percent(b_s), percent(b_s_low))
+    }
+
+    /// The setting in which something holds, if that is not the one that is named above.
+    fn elsewhere(&self, cell: &Cell) -> String {
+        if *cell == self.cell { String::new() } else { format!(", at {}", of_cell(cell)) }
     }
 
     /// The paper's order of remedies (§III step 3): less noise first, then an upgrade, then step 1 again.

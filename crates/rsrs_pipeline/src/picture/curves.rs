@@ -4,7 +4,7 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_view::curves::{Curve, CurvesPicture, svg};
 
 use crate::answer::{Answers, Quantity};
-use crate::wording::quantity::{quantity, span};
+use crate::wording::quantity::{as_on_an_axis, span_on_an_axis};
 use crate::wording::{count, percent};
 
 /// Draws the curves of all answers on one page, as SVG.
@@ -24,7 +24,7 @@ pub fn of_answers(answers: &Answers) -> anyhow::Result<String> {
     };
     let subtitle = format!(
         "{}: {} of {} fresh runs of {} s {mill} (lower bound {}). Each curve moves one quantity, all else \
-         as recommended; of robots made worse and as measured, those that do so more rarely.",
+         as recommended, and shows the world in which fewer runs {mill}: robots made worse or as measured.",
         answers.settings_text(),
         percent(answers.b_s),
         count(answers.n_replicates),
@@ -41,9 +41,10 @@ fn of_quantity(behaviour: Behaviour, found: &Quantity) -> Curve {
     let Quantity { axis, recommended, range, curve, .. } = found;
     let heading = match range {
         Some(range) => {
-            format!("{} ({})", quantity(*axis, *recommended), span(*axis, range.low, range.high))
+            let span = span_on_an_axis(*axis, range.low, range.high);
+            format!("{} ({span})", as_on_an_axis(*axis, *recommended))
         }
-        None => format!("{}: too rarely", quantity(*axis, *recommended)),
+        None => format!("{}: too rarely", as_on_an_axis(*axis, *recommended)),
     };
     Curve {
         heading,

@@ -51,8 +51,9 @@ impl PlannedExperiments {
     /// What the runs decide.
     fn claim(&self) -> String {
         format!(
-            "whether real robots do it as often as simulated ones, or at most {:.0} percentage points less \
+            "whether real robots {} as often as simulated ones, or at most {:.0} percentage points less \
              often (`B_r ≥ B_s − {}`),",
+            self.behaviour.verb().plain,
             100.0 * self.margin,
             self.margin
         )

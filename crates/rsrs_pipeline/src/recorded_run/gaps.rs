@@ -53,6 +53,9 @@ pub fn lines(gaps: &[Gap]) -> Vec<String> {
     groups.iter().map(|group| line(group)).collect()
 }
 
+/// What a sample that was lost on its way means.
+const HARMLESS: &str = "harmless, unless `rsrs label` refuses the run for it";
+
 /// What topics lack, each as much as the first one.
 fn line(group: &[&Gap]) -> String {
     let Gap { topic, n_missing, n_overflowed } = group[0];
@@ -60,7 +63,7 @@ fn line(group: &[&Gap]) -> String {
     let mut parts = Vec::new();
     if *n_missing > 0 {
         let samples = counted(*n_missing, "sample");
-        parts.push(format!("{samples} missing between recorded ones{each}"));
+        parts.push(format!("{samples} missing between recorded ones{each} ({HARMLESS})"));
     }
     if *n_overflowed > 0 {
         let samples = counted(*n_overflowed, "sample");
@@ -90,8 +93,10 @@ mod tests {
         assert_eq!(
             lines,
             [
-                "/robot_1/odom: 1 sample missing between recorded ones",
-                "/camera: 2,000 samples missing between recorded ones, 7 samples let go because the \
+                "/robot_1/odom: 1 sample missing between recorded ones (harmless, unless `rsrs label` \
+                 refuses the run for it)",
+                "/camera: 2,000 samples missing between recorded ones (harmless, unless `rsrs label` \
+                 refuses the run for it), 7 samples let go because the \
                  queue to the bag was full",
             ]
         );
@@ -110,13 +115,14 @@ mod tests {
         assert_eq!(
             lines(&nine),
             [
-                "/robot_1/robot_status and 8 other topics: 1 sample missing between recorded ones on each"
+                "/robot_1/robot_status and 8 other topics: 1 sample missing between recorded ones on each \
+                 (harmless, unless `rsrs label` refuses the run for it)"
             ]
         );
         assert_eq!(
             lines(&two),
             ["/robot_1/robot_status and /robot_2/robot_status: 1 sample missing between recorded \
-              ones on each"]
+              ones on each (harmless, unless `rsrs label` refuses the run for it)"]
         );
     }
 }

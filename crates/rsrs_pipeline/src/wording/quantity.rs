@@ -37,6 +37,13 @@ pub fn quantity(axis: Axis, value: f64) -> String {
         Axis::HalfAngle | Axis::SensorBearing | Axis::HeadingNoise => {
             format!("{:.1}°", value.to_degrees())
         }
+        _ => as_on_an_axis(axis, value),
+    }
+}
+
+/// A value in the unit of its axis, as beside the ticks of a picture.
+pub fn as_on_an_axis(axis: Axis, value: f64) -> String {
+    match axis {
         Axis::LatencySteps if (value - 1.0).abs() < 1e-9 => "1 step".to_owned(),
         Axis::Robots if (value - 1.0).abs() < 1e-9 => "1 robot".to_owned(),
         _ if axis.unit().is_empty() => digits(value),
@@ -58,10 +65,18 @@ pub fn of_cell(cell: &Cell) -> String {
 
 /// Two values with their unit once: `0.14 to 0.26 m/s`.
 pub fn span(axis: Axis, low: f64, high: f64) -> String {
-    let low = quantity(axis, low);
+    between(&quantity(axis, low), &quantity(axis, high))
+}
+
+/// The same in the unit of their axis: `0.1 to 0.2 rad`.
+pub fn span_on_an_axis(axis: Axis, low: f64, high: f64) -> String {
+    between(&as_on_an_axis(axis, low), &as_on_an_axis(axis, high))
+}
+
+fn between(low: &str, high: &str) -> String {
     let is_number = |character: char| character.is_ascii_digit() || "+-−.".contains(character);
     let number = low.trim_end_matches(|character| !is_number(character));
-    format!("{number} to {}", quantity(axis, high))
+    format!("{number} to {high}")
 }
 
 /// A number in three significant digits, without zeros at its end.
@@ -90,6 +105,7 @@ mod tests {
         assert_eq!(span(Axis::Speed, 0.14, 0.26), "0.14 to 0.26 m/s");
         assert_eq!(span(Axis::Robots, 5.0, 9.0), "5 to 9 robots");
         assert_eq!(span(Axis::HalfAngle, 0.1, 0.2), "5.7 to 11.5°");
+        assert_eq!(span_on_an_axis(Axis::HalfAngle, 0.1, 0.2), "0.1 to 0.2 rad");
         assert_eq!(span(Axis::TruePositive, 0.7, 1.0), "0.7 to 1");
         assert_eq!(span(Axis::LatencySteps, 0.0, 1.0), "0 to 1 step");
     }

@@ -98,11 +98,13 @@ impl Report {
 
     /// What to do next, and why.
     pub fn next_in_words(&self) -> [String; 2] {
+        let mill = self.verb().plain;
         match &self.next {
             NextStep::ReturnToStep1 { cell, b_r, b_s, .. } => [
                 "rsrs measure plan".to_owned(),
                 format!(
-                    "back to step 1: at {cell} {:.1} % of real and {:.1} % of simulated runs mill, so the \
+                    "back to step 1: at {cell} {:.1} % of real and {:.1} % of simulated runs {mill}, so \
+                     the \
                      simulated robots are not worse than the real ones",
                     100.0 * b_r,
                     100.0 * b_s
@@ -116,10 +118,13 @@ impl Report {
                     experiment.cell,
                     self.at_hand.options
                 ),
+                format!("{}; {}", self.why_there(experiment), runs_that_decide(experiment, mill)),
+            ],
+            NextStep::Nothing if self.verdict == Verdict::NoClaim => [
+                "nothing".to_owned(),
                 format!(
-                    "there one run is most informative ({:.3} bit); {}",
-                    experiment.information_bits,
-                    runs_that_decide(experiment)
+                    "in no other swept cell do simulated robots surely {mill} more often than the margin; \
+                     sweep where they do"
                 ),
             ],
             NextStep::Nothing => [
@@ -127,6 +132,15 @@ impl Report {
                 "no further run in a swept cell would add information".to_owned(),
             ],
         }
+    }
+
+    /// Why the next run is in its cell.
+    fn why_there(&self, experiment: &Experiment) -> String {
+        if self.verdict == Verdict::NoClaim {
+            let mill = self.verb().plain;
+            return format!("there simulated robots {mill} so often that real ones can fall short");
+        }
+        format!("there one run is most informative ({:.3} bit)", experiment.information_bits)
     }
 
     fn write_cell(&self, cell: &ComparedCell, formatter: &mut Formatter<'_>) -> Result {
@@ -198,21 +212,23 @@ fn by_itself(cell: &ComparedCell) -> String {
             verb.does
         ),
         (Verdict::NoClaim, _) => {
-            format!("{word}: simulated robots may {mill} in no more runs than the margin")
+            format!(
+                "{word}: simulated robots {mill} too rarely here for real ones to fall short by the margin"
+            )
         }
         (Verdict::Undecided, None) | (Verdict::Supported, _) => word.to_owned(),
     }
 }
 
 /// How many runs decide, and how surely.
-fn runs_that_decide(experiment: &Experiment) -> String {
+fn runs_that_decide(experiment: &Experiment, mill: &str) -> String {
     let assumed = match experiment.b_m {
         Some(b_m) => format!(
-            "if real robots mill as those so far and as simulated ones as measured ({:.1} % of {})",
+            "if real robots {mill} as those so far and as simulated ones as measured ({:.1} % of {})",
             100.0 * b_m,
             counted(experiment.n_as_measured, "run")
         ),
-        None => "if real robots mill as those so far".to_owned(),
+        None => format!("if real robots {mill} as those so far"),
     };
     match experiment.runs {
         Some(n) => format!(
@@ -222,7 +238,7 @@ fn runs_that_decide(experiment: &Experiment) -> String {
         ),
         None => format!(
             "even {MOST_RUNS} there decide with a probability of {:.2} only, {assumed}: real robots may \
-             mill less often by about as much as the margin, or too few simulated runs show how often \
+             {mill} less often by about as much as the margin, or too few simulated runs show how often \
              theirs do",
             experiment.chance
         ),
