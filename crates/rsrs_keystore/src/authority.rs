@@ -127,6 +127,9 @@ impl Authority {
     /// The governance of its keystore, which it must have signed.
     pub(crate) fn governance(&self, keystore: &Path) -> Result<Governance, KeystoreError> {
         let path = keystore.join(ENCLAVES).join(GOVERNANCE);
+        if !path.exists() {
+            return Err(KeystoreError::NoGovernance { path });
+        }
         Governance::parse(&self.signed_text(&path)?)
             .map_err(|source| KeystoreError::Governance { path, source })
     }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -12,6 +11,7 @@ use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 
 use crate::certificate::{self, CertificateFacts};
+use crate::files::mode_for_others;
 use crate::governance::{Governance, Weakness};
 use crate::layout::{
     CERTIFICATE, FILES, GOVERNANCE, IDENTITY_CA, KEY, PERMISSIONS, PERMISSIONS_CA,
@@ -169,11 +169,9 @@ pub(crate) fn date(since_1970: Duration) -> String {
     Timestamp::from_second(seconds).map_or_else(|_| "no date".to_owned(), |date| date.to_string())
 }
 
-/// Whoever reads the key can be this process; whoever is of the group can be anybody, too.
 fn readable_by_others(key: &Path) -> Option<EnclaveProblem> {
-    let mode = std::fs::metadata(key).ok()?.permissions().mode() & 0o777;
-    let of_others = mode & 0o077;
-    (of_others != 0).then(|| EnclaveProblem::KeyIsReadable { path: key.to_owned(), mode })
+    let mode = mode_for_others(key).ok()??;
+    Some(EnclaveProblem::KeyIsReadable { path: key.to_owned(), mode })
 }
 
 fn of_governance(document: &str, domain_id: u16) -> Vec<EnclaveProblem> {
@@ -229,6 +227,8 @@ pub(crate) fn moment(text: &str) -> Option<Duration> {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
     use super::*;
 
     #[test]

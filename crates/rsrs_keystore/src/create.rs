@@ -11,6 +11,7 @@ use crate::layout::{
     ENCLAVES, GOVERNANCE, GOVERNANCE_TEXT, IDENTITY_CA, KEY, PERMISSIONS, PERMISSIONS_CA,
     PERMISSIONS_TEXT, PUBLIC,
 };
+use crate::members::revoked;
 use crate::roles::Role;
 use crate::{KeystoreError, files};
 
@@ -42,6 +43,8 @@ pub struct MadeKeystore {
     pub domain_id: u16,
     /// Its enclaves, those of the robots first.
     pub enclaves: Vec<MadeEnclave>,
+    /// The names of those that were not made, because they were revoked.
+    pub left_out: Vec<String>,
 }
 
 /// An enclave of a keystore that was made or completed.
@@ -58,7 +61,8 @@ pub struct MadeEnclave {
 /// Makes a keystore, or the enclaves that one lacks.
 ///
 /// Keys and certificates that are there are kept. Permissions of the enclaves of this fleet are
-/// written anew, because those of some name all robots.
+/// written anew, because those of some name all robots. Who was revoked is left out, until it is
+/// [readmitted](crate::members::readmit).
 ///
 /// # Errors
 ///
@@ -70,7 +74,8 @@ pub fn create(request: &KeystoreRequest) -> Result<MadeKeystore, KeystoreError> 
     // Certificates know whole seconds.
     let now = Duration::from_secs(request.now.as_secs());
     let asked = request.validity.map(|validity| now.saturating_add(validity));
-    let authority = if Authority::is_in(folder) {
+    let is_there = Authority::is_in(folder);
+    let authority = if is_there {
         Authority::read(folder)?
     } else {
         check_empty(folder)?;
@@ -86,17 +91,24 @@ pub fn create(request: &KeystoreRequest) -> Result<MadeKeystore, KeystoreError> 
     files::make_folder(&enclaves)?;
     let domain_id = if enclaves.join(GOVERNANCE).exists() {
         domain_of(&authority.governance(folder)?, request.domain_id)?
+    } else if is_there && request.domain_id.is_none() {
+        return Err(KeystoreError::NoGovernance { path: enclaves.join(GOVERNANCE) });
     } else {
         let domain_id = request.domain_id.unwrap_or(0);
         let domains = Domains { first: domain_id, last: domain_id };
         write_governance(&authority, folder, &Governance::recommended(domains))?;
         domain_id
     };
-    let enclaves = Role::all_of(request.robots)
-        .into_iter()
-        .map(|role| enclave(&authority, request, domain_id, holds, &role))
-        .collect::<Result<_, _>>()?;
-    Ok(MadeKeystore { domain_id, enclaves })
+    let gone = revoked(folder)?;
+    let is_gone = |role: &Role| gone.contains(&role.enclave());
+    let (left_out, made): (Vec<Role>, Vec<Role>) =
+        Role::all_of(request.robots).into_iter().partition(is_gone);
+    let enclaves = made.iter().map(|role| enclave(&authority, request, domain_id, holds, role));
+    Ok(MadeKeystore {
+        domain_id,
+        enclaves: enclaves.collect::<Result<_, _>>()?,
+        left_out: left_out.iter().map(Role::enclave).collect(),
+    })
 }
 
 /// From when certificates hold that are made now.

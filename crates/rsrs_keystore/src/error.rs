@@ -100,6 +100,18 @@ pub enum KeystoreError {
         /// Its name, such as `/robot_3`.
         name: String,
     },
+    /// An enclave that nobody has revoked.
+    #[error("{name} was not revoked")]
+    NotRevoked {
+        /// Its name, such as `/robot_3`.
+        name: String,
+    },
+    /// The keystore protects nothing, because it has no governance.
+    #[error("the keystore has no governance: {} is missing", path.display())]
+    NoGovernance {
+        /// The file.
+        path: PathBuf,
+    },
     /// A governance that is none.
     #[error("{}", path.display())]
     Governance {
@@ -162,6 +174,11 @@ impl Help for KeystoreError {
             }
             Self::AuthorityEnds { .. } => "`rsrs keystore renew` gives it more time",
             Self::NoEnclave { .. } => "`rsrs keystore show` lists those that it has",
+            Self::NotRevoked { .. } => "`rsrs keystore show` lists who was",
+            Self::NoGovernance { .. } => {
+                "`rsrs keystore create DIR --fleet FLEET.yaml --domain ID` makes another one for the \
+                 domain of the fleet; then copy it into every enclave that was copied"
+            }
             Self::RobotName { .. } => "give it another name in the fleet file",
             Self::Key { .. } => {
                 "it takes keys as `ros2 security create_keystore` makes them: prime256v1 in PKCS #8, \

@@ -139,6 +139,13 @@ pub(crate) fn keys_below(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
     Ok(found)
 }
 
+/// The mode of a key that others than its owner can read or change, as in `chmod`; `None` of one that is
+/// private. Whoever reads it can be this member; whoever is of its group can be anybody, too.
+pub(crate) fn mode_for_others(key: &Path) -> io::Result<Option<u32>> {
+    let mode = fs::metadata(key)?.permissions().mode() & 0o777;
+    Ok((mode & 0o077 != 0).then_some(mode))
+}
+
 /// Lets only the owner read a key.
 ///
 /// # Returns
@@ -146,9 +153,7 @@ pub(crate) fn keys_below(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
 /// Whether others could before.
 pub(crate) fn make_private(key: &Path) -> Result<bool, KeystoreError> {
     let cannot = |source| KeystoreError::file("make private", key)(source);
-    let mode = fs::metadata(key).map_err(cannot)?.permissions().mode();
-    let of_others = mode & 0o077;
-    if of_others == 0 {
+    if mode_for_others(key).map_err(cannot)?.is_none() {
         return Ok(false);
     }
     fs::set_permissions(key, Permissions::from_mode(PRIVATE_MODE)).map_err(cannot)?;

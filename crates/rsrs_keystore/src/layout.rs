@@ -27,3 +27,5 @@ pub const PERMISSIONS_TEXT: &str = "permissions.xml";
 pub const PUBLIC: &str = "public";
 /// The folder of what stays on the machine that has the keystore.
 pub const PRIVATE: &str = "private";
+/// In that folder: the enclaves that were revoked, one in each line.
+pub const REVOKED: &str = "revoked.txt";

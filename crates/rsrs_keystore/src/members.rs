@@ -1,6 +1,6 @@
 //! The members of a keystore that is there: until when they hold, more time for all, and one fewer.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use crate::check::moment;
 use crate::create::{from, link_shared, write_governance};
 use crate::governance::Domains;
 use crate::grant::date;
-use crate::layout::{CERTIFICATE, ENCLAVES, PERMISSIONS, PERMISSIONS_TEXT};
+use crate::layout::{CERTIFICATE, ENCLAVES, PERMISSIONS, PERMISSIONS_TEXT, PRIVATE, REVOKED};
 use crate::permissions::Permissions;
 use crate::{KeystoreError, files};
 
@@ -23,6 +23,10 @@ pub struct ShownKeystore {
     pub authority_ends: Duration,
     /// By name.
     pub members: Vec<ShownMember>,
+    /// The enclaves that were revoked, by name.
+    pub revoked: Vec<String>,
+    /// The private keys that others than their owner can read or change.
+    pub open_keys: Vec<PathBuf>,
 }
 
 /// A member of a keystore.
@@ -44,7 +48,7 @@ impl ShownMember {
     }
 }
 
-/// Who belongs to a keystore, and until when.
+/// Who belongs to a keystore, until when, and whether its keys are private.
 ///
 /// # Errors
 ///
@@ -61,10 +65,17 @@ pub fn show(keystore: &Path) -> Result<ShownKeystore, KeystoreError> {
         let permissions_end = own.and_then(|grant| moment(&grant.validity.1));
         Ok(ShownMember { enclave, certificate_ends: facts.not_after, permissions_end })
     });
+    let mut open_keys = Vec::new();
+    for key in files::keys_below(keystore)? {
+        let mode = files::mode_for_others(&key).map_err(KeystoreError::file("find", &key))?;
+        open_keys.extend(mode.map(|_| key));
+    }
     Ok(ShownKeystore {
         domains: authority.governance(keystore)?.domains().collect(),
         authority_ends: authority.ends(),
         members: members.collect::<Result<_, KeystoreError>>()?,
+        revoked: revoked(keystore)?.into_iter().collect(),
+        open_keys,
     })
 }
 
@@ -120,7 +131,7 @@ pub fn revoke(
     let before = authority_of(keystore)?;
     let governance = before.governance(keystore)?;
     let enclaves = enclaves_of(keystore)?;
-    let gone = format!("/{}", name.trim_start_matches('/'));
+    let gone = enclave_of(name);
     if !enclaves.iter().any(|(enclave, _)| *enclave == gone) {
         return Err(KeystoreError::NoEnclave { name: gone });
     }
@@ -139,10 +150,47 @@ pub fn revoke(
         let text = before.signed_text(&folder.join(PERMISSIONS))?;
         write_permissions(&authority, &made, &text, holds)?;
     }
+    let mut all_gone = revoked(keystore)?;
+    all_gone.insert(gone);
+    write_revoked(new.path(), &all_gone)?;
     let old = files::free_name(keystore, ".old");
     files::rename(keystore, &old)?;
     files::rename(&new.keep(), keystore)?;
     Ok(old)
+}
+
+/// Lets an enclave that was revoked be made again by [`create`](crate::create::create), with other keys
+/// than it had.
+///
+/// # Errors
+///
+/// [`KeystoreError`] if it was not revoked, or the folder cannot be written.
+pub fn readmit(keystore: &Path, name: &str) -> Result<(), KeystoreError> {
+    let mut gone = revoked(keystore)?;
+    let enclave = enclave_of(name);
+    if !gone.remove(&enclave) {
+        return Err(KeystoreError::NotRevoked { name: enclave });
+    }
+    write_revoked(keystore, &gone)
+}
+
+/// The enclaves that were revoked.
+pub(crate) fn revoked(keystore: &Path) -> Result<BTreeSet<String>, KeystoreError> {
+    let path = keystore.join(PRIVATE).join(REVOKED);
+    if !path.exists() {
+        return Ok(BTreeSet::new());
+    }
+    Ok(files::read(&path)?.lines().map(str::to_owned).collect())
+}
+
+fn write_revoked(keystore: &Path, enclaves: &BTreeSet<String>) -> Result<(), KeystoreError> {
+    let lines: String = enclaves.iter().flat_map(|enclave| [enclave.as_str(), "\n"]).collect();
+    files::write_public(&keystore.join(PRIVATE).join(REVOKED), &lines)
+}
+
+/// The enclave that a person names with or without the stroke before it.
+fn enclave_of(name: &str) -> String {
+    format!("/{}", name.trim_start_matches('/'))
 }
 
 fn authority_of(keystore: &Path) -> Result<Authority, KeystoreError> {

@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
+use rsrs_core::help::Help;
+
 use crate::authority::Authority;
 use crate::check::problems_of;
 use crate::create::{KeystoreRequest, MadeEnclave, create, write_governance};
 use crate::governance::{Domains, Governance, Switch};
 use crate::harden::{Hardened, harden};
 use crate::layout::KEY;
-use crate::members::{renew, revoke, show};
+use crate::members::{readmit, renew, revoke, show};
 use crate::{KeystoreError, files};
 
 /// Noon of a day in 2026.
@@ -307,6 +309,65 @@ fn of_who_was_revoked_nothing_is_obeyed_and_the_others_have_the_rights_that_they
     let again = revoke(&link, "robot_2", NOW, DAY * 30).unwrap();
     assert!(again.ends_with("keystore.old_2") && link.is_symlink(), "{}", again.display());
     assert!(!keystore.join("enclaves/robot_2").exists());
+}
+
+#[test]
+fn who_was_revoked_comes_back_by_name_only_and_with_other_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let (keystore, robots) = (folder.path().join("keystore"), robots());
+    let made = create(&request(&keystore, &robots)).unwrap();
+    assert_eq!(made.left_out, [""; 0]);
+    let key = |keystore: &Path| std::fs::read(keystore.join("enclaves/robot_1/key.pem")).unwrap();
+    let old = revoke(&keystore, "robot_1", NOW, DAY * 30).unwrap();
+    revoke(&keystore, "stop", NOW, DAY * 30).unwrap();
+
+    // With the fleet file of before the theft.
+    let again = create(&request(&keystore, &robots)).unwrap();
+    let nobody = readmit(&keystore, "robot_2").unwrap_err();
+    readmit(&keystore, "robot_1").unwrap();
+    let back = create(&request(&keystore, &robots)).unwrap();
+
+    assert_eq!(again.left_out, ["/robot_1", "/stop"]);
+    assert!(!again.enclaves.iter().any(|made| again.left_out.contains(&made.enclave)));
+    assert_eq!(nobody.to_string(), "/robot_2 was not revoked");
+    assert_eq!(back.left_out, ["/stop"]);
+    assert!(back.enclaves[0].is_new && key(&keystore) != key(&old));
+    assert_eq!(show(&keystore).unwrap().revoked, ["/stop"]);
+}
+
+#[test]
+fn keys_that_others_can_read_are_shown_wherever_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    let keys =
+        ["enclaves/robot_2/key.pem", "private/ca.key.pem"].map(|key| folder.path().join(key));
+    assert_eq!(show(folder.path()).unwrap().open_keys, [PathBuf::new(); 0]);
+
+    for key in &keys {
+        std::fs::set_permissions(key, std::fs::Permissions::from_mode(0o640)).unwrap();
+    }
+
+    assert_eq!(show(folder.path()).unwrap().open_keys, keys);
+}
+
+#[test]
+fn a_keystore_without_governance_gets_one_for_a_domain_that_somebody_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    std::fs::remove_file(folder.path().join("enclaves/governance.p7s")).unwrap();
+
+    let shown = show(folder.path()).unwrap_err();
+    let unnamed = create(&KeystoreRequest { domain_id: None, ..request(folder.path(), &robots) })
+        .unwrap_err();
+    let made = create(&request(folder.path(), &robots)).unwrap();
+
+    for error in [shown, unnamed] {
+        assert!(error.to_string().ends_with("enclaves/governance.p7s is missing"), "{error}");
+        assert!(error.help().is_some_and(|help| help.contains("--domain ID")));
+    }
+    assert_eq!(texts(&made.enclaves[0].folder, 7, NOW), [""; 0]);
 }
 
 #[test]

@@ -2,14 +2,16 @@
 
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_keystore::create::{KeystoreRequest, MadeEnclave, create};
+use rsrs_keystore::members::readmit;
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::files::read_text;
+use rsrs_pipeline::wording::shell::quoted;
 use std::path::PathBuf;
 
 use crate::commands::keystore::{DAY, copy_line, since_1970};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::notes::print_note;
+use crate::notes::{print_always, print_note};
 
 /// Make a keystore for a fleet, or the enclaves that one lacks.
 ///
@@ -17,7 +19,7 @@ use crate::notes::print_note;
 /// robot gets an enclave, in which it may publish its own topics alone; `/runner` holds leases and
 /// sets parameters, `/stop` stops, `/controllers` and `/simulator` stand in for robots, `/tracker`
 /// publishes poses, `/viewer` looks. Keys are readable by their owner alone, and those that are there
-/// are never written again. The folder `private` stays on this machine: who has it can make members.
+/// are never written again. Who was revoked is left out. The folder `private` stays on this machine: who has it can make members.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -40,6 +42,9 @@ pub struct Arguments {
     /// 3650, as in SROS2).
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36500))]
     valid_days: Option<u32>,
+    /// Make the enclave of somebody again who was revoked, with other keys; may be given more than once.
+    #[arg(long, value_name = "NAME")]
+    readmit: Vec<String>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -58,6 +63,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         None if !arguments.keystore.exists() => Some(domain_of_the_environment()?),
         asked => asked,
     };
+    for name in &arguments.readmit {
+        readmit(&arguments.keystore, name).map_err(helped)?;
+    }
     let made = create(&KeystoreRequest {
         folder: &arguments.keystore,
         robots: &robots,
@@ -67,6 +75,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })
     .map_err(helped)?;
     report(arguments.format, &made.enclaves, text(&made.enclaves))?;
+    for enclave in &made.left_out {
+        print_always(format!(
+            "left out: {enclave}, which was revoked; if it is to be back with other keys:\n  rsrs keystore \
+             create {} --fleet {} --readmit {}",
+            quoted(&arguments.keystore),
+            quoted(&arguments.fleet),
+            enclave.trim_start_matches('/')
+        ));
+    }
     print_note(format!(
         "domain {}; copy to each robot its own enclave, with what its links lead to:\n  {}\nand keep {} \
          where it is",

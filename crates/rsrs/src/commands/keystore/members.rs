@@ -18,7 +18,8 @@ use crate::notes::print_always;
 
 /// Show who belongs to a keystore, and until when.
 ///
-/// Exit code 3 means that somebody can no longer take part.
+/// Exit code 3 means that somebody can no longer take part, or that others than their owner can read
+/// private keys.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -85,6 +86,8 @@ struct Shown {
     domains: Vec<String>,
     authority_ends: String,
     members: Vec<Member>,
+    revoked: Vec<String>,
+    open_keys: Vec<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -108,7 +111,19 @@ pub fn show(arguments: &ShowArguments) -> anyhow::Result<Outcome> {
         let renew = format!("rsrs keystore renew {}", quoted(&arguments.keystore));
         print_always(format!("next: {renew}   # and copy it anew"));
     }
-    Ok(if least < 0 { Outcome::NegativeAnswer } else { Outcome::Done })
+    if !shown.open_keys.is_empty() {
+        let keys: Vec<String> = shown.open_keys.iter().map(quoted).collect();
+        print_always(format!(
+            "others can read private keys here, and a program whose key they can read does not start; \
+             next:\n  chmod 600 {}\nand `rsrs keystore revoke` whose key may have been read",
+            keys.join(" ")
+        ));
+    }
+    Ok(if least < 0 || !shown.open_keys.is_empty() {
+        Outcome::NegativeAnswer
+    } else {
+        Outcome::Done
+    })
 }
 
 fn shown(keystore: &ShownKeystore, now: Duration) -> Shown {
@@ -126,6 +141,8 @@ fn shown(keystore: &ShownKeystore, now: Duration) -> Shown {
         domains: keystore.domains.iter().map(ToString::to_string).collect(),
         authority_ends: day(keystore.authority_ends),
         members: members.collect(),
+        revoked: keystore.revoked.clone(),
+        open_keys: keystore.open_keys.clone(),
     }
 }
 
@@ -138,11 +155,13 @@ fn text(shown: &Shown) -> String {
         };
         [member.enclave.clone(), format!("until {}", member.ends), left]
     });
+    let revoked = shown.revoked.iter().map(|enclave| format!("\nrevoked: {enclave}"));
     format!(
-        "domain {}; authority until {}\n{}",
+        "domain {}; authority until {}\n{}{}",
         shown.domains.join(", "),
         shown.authority_ends,
-        columns(&rows.collect::<Vec<_>>())
+        columns(&rows.collect::<Vec<_>>()),
+        revoked.collect::<String>()
     )
 }
 
