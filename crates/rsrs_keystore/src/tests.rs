@@ -342,7 +342,7 @@ fn keys_that_others_can_read_are_shown_wherever_they_are() {
     create(&request(folder.path(), &robots)).unwrap();
     let keys =
         ["enclaves/robot_2/key.pem", "private/ca.key.pem"].map(|key| folder.path().join(key));
-    assert_eq!(show(folder.path()).unwrap().open_keys, [PathBuf::new(); 0]);
+    assert!(show(folder.path()).unwrap().open_keys.is_empty());
 
     for key in &keys {
         std::fs::set_permissions(key, std::fs::Permissions::from_mode(0o640)).unwrap();
