@@ -279,12 +279,12 @@ impl DomainRule {
         if self.join_access_control == Switch::Off {
             found.push(Weakness::JoiningTakesNoPermission);
         }
-        let kinds = [
+        let announced = [
             ("discovery_protection_kind", self.discovery),
             ("liveliness_protection_kind", self.liveliness),
-            ("rtps_protection_kind", self.rtps),
         ];
-        let open = kinds.into_iter().filter(|(_, kind)| *kind == Protection::None);
+        let kinds = announced.into_iter().chain([("rtps_protection_kind", self.rtps)]);
+        let open = kinds.filter(|(_, kind)| *kind == Protection::None);
         found.extend(open.map(|(option, _)| Weakness::Unprotected { option }));
         found.extend(self.topics.iter().flat_map(TopicRule::weaknesses));
         if !self.topics.iter().any(|topic| topic.expression == ALL_TOPICS) {
@@ -292,8 +292,9 @@ impl DomainRule {
         }
         let of_topics =
             self.topics.iter().map(|topic| ("metadata_protection_kind", topic.metadata));
-        let inside = kinds[..2].iter().copied().chain(of_topics);
-        let mut forgeable: Vec<_> = inside
+        let mut forgeable: Vec<_> = announced
+            .into_iter()
+            .chain(of_topics)
             .filter(|(_, kind)| kind.lets_members_forge())
             .map(|(option, _)| Weakness::MembersCanForge { option })
             .collect();

@@ -186,11 +186,10 @@ impl Role {
 
     /// Topics that it may receive.
     fn received(&self, robots: &[String]) -> Vec<String> {
-        let of_robots =
-            |topic: Topic| robots.iter().map(move |robot| format!("rt{}", topic.for_robot(robot)));
+        let pose = |robot: &String| format!("rt{}", topics::POSE.for_robot(robot));
         let own: Vec<String> = match self.kind {
             Kind::Robot => vec![format!("rt/{}/*", self.robot_name())],
-            Kind::Tracker => of_robots(topics::POSE).collect(),
+            Kind::Tracker => robots.iter().map(pose).collect(),
             _ => return vec!["rt/*".to_owned(), GRAPH.to_owned()],
         };
         let of_all = PUBLISHERS.iter().map(|(topic, _)| topic).filter(|topic| topic.is_absolute());

@@ -287,8 +287,8 @@ fn a_thief_with_the_keys_that_members_send_each_other_is_obeyed_by_nobody() {
 
 /// Not a test of its own: the process of the thief.
 #[test]
-fn is_a_thief_if_asked() {
-    thief::steal_if_asked();
+fn is_a_thief_if_started() {
+    thief::steal_if_started();
 }
 
 #[test]
@@ -300,13 +300,13 @@ fn a_member_that_is_killed_and_started_again_is_received_within_5_s() {
             let viewer = lab.member("/viewer");
             let received = subscribe(&viewer, lab::DETECTIONS, Bool::TYPE_NAME, Qos::reliable(100));
             let n_received = || received.lock().unwrap().len();
-            let mut first = lab.start_publisher();
+            let mut first = lab.start("publishes_detections_until_it_is_killed");
             eventually("the first process is received", || n_received() > 0).await;
 
             first.kill().unwrap();
             first.wait().unwrap();
             let (start, before) = (Instant::now(), n_received());
-            let mut second = lab.start_publisher();
+            let mut second = lab.start("publishes_detections_until_it_is_killed");
             eventually("the second process is received", || n_received() > before).await;
             let took = start.elapsed();
 
@@ -321,7 +321,7 @@ fn a_member_that_is_killed_and_started_again_is_received_within_5_s() {
 /// Not a test of its own: the process that is killed above.
 #[test]
 fn publishes_detections_until_it_is_killed() {
-    lab::publish_if_asked();
+    lab::publish_if_started();
 }
 
 #[test]

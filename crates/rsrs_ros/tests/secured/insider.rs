@@ -13,7 +13,7 @@ use rustdds::{
     DomainParticipantBuilder, DomainParticipantSecurityConfigFiles, QosPolicyBuilder, TopicKind,
 };
 
-use crate::lab::{DOMAIN, Lab, close, subscribe};
+use crate::lab::{DOMAIN, Inbox, Lab, close, subscribe};
 
 /// Long enough for a sample of somebody who is obeyed.
 const A_WHILE: Duration = Duration::from_secs(4);
@@ -64,7 +64,7 @@ pub async fn arrives(lab: &Lab) -> (usize, usize) {
             .expect("its own middleware lets it")
     };
     let writers = [writer("/robot_1/detection"), writer(topic.name)];
-    let n_of = |inbox: &crate::lab::Inbox, last: u8| {
+    let n_of = |inbox: &Inbox, last: u8| {
         let samples = inbox.lock().expect("nobody panicked with it");
         samples.iter().filter(|sample| sample[4] == last).count()
     };

@@ -17,7 +17,7 @@ use tempfile::TempDir;
 pub const DOMAIN: u16 = 42;
 /// What the process publishes that is killed.
 pub const DETECTIONS: &str = "/robot_1/detection";
-/// The variable that names the keystore to that process.
+/// The variable that names the keystore to a process that a lab starts.
 const KEYSTORE: &str = "RSRS_TEST_KEYSTORE";
 
 pub struct Lab {
@@ -38,11 +38,6 @@ impl Lab {
         })
         .expect("the lab works");
         Self { keystore }
-    }
-
-    /// The keystore.
-    pub fn folder(&self) -> &Path {
-        self.keystore.path()
     }
 
     /// The folder of an enclave.
@@ -97,10 +92,10 @@ impl Lab {
         assert!(signed.expect("openssl is installed").success());
     }
 
-    /// Starts a process that publishes detections as `/robot_1`.
-    pub fn start_publisher(&self) -> Child {
+    /// Starts a test in a process of its own, which acts as `/robot_1` by [`if_started`].
+    pub fn start(&self, test: &str) -> Child {
         Command::new(std::env::current_exe().expect("a running test has an executable"))
-            .args(["--exact", "publishes_detections_until_it_is_killed", "--nocapture"])
+            .args(["--exact", test, "--nocapture"])
             .env(KEYSTORE, self.keystore.path())
             .spawn()
             .expect("the lab works")
@@ -121,19 +116,25 @@ fn enclave_in(
     request.enclave(Member::Runner, domain_id, now)
 }
 
-pub fn open_in(keystore: &Path, enclave: &str) -> Result<Session, SessionError> {
+fn open_in(keystore: &Path, enclave: &str) -> Result<Session, SessionError> {
     let enclave = enclave_in(keystore, enclave, DOMAIN).expect("the enclave looks well");
     assert!(enclave.is_some(), "the strategy is to enforce");
     Session::open(&SessionOptions { domain_id: DOMAIN, interfaces: vec![LOOPBACK], enclave })
 }
 
-/// Publishes for ever, if this process was started for that.
-pub fn publish_if_asked() {
+/// Acts as `/robot_1`, if this process was started for that.
+pub fn if_started(act: impl AsyncFnOnce(Session)) {
     let Some(keystore) = std::env::var_os(KEYSTORE) else { return };
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().expect("the lab works");
     runtime.block_on(async {
-        let session = open_in(Path::new(&keystore), "/robot_1").expect("the lab works");
+        act(open_in(Path::new(&keystore), "/robot_1").expect("the lab works")).await;
+    });
+}
+
+/// Publishes for ever, if this process was started for that.
+pub fn publish_if_started() {
+    if_started(async |session| {
         let node = session.node("/robot_1", "robot").expect("the lab works");
         let publisher = session
             .publish_on::<Bool>(&node, DETECTIONS, Qos::reliable(100))

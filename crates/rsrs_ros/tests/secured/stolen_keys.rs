@@ -56,28 +56,27 @@ pub fn in_own_memory() -> StolenKeys {
 
 impl StolenKeys {
     fn add(&mut self, memory: &[u8]) {
-        let prefix = b"dds.sec.";
-        for at in memchr(memory, prefix) {
+        for at in places_of(b"dds.sec.", memory) {
             if at < START {
                 continue;
             }
             let rest = &memory[at..];
             let within = &rest[..rest.len().min(KEY_WITHIN)];
-            let array = |from: usize| memory[at - from..].first_chunk().expect("it is before");
             if rest.starts_with(OF_PARTICIPANT) {
                 let Some(key) = key_in(within) else { continue };
                 let guid: &[u8; 12] = memory[at - START..].first_chunk().expect("it is before");
                 self.of_participants.insert(*guid, key);
             } else if rest.starts_with(OF_WRITER) {
                 let Some(key) = key_in(within) else { continue };
-                self.of_writers.insert(*array(WRITER), key);
+                let guid: &[u8; 16] = memory[at - WRITER..].first_chunk().expect("it is before");
+                self.of_writers.insert(*guid, key);
             }
         }
     }
 }
 
 /// Where a text begins.
-fn memchr<'a>(memory: &'a [u8], text: &'a [u8]) -> impl Iterator<Item = usize> + 'a {
+fn places_of<'a>(text: &'a [u8], memory: &'a [u8]) -> impl Iterator<Item = usize> + 'a {
     memory.windows(text.len()).enumerate().filter(move |(_, bytes)| *bytes == text).map(|it| it.0)
 }
 

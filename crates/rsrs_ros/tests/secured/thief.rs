@@ -1,8 +1,6 @@
 //! A thief with the enclave of a robot, who sends in the name of others with the keys that they have sent it.
 
 use std::net::{Ipv4Addr, UdpSocket};
-use std::path::Path;
-use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -11,12 +9,10 @@ use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{ReceivedRaw, Session, Subscription};
 use rsrs_testing::network::{TIMEOUT, eventually};
 
-use crate::lab::{DOMAIN, Lab, close, open_in, subscribe};
+use crate::lab::{DOMAIN, Inbox, Lab, close, if_started, subscribe};
 use crate::stolen_keys::{StolenKey, in_own_memory};
 use crate::{forgery, sealed};
 
-/// The variable that names the keystore to the thief's process.
-const KEYSTORE: &str = "RSRS_TEST_THIEF";
 /// Participants of one machine whose ports are tried.
 const N_PORTS: u16 = 12;
 /// The numbers that forged samples have, after the last genuine one.
@@ -60,18 +56,13 @@ pub async fn steal(lab: &Lab) -> Theft {
     }
     let genuine = [&[0, 1, 0, 0][..], &GENUINE].concat();
     let count = |of: [u8; 8]| -> Vec<usize> {
-        let of_topic = |inbox: &crate::lab::Inbox| {
+        let of_topic = |inbox: &Inbox| {
             let samples = inbox.lock().expect("nobody panicked with it");
             samples.iter().filter(|sample| sample.ends_with(&of)).count()
         };
         received.iter().map(of_topic).collect()
     };
-    let mut thief = Command::new(std::env::current_exe().expect("a running test has one"))
-        .args(["--exact", "is_a_thief_if_asked", "--nocapture"])
-        .env(KEYSTORE, lab.folder())
-        .stdin(Stdio::null())
-        .spawn()
-        .expect("the lab works");
+    let mut thief = lab.start("is_a_thief_if_started");
     let start = Instant::now();
     let ended = loop {
         assert!(start.elapsed() < 4 * TIMEOUT, "the thief does not end");
@@ -104,12 +95,8 @@ pub async fn steal(lab: &Lab) -> Theft {
 }
 
 /// Forges, if this process was started for that.
-pub fn steal_if_asked() {
-    let Some(keystore) = std::env::var_os(KEYSTORE) else { return };
-    let runtime =
-        tokio::runtime::Builder::new_current_thread().enable_all().build().expect("the lab works");
-    runtime.block_on(async {
-        let session = open_in(Path::new(&keystore), "/robot_1").expect("the lab works");
+pub fn steal_if_started() {
+    if_started(async |session| {
         for (topic, member) in TARGETS {
             let Some(overheard) = Overheard::of(&session, topic).await else { continue };
             let keys = in_own_memory();

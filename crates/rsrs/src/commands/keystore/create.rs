@@ -19,7 +19,8 @@ use crate::notes::{print_always, print_note};
 /// robot gets an enclave, in which it may publish its own topics alone; `/runner` holds leases and
 /// sets parameters, `/stop` stops, `/controllers` and `/simulator` stand in for robots, `/tracker`
 /// publishes poses, `/viewer` looks. Keys are readable by their owner alone, and those that are there
-/// are never written again. Who was revoked is left out. The folder `private` stays on this machine: who has it can make members.
+/// are never written again. Who was revoked is left out. The folder `private` stays on this machine: who
+/// has it can make members.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

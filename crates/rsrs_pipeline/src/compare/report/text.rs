@@ -104,8 +104,7 @@ impl Report {
                 "rsrs measure plan".to_owned(),
                 format!(
                     "back to step 1: at {cell} {:.1} % of real and {:.1} % of simulated runs {mill}, so \
-                     the \
-                     simulated robots are not worse than the real ones",
+                     the simulated robots are not worse than the real ones",
                     100.0 * b_r,
                     100.0 * b_s
                 ),
