@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use rsrs_ros::confine;
+
 use crate::command::{code, json, repository, rsrs, stderr, stdout};
 use crate::laboratory::{SPEEDS, write_sweep};
 
@@ -36,6 +38,42 @@ fn who_closes_the_pipe_has_read_enough_and_a_full_disk_is_an_error() {
         assert_eq!((code(&closed), stderr(&closed).as_str()), (0, ""));
         assert_eq!(code(&full), 1);
         assert!(stderr(&full).starts_with("error: writing to standard output"), "{full:?}");
+    }
+}
+
+/// Nobody ever writes into the pipe; who waits for somebody is killed, which is no exit code of ours.
+#[test]
+fn a_pipe_in_the_place_of_a_file_is_refused_at_once_by_every_kind_of_command() {
+    let place = workplace();
+    let pipe = place.path().join("pipe.yaml");
+    rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, rustix::fs::Mode::RUSR).expect("writable");
+    let commands = [
+        "sweep pipe.yaml -o out",
+        "run pipe.yaml",
+        "campaign pipe.yaml -o out",
+        "place pipe.yaml",
+        "measure fit --name mine --speed pipe.yaml --turn pipe.yaml --detection pipe.yaml",
+        "measure drive pipe.yaml --robot robot_1 --speed 0.1 --duration 1 --interface lo",
+        "answer pipe.yaml",
+        "diagnose pipe.yaml",
+        "explore pipe.yaml -o out",
+        "keystore create keys --fleet pipe.yaml",
+        "stop --fleet pipe.yaml --interface lo",
+        "label pipe.yaml",
+        "bag info pipe.yaml",
+        "node robot --robots robot_1 --interface 127.0.0.1 --config pipe.yaml",
+        "node sim --robots robot_1 --interface 127.0.0.1 --ros-args --params-file pipe.yaml",
+    ];
+
+    for command in commands {
+        let mut timed = Command::new("timeout");
+        timed.args(["10", env!("CARGO_BIN_EXE_rsrs")]).args(command.split(' '));
+        timed.current_dir(place.path());
+        let output = confine::start_in_own_network(&mut timed).output().expect("part of coreutils");
+
+        let error = stderr(&output);
+        assert!([1, 2].contains(&code(&output)), "rsrs {command}: {}: {error}", code(&output));
+        assert!(error.contains("it is not a regular file"), "rsrs {command}: {error}");
     }
 }
 

@@ -9,7 +9,6 @@
 mod search;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::PathBuf;
 
 use rsrs_core::help::Help;
@@ -126,7 +125,7 @@ impl Definitions {
         }
         let path = self.file_of(type_name)?;
         let text = if let Some(path) = &path {
-            fs::read_to_string(path)
+            rsrs_files::read_text(path)
                 .map_err(|source| DefinitionError::Io { path: path.clone(), source })?
         } else {
             let compiled_in = schema::own_text(&type_name.to_string()).map(str::to_owned);

@@ -42,9 +42,6 @@ pub enum BagError {
     /// A file without a byte.
     #[error("{} is empty", .path.display())]
     Empty { path: PathBuf },
-    /// A pipe, a device or a folder where a file should be.
-    #[error("{} is no regular file", .path.display())]
-    NoFile { path: PathBuf },
     /// A file that was compressed as a whole, and unpacks to more than it is believed to hold.
     #[error(
         "{} holds more than {limit_bytes} bytes, {} times its size",
@@ -113,7 +110,6 @@ impl Help for BagError {
             Self::NoName { .. }
             | Self::Io { .. }
             | Self::Write { .. }
-            | Self::NoFile { .. }
             | Self::UnknownType { .. }
             | Self::DuplicateTopic { .. } => return None,
         };

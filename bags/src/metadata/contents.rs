@@ -1,7 +1,6 @@
 //! `metadata.yaml` of any recorder, as it is read.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -60,11 +59,7 @@ struct ReadDocument {
 /// [`BagError::Io`] and [`BagError::Metadata`].
 pub fn read(folder: &Path) -> Result<Option<Contents>, BagError> {
     let path = folder.join(FILE_NAME);
-    // Nobody may ever write into a pipe.
-    if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
-        return Err(BagError::NoFile { path });
-    }
-    let text = match fs::read_to_string(&path) {
+    let text = match rsrs_files::read_text(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(BagError::Io { action: "read", path, source }),
@@ -82,6 +77,8 @@ pub fn read_record(pairs: &BTreeMap<String, String>) -> Option<Contents> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -83,10 +83,7 @@ pub fn unpacked_limit(n_packed: usize) -> usize {
 /// Opens a file to be read, which must not be a pipe or a device: those may have no end.
 pub fn open(path: &Path) -> Result<File, BagError> {
     let io = |source| BagError::Io { action: "open", path: path.to_owned(), source };
-    if !path.metadata().map_err(io)?.is_file() {
-        return Err(BagError::NoFile { path: path.to_owned() });
-    }
-    File::open(path).map_err(io)
+    rsrs_files::open(path).map_err(io)
 }
 
 /// Reads some bytes; zero only at the end.

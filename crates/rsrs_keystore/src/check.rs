@@ -70,6 +70,9 @@ impl fmt::Display for EnclaveProblem {
             Self::File { path, kind: io::ErrorKind::NotFound } => {
                 write!(out, "{} is missing", path.display())
             }
+            Self::File { path, kind: io::ErrorKind::InvalidInput } => {
+                write!(out, "{} is not a regular file", path.display())
+            }
             Self::File { path, kind } => write!(out, "{} cannot be read: {kind}", path.display()),
             Self::Content { file, reason } => write!(out, "{file}: {reason}"),
             Self::Validity { file, holds } => write!(out, "{file} {holds}"),
@@ -110,7 +113,7 @@ pub fn problems_of(folder: &Path, domain_id: u16, now: Duration) -> Vec<EnclaveP
     let mut texts = BTreeMap::new();
     for file in FILES {
         let path = folder.join(file);
-        match std::fs::read_to_string(&path) {
+        match rsrs_files::read_text(&path) {
             Ok(text) => drop(texts.insert(file, text)),
             Err(error) => problems.push(EnclaveProblem::File { path, kind: error.kind() }),
         }
@@ -145,7 +148,7 @@ pub const ENDS_SOON: Duration = Duration::from_secs(90 * 24 * 3600);
 
 /// Since 1970: when an enclave that can be used now no longer can.
 pub fn ends_at(folder: &Path) -> Option<Duration> {
-    let text = |file| std::fs::read_to_string(folder.join(file)).ok();
+    let text = |file| rsrs_files::read_text(&folder.join(file)).ok();
     let ends = |file| certificate::read(&text(file)?).ok();
     let own = ends(CERTIFICATE)?;
     let permissions = Permissions::parse(signed_text(&text(PERMISSIONS)?).ok()?).ok()?;

@@ -108,7 +108,7 @@ fn folder_of(path: &Path) -> &Path {
 
 /// Reads a text.
 pub(crate) fn read(path: &Path) -> Result<String, KeystoreError> {
-    fs::read_to_string(path).map_err(KeystoreError::file("read", path))
+    rsrs_files::read_text(path).map_err(KeystoreError::file("read", path))
 }
 
 /// Makes a link, unless there is one already.

@@ -74,6 +74,10 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+fn cannot_read(path: &Path) -> String {
+    format!("cannot read {}", path.display())
+}
+
 fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())
 }
@@ -84,10 +88,22 @@ fn cannot_write(path: &Path) -> String {
 ///
 /// If the file cannot be read or is no text.
 pub fn read_text(path: &Path) -> anyhow::Result<String> {
-    let text =
-        std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = rsrs_files::read_text(path).with_context(|| cannot_read(path))?;
     log::info!("read {}: {}", path.display(), size(text.len() as u64));
     Ok(text)
+}
+
+/// Reads one file of text; `None` where there is none.
+///
+/// # Errors
+///
+/// Those of [`read_text`].
+pub fn read_if_there(path: &Path) -> anyhow::Result<Option<String>> {
+    match rsrs_files::read_text(path) {
+        Ok(text) => Ok(Some(text)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error).with_context(|| cannot_read(path)),
+    }
 }
 
 /// Logs that a file was written, with its size.

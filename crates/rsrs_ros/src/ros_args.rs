@@ -50,7 +50,7 @@ impl Environment {
         let variables = std::env::vars_os().filter_map(|(name, value)| {
             Some((name.into_string().ok()?, value.into_string().ok()?))
         });
-        Self { variables: variables.collect(), read_file: |path| std::fs::read_to_string(path) }
+        Self { variables: variables.collect(), read_file: rsrs_files::read_text }
     }
 
     /// One made up.

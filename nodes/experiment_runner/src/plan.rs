@@ -427,7 +427,7 @@ fn refuse_unstamped(robots: &[FleetRobot]) -> anyhow::Result<()> {
 
 fn read(path: &Path) -> anyhow::Result<(String, String)> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    let text = rsrs_files::read_text(path).with_context(|| format!("cannot read {name}"))?;
     Ok((name, text))
 }
 

@@ -1,8 +1,8 @@
 //! Arguments of the robot node: its robot, its driver, and start values.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use rsrs_fleet::fleet_file::{self, FleetFile, FleetFileError, FleetRobot};
@@ -194,7 +194,7 @@ impl RobotArguments {
 }
 
 fn read(path: &Path) -> Result<String, ArgumentsError> {
-    fs::read_to_string(path)
+    rsrs_files::read_text(path)
         .map_err(|source| ArgumentsError::Read { path: path.to_owned(), source })
 }
 
@@ -254,6 +254,8 @@ fn start_value(value: Value) -> ParameterValue {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn parse(arguments: &[&str]) -> Result<RobotArguments, ArgumentsError> {

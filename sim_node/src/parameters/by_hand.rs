@@ -1,6 +1,7 @@
 //! A world by plain parameters, for who types them: `ros2 param set` cannot set JSON.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use rsrs_core::conditions::{Conditions, ConditionsError, Settings};
 use rsrs_core::diagram::axis::{Cell, CellError};
@@ -59,7 +60,7 @@ pub fn profile(given: &BTreeMap<String, ParameterValue>) -> anyhow::Result<Robot
         Some(ParameterValue::String(path)) if !path.is_empty() => path,
         _ => return Ok(RobotProfile::parse("flockbot.yaml", FLOCKBOT)?),
     };
-    let text = std::fs::read_to_string(path)
+    let text = rsrs_files::read_text(Path::new(path))
         .map_err(|error| anyhow::Error::new(error).context(format!("`{PROFILE}`: {path}")))?;
     Ok(RobotProfile::parse(path, &text)?)
 }

@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 
 use crate::attempt::{Attempt, NOT_JUDGED};
 use crate::error::with_help;
-use crate::files::write_durably;
+use crate::files::{read_if_there, write_durably};
 use crate::recorded_run::gaps::Gap;
 
 /// Its name in the folder of an experiment.
@@ -100,11 +100,7 @@ impl Manifest {
     /// If it cannot be read, or is not what was written.
     pub fn read(folder: &Path) -> anyhow::Result<Option<Self>> {
         let path = folder.join(MANIFEST);
-        let text = match std::fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(error).context(format!("cannot read {}", path.display())),
-        };
+        let Some(text) = read_if_there(&path)? else { return Ok(None) };
         let manifest = serde_json::from_str(&text)
             .with_context(|| format!("{} is no manifest", path.display()))?;
         Ok(Some(manifest))
@@ -211,7 +207,7 @@ fn collect(folder: &Path, part: &Path, paths: &mut Vec<PathBuf>) -> io::Result<(
 
 /// The size of a file and its SHA-256, read once in pieces.
 fn digest(path: &Path) -> io::Result<(u64, String)> {
-    let mut file = File::open(path)?;
+    let mut file = rsrs_files::open(path)?;
     let mut digest = Sha256::new();
     let mut size_bytes = 0;
     let mut piece = vec![0; 1 << 20];

@@ -76,7 +76,7 @@ pub struct AtHand {
 /// The experiment file beside a sweep, if it is that of the runs; else a name to replace.
 fn experiment_of(sweep: &Path, all: &[Admitted]) -> String {
     let is_theirs = |path: &PathBuf| {
-        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let text = rsrs_files::read_text(path).unwrap_or_default();
         let lasts = |duration_s: f64| {
             all.iter().all(|run| run.record.duration_s.total_cmp(&duration_s).is_eq())
         };

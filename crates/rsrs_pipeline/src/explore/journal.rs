@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use super::trial::Trial;
+use crate::files::read_if_there;
 
 /// A journal of trials, which a search reads before it simulates.
 pub struct Journal {
@@ -23,11 +24,7 @@ impl Journal {
     /// If it cannot be read or written, or a line before the last one is none of a journal.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let cannot = |what| format!("cannot {what} {}", path.display());
-        let text = if path.exists() {
-            std::fs::read_to_string(path).with_context(|| cannot("read"))?
-        } else {
-            String::new()
-        };
+        let text = read_if_there(path)?.unwrap_or_default();
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let mut known = Vec::new();
         for (number, line) in text[..whole].lines().enumerate() {

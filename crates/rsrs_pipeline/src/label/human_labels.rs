@@ -17,6 +17,7 @@ use rsrs_core::judge::phase::Phase;
 use serde::{Deserialize, Serialize};
 
 use crate::error::with_help;
+use crate::files::read_if_there;
 
 /// Who labels when no person does.
 pub const JUDGE: &str = "judge";
@@ -103,13 +104,7 @@ pub fn path_of(bag: &Path) -> PathBuf {
 /// If there is a file that does not read, with file, line and column where they are known.
 pub fn read(bag: &Path) -> anyhow::Result<Vec<HumanLabel>> {
     let path = path_of(bag);
-    match std::fs::read_to_string(&path) {
-        Ok(text) => parse(&path, &text),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
-        Err(error) => {
-            Err(anyhow::Error::new(error).context(format!("cannot read {}", path.display())))
-        }
-    }
+    read_if_there(&path)?.map_or_else(|| Ok(Vec::new()), |text| parse(&path, &text))
 }
 
 /// The label of one person that counts: the last one.
@@ -129,8 +124,8 @@ pub fn by<'a>(labels: &'a [HumanLabel], who: &str) -> Option<&'a HumanLabel> {
 pub fn add(bag: &Path, label: &HumanLabel) -> anyhow::Result<PathBuf> {
     let path = path_of(bag);
     let failed = |what: &str| format!("cannot {what} {}", path.display());
-    if path.is_symlink() {
-        bail!("{} is a link to another file, which gets no labels", path.display());
+    if path.symlink_metadata().is_ok_and(|there| !there.is_file()) {
+        bail!("{} is a link or not a regular file, and gets no labels", path.display());
     }
     let mut file = OpenOptions::new()
         .read(true)

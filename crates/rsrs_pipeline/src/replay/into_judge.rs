@@ -1,7 +1,6 @@
 //! A bag into today's judge: is its label still the recorded one?
 
 use std::fmt;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -10,6 +9,7 @@ use rsrs_core::judge::phase::Phase;
 use serde::{Deserialize, Serialize};
 
 use crate::error::with_help;
+use crate::files::read_if_there;
 use crate::label::human_labels::JUDGE;
 use crate::label::{LabelOptions, Labelled, label_bag};
 use crate::wording::columns;
@@ -88,18 +88,14 @@ fn beside(bag: &Path) -> PathBuf {
 
 fn read(path: &Path, bag: &Path) -> anyhow::Result<JudgedPhase> {
     let file = path.display();
-    let text = match std::fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return Err(with_help(
-                format!("there is no recorded label in {file}"),
-                format!(
-                    "name one with `--recorded FILE`; `rsrs label {} --format json > FILE` makes one",
-                    quoted(bag)
-                ),
-            ));
-        }
-        Err(error) => return Err(error).context(format!("cannot read {file}")),
+    let Some(text) = read_if_there(path)? else {
+        return Err(with_help(
+            format!("there is no recorded label in {file}"),
+            format!(
+                "name one with `--recorded FILE`; `rsrs label {} --format json > FILE` makes one",
+                quoted(bag)
+            ),
+        ));
     };
     let labels: Labels = serde_json::from_str(&text)
         .with_context(|| format!("{file} is no label, as `rsrs label --format json` prints it"))?;

@@ -1,0 +1,101 @@
+//! Opens and reads files, and nothing that may have no end.
+//!
+//! A pipe that lies where a file should be would hold a program up until somebody writes into it, and a
+//! device may never end. A pipe that the program was started with, such as `/dev/stdin` or a shell's
+//! `<(…)`, has somebody who writes into it, and is read.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, ErrorKind, Read};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+
+use rustix::fs::OFlags;
+
+/// A pipe, a socket or a device where a file should be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("it is not a regular file")]
+pub struct NotRegular;
+
+/// Opens a file to be read.
+///
+/// # Errors
+///
+/// Those of the system, and [`NotRegular`] as one of the kind [`ErrorKind::InvalidInput`].
+pub fn open(path: &Path) -> io::Result<File> {
+    if was_given(path) {
+        return File::open(path);
+    }
+    // Asked of what was opened, so that nothing else can take its place in between; without waiting for
+    // whoever may write into it.
+    let flags = OFlags::NONBLOCK.bits().cast_signed();
+    let file = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
+    let kind = file.metadata()?.file_type();
+    // Of a folder the system itself reports what it is, when it is read.
+    if kind.is_file() || kind.is_dir() {
+        return Ok(file);
+    }
+    Err(io::Error::new(ErrorKind::InvalidInput, NotRegular))
+}
+
+/// Reads one file of text.
+///
+/// # Errors
+///
+/// Those of [`open`], and if it cannot be read or is no text.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    open(path)?.read_to_string(&mut text)?;
+    Ok(text)
+}
+
+/// Whether a path names what this program was started with.
+fn was_given(path: &Path) -> bool {
+    path == Path::new("/dev/stdin") || path.parent() == Some(Path::new("/dev/fd"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::{Command, Stdio};
+
+    use super::*;
+
+    fn refused(path: &Path) -> String {
+        let error = read_text(path).expect_err("it is no file");
+        assert_eq!(error.kind(), ErrorKind::InvalidInput, "{error}");
+        error.to_string()
+    }
+
+    #[test]
+    fn a_pipe_or_a_device_is_refused_at_once_also_behind_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let (pipe, link) = (folder.path().join("fleet.yaml"), folder.path().join("link.yaml"));
+        rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, rustix::fs::Mode::RUSR).unwrap();
+        std::os::unix::fs::symlink(&pipe, &link).unwrap();
+
+        for path in [&pipe, &link, Path::new("/dev/zero")] {
+            assert_eq!(refused(path), "it is not a regular file", "{}", path.display());
+        }
+    }
+
+    #[test]
+    fn a_file_is_read_and_of_a_folder_the_system_reports_what_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("fleet.yaml");
+        std::fs::write(&file, "robots: []\n").unwrap();
+
+        assert_eq!(read_text(&file).unwrap(), "robots: []\n");
+        assert_eq!(read_text(folder.path()).unwrap_err().kind(), ErrorKind::IsADirectory);
+        assert_eq!(read_text(&folder.path().join("none")).unwrap_err().kind(), ErrorKind::NotFound);
+    }
+
+    #[test]
+    fn a_pipe_that_somebody_writes_into_is_read() {
+        let mut child =
+            Command::new("echo").arg("robots: []").stdout(Stdio::piped()).spawn().unwrap();
+        let pipe = child.stdout.take().unwrap();
+        let given = format!("/dev/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&pipe));
+
+        assert_eq!(read_text(Path::new(&given)).unwrap(), "robots: []\n");
+        child.wait().unwrap();
+    }
+}
