@@ -56,6 +56,39 @@ fn of_the_papers_plane_its_cell_is_recommended_and_the_ranges_contain_it() {
     assert!(png.starts_with(b"\x89PNG"));
 }
 
+#[test]
+fn a_profile_its_sweep_and_the_folder_of_that_have_the_same_ranges_unless_a_factor_was_decided() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let init = "init mine --name bot --robots 6 --radius 0.05 --speed 0.2 --turn-rate 2 --range 1 \
+                --half-angle 0.4 --period 0.1";
+    let begun = rsrs(place.path(), &init.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(code(&begun), 0, "{}", stderr(&begun));
+    let here = place.path().join("mine");
+    let swept = rsrs(&here, &["sweep", "sweep.yaml", "-o", "results"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    let sweep = std::fs::read_to_string(here.join("sweep.yaml")).expect("it was written");
+    std::fs::write(here.join("decided.yaml"), format!("{sweep}\nharsher: {{miss_factor: 3.5}}\n"))
+        .expect("the folder is writable");
+    let few = ["--replicates", "60", "--confirm", "200"];
+    let answer = |path: &str, more: &[&str]| {
+        let answered = rsrs(&here, &[&["answer", path], &few[..], more].concat());
+        assert!([0, 3].contains(&code(&answered)), "{path}: {}", stderr(&answered));
+        answered
+    };
+    let asked = |path: &str| json(&answer(path, &["--format", "json"]))["questions"].clone();
+
+    let of_profile = asked("profile.yaml");
+
+    assert_eq!(asked("sweep.yaml"), of_profile);
+    assert_eq!(asked("results"), of_profile);
+    assert_ne!(asked("decided.yaml"), of_profile);
+    assert!(
+        stdout(&answer("decided.yaml", &[]))
+            .contains("made worse by miss_factor: 3.5 of the sweep")
+    );
+    assert!(!stdout(&answer("results", &[])).contains("made worse by "));
+}
+
 /// Five robots that see 1.5 m far would be 6 m apart on an ideal ring, and mill, 1.7 m apart.
 #[test]
 fn rings_of_another_kind_are_explained_by_no_geometry_and_contradict_its_lines() {

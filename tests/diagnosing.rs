@@ -234,7 +234,7 @@ fn with_sound_robots_nothing_is_wrong_and_what_could_be_worse_is_reported() {
     assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
     let text = stdout(&output);
     assert!(text.starts_with("robot: these robots mill; nothing is wrong\n"), "{text}");
-    assert!(text.contains("share of detections without a neighbour 0.05, "), "{text}");
+    assert!(text.contains("false positive rate 0.05, "), "{text}");
 }
 
 #[test]

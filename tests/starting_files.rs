@@ -135,7 +135,13 @@ fn a_folder_that_would_not_work_is_not_written() {
             "--half-angle: the half-angle of the sensor is 15: this",
         ),
         ("new", with("--half-angle", "4"), "4° are 0.070 rad"),
-        ("new", with("--robots", "1"), "one robot is no swarm"),
+        (
+            "new",
+            with("--half-angle", "3"),
+            "--half-angle: the half-angle of the sensor is 3, expected at",
+        ),
+        ("new", with("--robots", "1"), "--robots: one robot is no swarm"),
+        ("new", with("--robots", "0"), "--robots: expected a whole number from 2 to 1000"),
         ("new", with("--range", "0.01"), "the range of the sensor is 0.01 m, and the body"),
         (
             "new",
@@ -144,10 +150,11 @@ fn a_folder_that_would_not_work_is_not_written() {
         ),
         ("new", with("--name", "Turtle Bot"), "expected letters, digits and `_`"),
         ("new", with("--name", "e-puck2"), "`e_puck2`"),
-        ("new", with("--radius", "35"), "this looks like mm or cm"),
+        ("new", with("--radius", "35"), "--radius: the radius is 35: this looks like mm or cm"),
         ("new", with("--radius", "0,035"), "expected a number with a decimal point"),
         ("new", with("--speed", "inf"), "--speed: the speed is inf, expected a number above 0"),
         ("new", with("--speed", "-0.15"), "--speed: the speed is -0.15, expected a number above 0"),
+        ("new", [&ROBOTS[..], &["--arena", "0.1"]].concat(), "4 robots do not fit"),
         ("new", ROBOTS[..4].to_vec(), "--radius, --speed, --turn-rate, --range, --half-angle"),
     ] {
         let refused = rsrs(place.path(), &[&["init", folder], robots.as_slice()].concat());

@@ -265,11 +265,15 @@ fn where_nothing_is_claimed_the_chosen_cell_is_next_though_another_is_more_infor
     let comparison = Comparison::of(&runs);
     assert_eq!(comparison.verdict, Verdict::NoClaim);
 
-    let next = next_step(&comparison, &runs, &[other, never.clone(), chosen], &unknown);
+    let next = next_step(&comparison, &runs, &[other.clone(), never.clone(), chosen], &unknown);
+    let alike = CellRuns { part: 0.01, ..cell_runs(0.5, [0, 0], [95, 5]) };
+    let without_choice = next_step(&comparison, &runs, &[other, alike], &unknown);
     let nothing = next_step(&comparison, &runs, &[never], &unknown);
 
     let NextStep::Run(experiment) = next else { panic!("expected a run, found {next:?}") };
     assert_eq!((experiment.cell, experiment.n_real), (cell(0.2), 0));
+    let NextStep::Run(often) = without_choice else { panic!("expected a run") };
+    assert_eq!(often.cell, cell(0.5), "where simulated robots do it most often");
     assert_eq!(nothing, NextStep::Nothing);
 }
 

@@ -103,10 +103,12 @@ fn a_request_that_makes_no_sense_is_refused() {
     let no_robots = PlanRequest { robots: Vec::new(), ..request() };
     let backwards = PlanRequest { limits_m_s: [0.3, 0.1], ..request() };
     let blind = PlanRequest { range_m: 0.1, ..request() };
+    let endless = PlanRequest { range_m: f64::INFINITY, ..request() };
 
     assert_eq!(Plan::new(no_robots), Err(PlanError::NoRobots));
     insta::assert_snapshot!(Plan::new(backwards).unwrap_err(), @"the greatest safe speed in m/s is 0.1, expected more than the least");
     insta::assert_snapshot!(Plan::new(blind).unwrap_err(), @"the sensor's range in m is 0.1, expected more than two radii");
+    insta::assert_snapshot!(Plan::new(endless).unwrap_err(), @"the sensor's range in m is inf, expected a number above 0");
     let millimetres = PlanRequest { limits_m_s: [20.0, 300.0], ..request() };
     let degrees = PlanRequest { limits_rad_s: [5.0, 140.0], ..request() };
     insta::assert_snapshot!(Plan::new(millimetres).unwrap_err(), @"speed_m_s is 300: this looks like mm/s, expected m/s");

@@ -15,7 +15,7 @@ use std::path::Path;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::{DenserStart, Margin, OtherNumber};
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::robot::harsher::Harsher;
+use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;
@@ -75,9 +75,10 @@ pub struct Answers {
     /// The same in lines for a person.
     #[serde(skip)]
     alternatives: Vec<String>,
-    /// The factors that a sweep file gives, such as `miss_factor: 5`.
+    /// The factors that a sweep has other than those that follow from its robot, such as
+    /// `miss_factor: 5`.
     #[serde(skip)]
-    given_factors: Vec<String>,
+    decided_factors: Vec<String>,
     /// That the settings are of a sweep of robots with another profile; not there if they are not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_profile: Option<ProfilesDiffer>,
@@ -219,7 +220,7 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
         n_replicates: choice.n_replicates,
         denser_start: choice.denser_start,
         alternatives: alternatives_text(&choice, options.best.wanted),
-        given_factors: given_factors(result.source.sweep.harsher)?,
+        decided_factors: decided_factors(result.source.sweep.harsher)?,
         other_numbers: choice.other_numbers,
         cell: choice.cell,
         other_profile,
@@ -227,10 +228,14 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
     })
 }
 
-/// The factors that a sweep file gives; the others follow from the robot.
-fn given_factors(harsher: Harsher) -> anyhow::Result<Vec<String>> {
-    let given: BTreeMap<String, f64> = serde_json::from_value(serde_json::to_value(harsher)?)?;
-    Ok(given.iter().map(|(factor, value)| format!("{factor}: {value}")).collect())
+/// The factors that were decided; the others follow from the robot. Robots that are not made worse have
+/// none.
+fn decided_factors(harsher: Harsher) -> anyhow::Result<Vec<String>> {
+    if harsher == HarsherFactors::NONE.into() {
+        return Ok(Vec::new());
+    }
+    let decided: BTreeMap<String, f64> = serde_json::from_value(serde_json::to_value(harsher)?)?;
+    Ok(decided.iter().map(|(factor, value)| format!("{factor}: {value}")).collect())
 }
 
 #[cfg(test)]
@@ -238,11 +243,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn factors_that_a_sweep_gives_are_named_and_those_that_follow_from_the_robot_are_not() {
+    fn factors_that_were_decided_are_named_and_those_that_follow_from_the_robot_are_not() {
         let given = serde_json::from_str(r#"{"miss_factor": 5, "latency_extra_steps": 1}"#);
         let given: Harsher = given.expect("two factors");
 
-        assert_eq!(given_factors(given).unwrap(), ["latency_extra_steps: 1", "miss_factor: 5"]);
-        assert!(given_factors(Harsher::default()).unwrap().is_empty());
+        assert_eq!(decided_factors(given).unwrap(), ["latency_extra_steps: 1", "miss_factor: 5"]);
+        assert!(decided_factors(Harsher::default()).unwrap().is_empty());
+        assert!(decided_factors(HarsherFactors::NONE.into()).unwrap().is_empty());
     }
 }

@@ -13,6 +13,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::choice::{
     AsMeasured, AtCircliness, Candidate, Choice, most_frequent, rank,
 };
+use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
@@ -182,6 +183,8 @@ impl Subject {
         let (sweep, capabilities) = grid::without_capabilities(&source.sweep);
         let profile = profile.with_capabilities(&capabilities)?;
         let is_swept = sweep == source.sweep && profile == source.profile;
+        // Factors that nobody has decided follow from whatever robot is tried, as for a profile alone.
+        let sweep = SweepFile { harsher: sweep.harsher.decided(&source.profile), ..sweep };
         let source = ResolvedSweep { sweep, profile, ..source };
         Ok(Self { source, swept: swept.filter(|_| is_swept), other_profile })
     }
@@ -194,7 +197,7 @@ impl Subject {
     /// If none is left, or it is called off.
     pub fn swept(self, path: &Path, options: Options<'_>) -> anyhow::Result<SweepResult> {
         let result = match self.swept {
-            Some(result) => result,
+            Some(result) => SweepResult { source: self.source, ..result },
             None => sweep_in_memory(&path.display().to_string(), self.source, options.execution)?,
         };
         result.of_robots(options.robots)

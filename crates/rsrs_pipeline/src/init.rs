@@ -6,9 +6,10 @@ use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::{Axis, OtherUnit};
 use rsrs_core::diagram::sweep_file::SweepFile;
-use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::profile::{MAX_HALF_ANGLE_RAD, RobotProfile};
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
+use rsrs_sim::sweep::{Runs, SweepError};
 use serde::Serialize;
 
 use crate::best_setting::grid::{Floor, Reach, STEPS};
@@ -22,7 +23,7 @@ use crate::wording::significant;
 pub struct Robots {
     /// Name of the kind: letters, digits and `_`.
     pub name: String,
-    /// How many there are; at least 1.
+    /// How many there are; at least 2.
     pub n_robots: usize,
     /// Radius of the body, in metres.
     pub radius_m: f64,
@@ -178,12 +179,22 @@ pub fn check_number(axis: Axis, value: f64) -> anyhow::Result<()> {
             axis.unit()
         );
         match axis {
-            Axis::HalfAngle => {
-                with_help(message, format!("{found}° are {:.3} rad", found.to_radians()))
-            }
+            Axis::HalfAngle => with_help(message, in_radians(found)),
             _ => anyhow::anyhow!(message),
         }
-    })
+    })?;
+    if axis == Axis::HalfAngle && value > MAX_HALF_ANGLE_RAD {
+        return Err(with_help(
+            format!("the {} is {value}, expected at most {MAX_HALF_ANGLE_RAD} rad", noun(axis)),
+            in_radians(value),
+        ));
+    }
+    Ok(())
+}
+
+/// `4° are 0.070 rad`.
+fn in_radians(degrees: f64) -> String {
+    format!("{degrees}° are {:.3} rad", degrees.to_radians())
 }
 
 /// The files, in the order in which one reads them.
@@ -245,13 +256,13 @@ fn check_texts(texts: &[(&'static str, String)]) -> anyhow::Result<()> {
     let sweep = SweepFile::parse(SWEEP, text(SWEEP)).map_err(crate::error::helped)?;
     let cells = sweep.resolve(SWEEP, &profile).map_err(crate::error::helped)?;
     let conditions: Vec<Conditions> = cells.into_iter().map(|(_, conditions)| conditions).collect();
-    let runs = rsrs_sim::sweep::Runs {
-        seed: sweep.seed,
-        replicates: 1,
-        duration_s: sweep.duration_s,
-        n_threads: 1,
-    };
-    rsrs_sim::sweep::check(&conditions[..1], runs)?;
+    let runs = Runs { seed: sweep.seed, replicates: 1, duration_s: sweep.duration_s, n_threads: 1 };
+    rsrs_sim::sweep::check(&conditions[..1], runs).map_err(|error| match error {
+        SweepError::Placement { source, .. } => {
+            with_help(source.to_string(), "give a larger arena, or fewer robots")
+        }
+        SweepError::Judge { source, .. } => source.into(),
+    })?;
     FleetFile::parse(FLEET, text(FLEET)).map_err(crate::error::helped)?;
     ExperimentFile::parse(EXPERIMENT, text(EXPERIMENT)).map_err(crate::error::helped)?;
     Ok(())

@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long)]
     name: Option<String>,
     /// How many robots there are.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16))]
     robots: Option<u16>,
     /// Radius of a robot's body, in metres.
     #[arg(long, value_name = "M")]
@@ -115,6 +115,8 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
         Some(period_s),
     ) = (name, *robots, *radius, *speed, *turn_rate, *range, *half_angle, *period)
     {
+        check_flag("--robots", check_count(usize::from(robots)))?;
+        check_flag("--radius", check_radius(radius_m))?;
         for (flag, axis, value) in [
             ("--speed", Axis::Speed, Some(speed_m_s)),
             ("--turn-rate", Axis::TurnRate, Some(turn_rate_rad_s)),
@@ -123,7 +125,7 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
             ("--period", Axis::Period, Some(period_s)),
             ("--arena", Axis::Arena, arguments.arena),
         ] {
-            check_flag(flag, axis, value)?;
+            check_flag(flag, value.map_or(Ok(()), |value| check_number(axis, value)))?;
         }
         let (name, n_robots) = (name.clone(), usize::from(robots));
         return Ok(Robots {
@@ -144,10 +146,9 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
     ))
 }
 
-/// Refuses a number, by the option that it was given with.
-fn check_flag(flag: &str, axis: Axis, value: Option<f64>) -> anyhow::Result<()> {
-    let Some(value) = value else { return Ok(()) };
-    check_number(axis, value).map_err(|error| {
+/// Names the option with which something was given that is refused.
+fn check_flag(flag: &str, checked: anyhow::Result<()>) -> anyhow::Result<()> {
+    checked.map_err(|error| {
         let message = format!("{flag}: {error}");
         match help_of(&error) {
             Some(help) => with_help(message, help),

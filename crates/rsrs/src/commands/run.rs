@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::judge::phase::WINDOW_S;
 use rsrs_experiment_runner::plan::{Plan, Request};
+use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::E_STOP_REASON;
 use rsrs_fleet::record::{self, EndingKind, ExperimentRecord};
 use rsrs_ros::logging::{self, Level};
@@ -120,7 +121,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             runtime()?.block_on(on_fleet(&plan, &network, place_command))?
         }
     };
-    finish(arguments.format, &plan.record, &summary)
+    let same = same_again(&plan.record, arguments.seed);
+    finish((arguments.format, same), &plan.record, &summary)
 }
 
 /// Runs a plan against a simulator that is started for it.
@@ -152,8 +154,21 @@ async fn on_fleet(
     watched(plan, network, asked_to_stop(), &TerminalOperator).await
 }
 
+/// That another such run is the same one again: in lockstep, of one seed.
+fn same_again(record: &ExperimentRecord, given: Option<u64>) -> Option<String> {
+    let is_same = record.backend == record::Backend::Simulator && record.time == Time::Lockstep;
+    let seed = record.seed;
+    (is_same && given.is_none()).then(|| {
+        format!(
+            "note: without `--seed` every such run is this one again, of seed {seed}; the next one is \
+             another with `--seed {}`",
+            seed + 1
+        )
+    })
+}
+
 fn finish(
-    format: Format,
+    (format, same): (Format, Option<String>),
     record: &ExperimentRecord,
     summary: &RunSummary,
 ) -> anyhow::Result<Outcome> {
@@ -184,7 +199,7 @@ fn finish(
             with_help(message, help.join("\n"))
         });
     }
-    let words = Words::from(text(summary));
+    let words = Words::from(text(summary, same));
     let words = if is_void { words.tone(Tone::Bad, summary.ending) } else { words };
     report(format, summary, words)?;
     Ok(outcome(record, summary))
@@ -212,7 +227,7 @@ fn next(bag: &Path, duration_s: f64) -> String {
     format!("next: rsrs draw {} -o {picture}   # {why}", quoted(bag))
 }
 
-fn text(summary: &RunSummary) -> String {
+fn text(summary: &RunSummary, same: Option<String>) -> String {
     let bag = summary.bag.as_ref().map_or_else(String::new, |bag| bag.display().to_string());
     let pace = summary
         .real_time_factor
@@ -230,6 +245,7 @@ fn text(summary: &RunSummary) -> String {
         lines.push(format!("{} messages were lost on the way to the bag", summary.n_lost));
     }
     lines.extend(gaps::lines(&summary.gaps));
+    lines.extend(same);
     lines.extend(summary.bag.as_ref().map(|bag| next(bag, summary.duration_s)));
     lines.join("\n")
 }
@@ -266,6 +282,22 @@ mod tests {
             parameters_s: None,
             real_time_factor: None,
         }
+    }
+
+    #[test]
+    fn that_a_run_without_a_seed_would_be_the_same_again_is_said_in_the_simulator() {
+        let fleet = record(RobotLost::Note);
+        let simulated = ExperimentRecord {
+            backend: record::Backend::Simulator,
+            time: Time::Lockstep,
+            seed: 4,
+            ..fleet.clone()
+        };
+
+        let said = same_again(&simulated, None).expect("it would be the same");
+        assert!(said.ends_with("`--seed 5`"), "{said}");
+        assert_eq!(same_again(&simulated, Some(4)), None);
+        assert_eq!(same_again(&fleet, None), None);
     }
 
     #[test]

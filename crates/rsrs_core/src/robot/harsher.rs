@@ -288,6 +288,37 @@ impl Harsher {
     }
 }
 
+impl Harsher {
+    /// What was decided for a robot: the factors other than those that follow from it.
+    ///
+    /// The copy of a sweep in its result folder states all factors, whoever has set them; that a robot is
+    /// not made worse is a decision about all of them.
+    #[must_use]
+    pub fn decided(self, measured: &RobotProfile) -> Self {
+        if self == HarsherFactors::NONE.into() {
+            return self;
+        }
+        let Self(given) = self;
+        let Self(follows) = HarsherFactors::for_robot(measured).into();
+        let other = |given: Option<f64>, follows| given.filter(|_| given != follows);
+        Self(Given {
+            gain_sd_factor: other(given.gain_sd_factor, follows.gain_sd_factor),
+            miss_factor: other(given.miss_factor, follows.miss_factor),
+            false_positive_factor: other(
+                given.false_positive_factor,
+                follows.false_positive_factor,
+            ),
+            polygon_scale: other(given.polygon_scale, follows.polygon_scale),
+            latency_extra_steps: given
+                .latency_extra_steps
+                .filter(|_| given.latency_extra_steps != follows.latency_extra_steps),
+            gust_factor: other(given.gust_factor, follows.gust_factor),
+            drift_factor: other(given.drift_factor, follows.drift_factor),
+            yaw_lag_factor: other(given.yaw_lag_factor, follows.yaw_lag_factor),
+        })
+    }
+}
+
 impl From<HarsherFactors> for Harsher {
     fn from(factors: HarsherFactors) -> Self {
         Self(Given {
@@ -372,6 +403,22 @@ mod tests {
             (turn.bias_sd_rad_s.to_bits(), turn.heading_noise_sd_rad.to_bits())
         };
         assert_eq!(turn(&simulated), turn(&drifting()));
+    }
+
+    #[test]
+    fn factors_that_follow_from_the_robot_are_no_decision_whoever_states_them() {
+        let decided = |text: &str| {
+            let given: Harsher = serde_json::from_str(text).unwrap();
+            let stated = Harsher::from(given.factors(&drifting()));
+            serde_json::to_string(&stated.decided(&drifting())).unwrap()
+        };
+
+        assert_eq!(decided("{}"), "{}");
+        assert_eq!(decided(r#"{"miss_factor":5.0}"#), r#"{"miss_factor":5.0}"#);
+        assert_eq!(
+            Harsher::from(HarsherFactors::NONE).decided(&drifting()),
+            HarsherFactors::NONE.into()
+        );
     }
 
     #[test]

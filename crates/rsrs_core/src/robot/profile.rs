@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{self, DocumentError};
 
+pub use check::MAX_HALF_ANGLE_RAD;
 pub use limits::BeyondLimits;
 pub use origin::TrialOrigin;
 

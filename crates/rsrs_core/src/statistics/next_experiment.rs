@@ -66,7 +66,8 @@ const NO_INFORMATION: f64 = 1e-3;
 ///
 /// A violation sends back to step 1. Else the undecided cell is run on in which one further run is
 /// expected to be most informative; and when the runs support the claim, the one of the others. Where they
-/// make none, it is the other cell that makes one and has the greatest part of the error: the chosen one.
+/// make none, it is the other cell that makes one and has the greatest part of the error, the chosen one;
+/// of equals, the one in which simulated robots do it most often.
 ///
 /// # Arguments
 ///
@@ -92,13 +93,21 @@ pub fn next_step(
     let is_anew = comparison.verdict == Verdict::Supported || claims_nothing || runs.is_empty();
     let candidates = if is_anew { others } else { runs };
     let informed = candidates.iter().map(|runs| information_bits(runs, margin)).enumerate();
-    let part = |index: usize| if claims_nothing { candidates[index].part } else { 0.0 };
+    let first = |index: usize| {
+        let cell = &candidates[index];
+        if claims_nothing { [cell.part, Share::milling(&cell.simulated).value()] } else { [0.0; 2] }
+    };
     let best = informed
         .filter(|(_, bits)| *bits > NO_INFORMATION)
         .filter(|(index, _)| !claims_nothing || claims(&candidates[*index], margin))
         // Of equals the first.
         .rev()
-        .max_by(|one, other| part(one.0).total_cmp(&part(other.0)).then(one.1.total_cmp(&other.1)));
+        .max_by(|one, other| {
+            let [part, share] = first(one.0);
+            let [other_part, other_share] = first(other.0);
+            let by_part = part.total_cmp(&other_part).then(share.total_cmp(&other_share));
+            by_part.then(one.1.total_cmp(&other.1))
+        });
     let Some((index, information_bits)) = best else {
         return NextStep::Nothing;
     };

@@ -244,6 +244,7 @@ impl PlanRequest {
             ("the precision of the gains", self.gain_precision),
             ("the precision of the rates", self.rate_precision),
             ("the body's radius in m", self.radius_m),
+            ("the sensor's range in m", self.range_m),
             ("the sensor's half-angle in rad", self.half_angle_rad),
             ("the control period in s", self.period_s),
         ] {
@@ -267,7 +268,7 @@ impl PlanRequest {
         if !(self.trial_sd >= 0.0 && self.trial_sd.is_finite()) {
             return refuse("the spread between trials", self.trial_sd, "0 or more");
         }
-        if !(self.range_m > 2.0 * self.radius_m && self.range_m.is_finite()) {
+        if self.range_m <= 2.0 * self.radius_m {
             return refuse("the sensor's range in m", self.range_m, "more than two radii");
         }
         Ok(())

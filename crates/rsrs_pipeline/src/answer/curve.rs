@@ -22,7 +22,7 @@ const FACTOR: f64 = 1.1;
 const FACTORS: std::ops::RangeInclusive<i32> = -12..=12;
 /// A sensor does not open farther, in radians.
 const WIDEST_RAD: f64 = 1.5;
-/// Steps between two values of the share of neighbours that are detected, of false detections, and of
+/// Steps between two values of the rates of true and false positives, and of
 /// the spread of the gains, and how far the latter two go.
 const SHARE_STEP: f64 = 0.05;
 const FALSE_STEP: f64 = 0.02;

@@ -51,14 +51,14 @@ impl fmt::Display for Answers {
             verb.plain,
             self.fixed_text()
         )?;
-        if self.given_factors.is_empty() {
+        if self.decided_factors.is_empty() {
             return Ok(());
         }
         write!(
             formatter,
-            "\nRobots with each value are made worse by the factors of the sweep ({}), whatever the value is; \
-             those that it leaves out, as for a profile alone all of them, follow from the value.",
-            self.given_factors.join(", ")
+            "\nRobots with each value are made worse by {} of the sweep, whatever the value is; all other \
+             factors follow from it.",
+            self.decided_factors.join(", ")
         )
     }
 }

@@ -169,7 +169,8 @@ pub fn text(choice: &Choice, wanted: f64) -> Vec<String> {
         ));
     }
     let less = choice.other_numbers.iter().find(|other| Some(other.robots + 1) == choice.robots);
-    if let Some(less) = less.filter(|less| less.b_s_high < wanted) {
+    let is_a_loss = |less: &&OtherNumber| less.b_s_high < wanted.min(choice.least().1);
+    if let Some(less) = less.filter(is_a_loss) {
         lines.push(format!("{}; have a spare one at hand", losing_one(less, wanted, verb)));
     }
     lines

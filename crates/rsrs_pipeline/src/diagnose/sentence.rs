@@ -58,7 +58,7 @@ mod tests {
             [
                 "aim the sensor 4.0° to the right",
                 "range of the sensor 0.45 m → at least 0.66 m",
-                "share of detections without a neighbour 0.145 → at most 0.062",
+                "false positive rate 0.145 → at most 0.062",
                 "latency of the sensor 6 steps → at most 1 step",
                 "half-angle of the sensor 34.4° → at most 20.1°",
                 "allow a speed of 0.12 m/s (the limit is 0.05 m/s)",

@@ -4,7 +4,7 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_view::curves::{Curve, CurvesPicture, svg};
 
 use crate::answer::{Answers, Quantity};
-use crate::wording::quantity::{as_on_an_axis, span_on_an_axis};
+use crate::wording::quantity::{as_on_an_axis, span_on_an_axis, without_unit};
 use crate::wording::{count, percent};
 
 /// Draws the curves of all answers on one page, as SVG.
@@ -39,12 +39,14 @@ pub fn of_answers(answers: &Answers) -> anyhow::Result<String> {
 
 fn of_quantity(behaviour: Behaviour, found: &Quantity) -> Curve {
     let Quantity { axis, recommended, range, curve, .. } = found;
+    let recommended_text = as_on_an_axis(*axis, *recommended);
     let heading = match range {
         Some(range) => {
             let span = span_on_an_axis(*axis, range.low, range.high);
-            format!("{} ({span})", as_on_an_axis(*axis, *recommended))
+            // The unit once, so that the heading is no wider than its panel.
+            format!("{} ({span})", without_unit(&recommended_text))
         }
-        None => format!("{}: too rarely", as_on_an_axis(*axis, *recommended)),
+        None => format!("{recommended_text}: too rarely"),
     };
     Curve {
         heading,

@@ -38,7 +38,7 @@ pub fn in_bag(bag: &Bag) -> Vec<Gap> {
     gaps
 }
 
-/// The same for a person: a line for all topics that lack the same.
+/// The same for a person: a line for all topics that lack the same, and what that means.
 pub fn lines(gaps: &[Gap]) -> Vec<String> {
     let mut groups: Vec<Vec<&Gap>> = Vec::new();
     for gap in gaps {
@@ -50,11 +50,14 @@ pub fn lines(gaps: &[Gap]) -> Vec<String> {
             None => groups.push(vec![gap]),
         }
     }
-    groups.iter().map(|group| line(group)).collect()
+    let is_missing = gaps.iter().any(|gap| gap.n_missing > 0);
+    let meaning = is_missing.then(|| HARMLESS.to_owned());
+    groups.iter().map(|group| line(group)).chain(meaning).collect()
 }
 
-/// What a sample that was lost on its way means.
-const HARMLESS: &str = "harmless, unless `rsrs label` refuses the run for it";
+/// What samples that were lost on their way mean.
+const HARMLESS: &str =
+    "samples that are missing are harmless, unless `rsrs label` refuses the run for them";
 
 /// What topics lack, each as much as the first one.
 fn line(group: &[&Gap]) -> String {
@@ -63,7 +66,7 @@ fn line(group: &[&Gap]) -> String {
     let mut parts = Vec::new();
     if *n_missing > 0 {
         let samples = counted(*n_missing, "sample");
-        parts.push(format!("{samples} missing between recorded ones{each} ({HARMLESS})"));
+        parts.push(format!("{samples} missing between recorded ones{each}"));
     }
     if *n_overflowed > 0 {
         let samples = counted(*n_overflowed, "sample");
@@ -93,11 +96,10 @@ mod tests {
         assert_eq!(
             lines,
             [
-                "/robot_1/odom: 1 sample missing between recorded ones (harmless, unless `rsrs label` \
-                 refuses the run for it)",
-                "/camera: 2,000 samples missing between recorded ones (harmless, unless `rsrs label` \
-                 refuses the run for it), 7 samples let go because the \
+                "/robot_1/odom: 1 sample missing between recorded ones",
+                "/camera: 2,000 samples missing between recorded ones, 7 samples let go because the \
                  queue to the bag was full",
+                HARMLESS,
             ]
         );
     }
@@ -115,14 +117,17 @@ mod tests {
         assert_eq!(
             lines(&nine),
             [
-                "/robot_1/robot_status and 8 other topics: 1 sample missing between recorded ones on each \
-                 (harmless, unless `rsrs label` refuses the run for it)"
+                "/robot_1/robot_status and 8 other topics: 1 sample missing between recorded ones on each",
+                HARMLESS,
             ]
         );
         assert_eq!(
             lines(&two),
-            ["/robot_1/robot_status and /robot_2/robot_status: 1 sample missing between recorded \
-              ones on each (harmless, unless `rsrs label` refuses the run for it)"]
+            [
+                "/robot_1/robot_status and /robot_2/robot_status: 1 sample missing between recorded \
+              ones on each",
+                HARMLESS
+            ]
         );
     }
 }

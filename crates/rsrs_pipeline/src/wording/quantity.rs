@@ -16,8 +16,8 @@ pub fn noun(axis: Axis) -> &'static str {
         Axis::HalfAngle => "half-angle of the sensor",
         Axis::PolygonScale => "size of the sensor's region",
         Axis::SensorBearing => "bearing of the sensor",
-        Axis::TruePositive => "share of neighbours that are detected",
-        Axis::FalsePositive => "share of detections without a neighbour",
+        Axis::TruePositive => "true positive rate",
+        Axis::FalsePositive => "false positive rate",
         Axis::Heterogeneity => "standard deviation of the gains between robots",
         Axis::GainNoise => "standard deviation of the gains per step",
         Axis::LatencySteps => "latency of the sensor",
@@ -74,9 +74,13 @@ pub fn span_on_an_axis(axis: Axis, low: f64, high: f64) -> String {
 }
 
 fn between(low: &str, high: &str) -> String {
+    format!("{} to {high}", without_unit(low))
+}
+
+/// What is left of a value without its unit: `0.14` of `0.14 m/s`.
+pub fn without_unit(value: &str) -> &str {
     let is_number = |character: char| character.is_ascii_digit() || "+-−.".contains(character);
-    let number = low.trim_end_matches(|character| !is_number(character));
-    format!("{number} to {high}")
+    value.trim_end_matches(|character| !is_number(character))
 }
 
 /// A number in three significant digits, without zeros at its end.

@@ -3,6 +3,7 @@
 mod operator;
 mod placing;
 
+use std::num::ParseFloatError;
 use std::path::PathBuf;
 
 use rsrs_core::robot::controller::ControllerParameters;
@@ -145,8 +146,7 @@ const MOST_SAMPLES: u64 = 1_000_000;
 const LONGEST_PERIOD_S: f64 = 2.0;
 
 fn period(text: &str) -> Result<f64, String> {
-    let period_s: f64 =
-        text.parse().map_err(|error| format!("{error}, expected a number such as 0.13"))?;
+    let period_s: f64 = text.parse().map_err(|error: ParseFloatError| error.to_string())?;
     if period_s > 0.0 && period_s <= LONGEST_PERIOD_S {
         return Ok(period_s);
     }

@@ -74,7 +74,7 @@ impl RobotProfile {
 }
 
 /// Widest cone: its edges must stay in front of the robot.
-const MAX_HALF_ANGLE_RAD: f64 = 1.5;
+pub const MAX_HALF_ANGLE_RAD: f64 = 1.5;
 
 fn positive(key: &'static str, found: f64) -> Result<(), ProfileError> {
     if found > 0.0 && found.is_finite() {
