@@ -5,6 +5,7 @@ mod clocks;
 mod crash;
 mod definitions;
 mod foreign;
+mod fuzz;
 mod integrity;
 mod packing;
 mod recording;

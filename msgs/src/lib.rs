@@ -4,7 +4,7 @@
 //! Rust side stands on its own and needs no ROS installation.
 //! Field names, types and order are those of ROS 2 Jazzy; a message that differed in one of them
 //! would decode to nonsense without an error, so all of them are checked byte for byte against an
-//! independent implementation (`tests/oracle.rs`).
+//! independent implementation (`tests/messages/oracle.rs`).
 //!
 //! * [`topics`] — every topic's name, type and quality of service, once.
 //! * [`cdr`] — messages to bytes and back.

@@ -59,4 +59,6 @@ pub use error::KeystoreError;
 pub use signature::ForgedDocument;
 
 #[cfg(test)]
+mod fuzz;
+#[cfg(test)]
 mod tests;

@@ -4,6 +4,7 @@
 
 pub mod conditions;
 pub mod draw;
+pub mod fuzz;
 #[cfg(feature = "network")]
 pub mod network;
 pub mod python;

@@ -6,7 +6,7 @@ pub struct Definition {
     pub type_name: &'static str,
     /// Its own text, without the types in it.
     pub text: &'static str,
-    /// RIHS01, by REP 2016; held against an independent implementation in `tests/oracle.rs`.
+    /// RIHS01, by REP 2016; held against an independent implementation in `tests/messages/oracle.rs`.
     pub hash: &'static str,
 }
 

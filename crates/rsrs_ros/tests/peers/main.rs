@@ -6,7 +6,7 @@ mod echo;
 mod parameters;
 mod peer;
 mod rclpy;
-#[path = "../../../../msgs/tests/sampler/mod.rs"]
+#[path = "../../../../msgs/tests/messages/sampler.rs"]
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_possible_wrap,

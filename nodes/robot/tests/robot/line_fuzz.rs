@@ -7,11 +7,11 @@
 //! begins. Damaged lines that have the right checksum by chance are counted and left out: sixteen
 //! bits cannot distinguish them from others.
 //!
-//! `RSRS_FUZZ_EXECUTIONS` sets how many deliveries are made, and `RSRS_SEED` plays one conversation.
+//! `RSRS_FUZZ_S` sets for how many seconds they talk, and `RSRS_SEED` plays one conversation.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -19,9 +19,8 @@ use rsrs_core::robot::controller::Command;
 use rsrs_robot_node::driver::Report;
 use rsrs_robot_node::driver::serial::line::{crc, encode};
 use rsrs_robot_node::driver::serial::link::Link;
+use rsrs_testing::fuzz::{self, Harness};
 
-/// Deliveries in a run of all tests: about a minute.
-const EXECUTIONS: u64 = 1_000_000;
 /// Length of one conversation, in steps of 10 ms.
 const STEPS: u64 = 400;
 const STEP_MS: u64 = 10;
@@ -322,18 +321,15 @@ fn talk(seed: u64) -> Tally {
 
 #[test]
 fn whatever_the_line_does_the_wheels_get_no_stale_or_wrong_command() {
-    let number = |name: &str| {
-        let text = std::env::var(name).ok()?;
-        Some(text.parse::<u64>().expect("the variable is a whole number"))
-    };
-    if let Some(seed) = number("RSRS_SEED") {
+    if let Ok(seed) = std::env::var("RSRS_SEED") {
+        let seed = seed.parse().expect("RSRS_SEED is a whole number");
         panic!("seed {seed}: {:?}", talk(seed));
     }
-    let executions = number("RSRS_FUZZ_EXECUTIONS").unwrap_or(EXECUTIONS);
+    let end = Instant::now() + fuzz::duration();
     let mut sum = Tally::default();
     let mut seed = 0;
 
-    while sum.deliveries < executions {
+    while Instant::now() < end {
         let tally = std::panic::catch_unwind(|| talk(seed));
         let tally = tally.unwrap_or_else(|_| panic!("see above, and `RSRS_SEED={seed}`"));
         sum.deliveries += tally.deliveries;
@@ -346,6 +342,36 @@ fn whatever_the_line_does_the_wheels_get_no_stale_or_wrong_command() {
 
     writeln!(std::io::stdout(), "{seed} conversations: {sum:?}").expect("somebody reads");
     // A line that nothing passes would prove nothing.
-    assert!(sum.obeyed > executions / 20 && sum.damaged > executions / 5, "{sum:?}");
-    assert!(sum.ended > executions / 1_000, "{sum:?}");
+    assert!(sum.obeyed > sum.deliveries / 20 && sum.damaged > sum.deliveries / 5, "{sum:?}");
+    assert!(sum.ended > sum.deliveries / 1_000, "{sum:?}");
+}
+
+#[test]
+fn fuzzed_lines_with_the_right_checksum_are_understood_or_refused() {
+    let bodies =
+        ["I,1,1,rsrs_base,250,400,20,750", "S,81300,-,0,0,T,-,312,7400", "S,81350,0,0,0,R,1,i,-"];
+    let harness = Harness {
+        corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/lines"),
+        seeds: vec![bodies.join("\n").into_bytes()],
+        mutation: &fuzz::text,
+    };
+
+    let n_outcomes = harness.run(|input| {
+        let mut link = Link::new(1, Duration::ZERO);
+        let mut outcomes = Vec::new();
+        for (step, body) in (1..).zip(input.split(|byte| *byte == b'\n')) {
+            let now = Duration::from_millis(BEAT_MS) * step;
+            let line = [b"$", body, format!("*{:04X}\n", crc(body)).as_bytes()].concat();
+            let reports = link.on_bytes(&line, now);
+            let command = link.drive(Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 }, now);
+            let is_end = reports.is_err();
+            outcomes.push((reports, command.is_some(), link.on_tick(now)));
+            if is_end {
+                break;
+            }
+        }
+        format!("{outcomes:?}")
+    });
+
+    assert!(n_outcomes > 5, "{n_outcomes} outcomes");
 }
