@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::comparison::{MARGIN, enough};
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::statistics::comparison::{MARGIN, enough};
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_core::statistics::share::Share;

@@ -127,7 +127,7 @@ fn another_behaviour_is_chosen_diagnosed_and_answered_in_its_own_words() {
     assert_eq!(code(&diagnosed), 0, "{}{}", stdout(&diagnosed), stderr(&diagnosed));
     assert!(stdout(&diagnosed).contains("these robots aggregate; nothing is wrong"));
     assert_eq!(code(&answered), 0, "{}{}", stdout(&answered), stderr(&answered));
-    assert!(stdout(&answered).contains("turning rate where nothing is detected -2."));
+    assert!(stdout(&answered).contains("turning rate without detection -2."));
 }
 
 #[test]

@@ -55,7 +55,7 @@ fn what_can_be_an_axis_is_listed() {
 
     assert_eq!((code(&listed), code(&nothing), code(&both)), (0, 2, 2), "{}", stderr(&listed));
     let text = stdout(&listed);
-    for axis in rsrs_core::diagram::axis::Axis::ALL {
+    for axis in rsrs_core::quantity::Axis::ALL {
         let line = text.lines().find(|line| line.split_whitespace().next() == Some(axis.key()));
         let line = line.unwrap_or_else(|| panic!("{axis} in {text}"));
         assert_eq!(line.contains("capability of the robots"), axis.is_capability(), "{line}");

@@ -5,7 +5,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_msgs::RosMessage;

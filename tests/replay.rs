@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::processes::{Process, rsrs};
 use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord};

@@ -10,7 +10,7 @@ use crate::laboratory::{self, SPEEDS, chosen, swept, write_sweep};
 use crate::processes::{Process, confined_rsrs};
 use crate::simulated_bags::Run;
 use rsrs_bags::Bag;
-use rsrs_core::conditions::Region;
+use rsrs_core::robot::region::Region;
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 
 /// Far longer than it takes on a busy machine.

@@ -1,6 +1,6 @@
 //! The house keeps its rules: who may depend on whom, and what no source may contain.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -98,6 +98,39 @@ const ONE_WAY: [(&str, &[&str]); 15] = [
         ],
     ),
 ];
+/// The rooms of the core, each of which names only those before it.
+const CORE: [&str; 15] = [
+    "help",
+    "digest",
+    "document",
+    "printable",
+    "program",
+    "statistics",
+    "robot",
+    "tracker",
+    "quantity",
+    "judge",
+    "trials",
+    "conditions",
+    "capability",
+    "diagram",
+    "comparison",
+];
+/// Crates whose rooms name each other in one direction.
+const WITHOUT_CIRCLES: [&str; 12] = [
+    "bags",
+    "crates/rsrs",
+    "crates/rsrs_fleet",
+    "crates/rsrs_operate",
+    "crates/rsrs_pipeline",
+    "crates/rsrs_sim",
+    "crates/rsrs_view",
+    "msgs",
+    "nodes/controller",
+    "nodes/experiment_runner",
+    "nodes/robot",
+    "sim_node",
+];
 /// The most bytes that the map of the project may have.
 const MAX_MAP: usize = 8192;
 
@@ -157,6 +190,37 @@ fn dependencies_point_one_way() {
             .collect();
 
         assert!(wrong.is_empty(), "{package} may reach {allowed:?}, found also {wrong:?}");
+    }
+}
+
+#[test]
+fn rooms_of_the_core_name_only_those_before_them() {
+    let rooms = named_rooms(Path::new("crates/rsrs_core/src"));
+    for (room, others) in &rooms {
+        let place = CORE.iter().position(|other| other == room);
+        let place = place.unwrap_or_else(|| panic!("{room} has no place among {CORE:?}"));
+        let wrong: Vec<_> =
+            others.iter().filter(|other| !CORE[..place].contains(&other.as_str())).collect();
+
+        assert!(wrong.is_empty(), "`{room}` names {wrong:?}, which do not come before it");
+    }
+}
+
+#[test]
+fn no_rooms_of_a_crate_name_each_other_in_a_circle() {
+    for folder in WITHOUT_CIRCLES {
+        let mut rooms = named_rooms(&Path::new(folder).join("src"));
+        // Those that name no other are taken away, until none or a circle is left.
+        loop {
+            let before = rooms.len();
+            let left: BTreeSet<String> = rooms.keys().cloned().collect();
+            rooms.retain(|_, others| others.iter().any(|other| left.contains(other)));
+            if rooms.len() == before {
+                break;
+            }
+        }
+
+        assert!(rooms.is_empty(), "{folder} has a circle among {:?}", rooms.keys());
     }
 }
 
@@ -331,6 +395,30 @@ fn reached_by(package: &str) -> BTreeSet<String> {
     assert!(output.status.success(), "cargo tree: {}", String::from_utf8_lossy(&output.stderr));
     let names = String::from_utf8_lossy(&output.stdout);
     names.lines().filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
+}
+
+/// The rooms of a crate, each with the others that it names outside comments and unit tests.
+fn named_rooms(sources: &Path) -> BTreeMap<String, BTreeSet<String>> {
+    let mut rooms: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for file in files().iter().filter(|file| file.starts_with(sources)) {
+        let inner = file.strip_prefix(sources).expect("it is in there").with_extension("");
+        let room = inner.iter().next().expect("a file has a name").to_string_lossy().into_owned();
+        if ["lib", "main", "bin"].contains(&room.as_str()) {
+            continue;
+        }
+        let whole = text(file);
+        let code = whole.split("mod tests {").next().unwrap_or_default();
+        let others = rooms.entry(room.clone()).or_default();
+        for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
+            others.extend(line.split("crate::").skip(1).map(|path| {
+                let end = path.find(|it: char| !it.is_alphanumeric() && it != '_');
+                path[..end.unwrap_or(path.len())].to_owned()
+            }));
+        }
+        others.remove(&room);
+    }
+    assert!(rooms.len() > 1, "{} has no rooms", sources.display());
+    rooms
 }
 
 /// Lines of code outside comments and unit tests that name a file, the environment or a clock.

@@ -70,7 +70,7 @@ async fn watched_and_stopped() {
     window.press("q");
     assert_eq!(window.ended().code(), Some(0), "{}", window.text());
     assert!(window.is_as_before());
-    assert!(window.text().contains("9 of 9 robots stand"), "{}", window.text());
+    window.wait_for("9 of 9 robots stand");
     run.wait(TIMEOUT);
     let bag = Bag::open(&fleet.bag("bag")).expect("the bag is whole");
     let ending = Ending::from_pairs(bag.metadata(ENDING).expect("it was closed"));

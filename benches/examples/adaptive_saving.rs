@@ -11,11 +11,11 @@
 use std::sync::atomic::AtomicBool;
 
 use rsrs_benches::diagram;
-use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::adaptive::{Adaptive, Schedule};
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::digest::mix;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_sim::sweep::{Runs, Watch, sweep};
 
 const SIDE: usize = 20;

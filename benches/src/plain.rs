@@ -1,7 +1,8 @@
 //! The loop that one would write first: double precision, a struct for each robot, a branch for
 //! each rule, the platform's trigonometry, every pair from both sides.
 
-use rsrs_core::conditions::{Conditions, Region};
+use rsrs_core::conditions::Conditions;
+use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::{Key, Purpose, RunKey, Seed};
 use rsrs_sim::placement::place;

@@ -1,7 +1,7 @@
 //! The widest conditions that are taken still make worlds of finite numbers.
 
 use rsrs_core::conditions::{Conditions, Impossible, Settings};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::simulator::MAX_COMMAND;

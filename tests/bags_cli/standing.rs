@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Bool;

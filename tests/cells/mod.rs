@@ -1,7 +1,7 @@
 //! Cells of nine Flockbots in which every phase occurs.
 
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::profile::RobotProfile;
 
 /// Speed (m/s), turning rate (rad/s), placement radius (m), probability to see.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;

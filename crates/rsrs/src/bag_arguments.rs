@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use rsrs_core::comparison::MARGIN;
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_core::statistics::comparison::MARGIN;
 
 use crate::profile_arguments::ProfileArguments;
 use rsrs_pipeline::compare;

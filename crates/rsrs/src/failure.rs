@@ -1,6 +1,6 @@
 //! How a command ends: its exit code, and what a person reads when it fails.
 
-use rsrs_core::statistics::comparison::Verdict;
+use rsrs_core::comparison::Verdict;
 use rsrs_pipeline::compare::report::Report;
 use rsrs_pipeline::error::{help_of, texts};
 

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::adaptive::Knowledge;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
 use serde::Serialize;
 

@@ -1,6 +1,6 @@
 //! Answers of which several commands print the same, with their tones.
 
-use rsrs_core::statistics::comparison::Verdict;
+use rsrs_core::comparison::Verdict;
 use rsrs_pipeline::compare::report::Report as Comparison;
 use rsrs_pipeline::label::{LOOK_AGAIN, Labelled};
 

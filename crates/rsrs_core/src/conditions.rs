@@ -1,10 +1,10 @@
 //! The conditions of one experiment: everything that the outcome may depend on, the paper's `E`.
 
-pub(crate) mod capabilities;
+mod capabilities;
 mod check;
+pub mod limits;
 pub mod operator;
 mod own_robots;
-mod reach;
 mod resolve;
 pub mod start_file;
 mod starts;
@@ -17,7 +17,8 @@ use crate::digest::Digest;
 use crate::judge::behaviour::Behaviour;
 use crate::judge::trajectory::Bodies;
 use crate::robot::controller::ControllerParameters;
-use crate::robot::profile::{Sees, Sensing};
+use crate::robot::profile::Sees;
+use crate::robot::region::Region;
 use crate::robot::unicycle::Pose;
 
 pub use check::Impossible;
@@ -178,54 +179,6 @@ pub struct GainDistribution {
     /// Standard deviation from step to step.
     pub step_sd: f64,
 }
-
-/// Where a neighbour is detected, in the robot's frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Region {
-    /// A cone in front.
-    Cone {
-        /// Half of the opening angle, in radians.
-        half_angle_rad: f64,
-        /// Reach, in metres.
-        range_m: f64,
-    },
-    /// A convex polygon, counterclockwise, in metres.
-    Polygon {
-        /// Corners `[x, y]`, x forward, y left.
-        corners_m: Vec<[f64; 2]>,
-    },
-}
-
-impl Region {
-    /// The region of a checked profile's sensor.
-    ///
-    /// # Panics
-    ///
-    /// If the profile has neither a cone nor a polygon: then it was not checked.
-    pub fn of(sensing: &Sensing) -> Self {
-        match (&sensing.cone, &sensing.polygon_m) {
-            (Some(cone), _) => {
-                Self::Cone { half_angle_rad: cone.half_angle_rad, range_m: cone.range_m }
-            }
-            (None, Some(corners)) => Self::Polygon { corners_m: corners.clone() },
-            (None, None) => unreachable!("a checked profile has a region"),
-        }
-    }
-
-    /// The greatest distance at which a centre can lie in the region, in metres.
-    pub fn range_m(&self) -> f64 {
-        match self {
-            Self::Cone { range_m, .. } => *range_m,
-            Self::Polygon { corners_m } => {
-                corners_m.iter().map(|[x, y]| libm::hypot(*x, *y)).fold(0.0, f64::max)
-            }
-        }
-    }
-}
-
-/// Most robots in one world; beyond it, memory and not the method would end the run.
-pub const MAX_ROBOTS: usize = 1_000_000;
 
 /// The longest run, in seconds: a week. What is longer is a slip, and would fill memory or disk.
 pub const MOST_DURATION_S: f64 = 604_800.0;

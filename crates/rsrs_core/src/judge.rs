@@ -3,6 +3,7 @@
 pub mod agreement;
 pub mod behaviour;
 pub mod certainty;
+pub mod counts;
 pub mod number;
 pub mod order;
 pub mod phase;

@@ -8,13 +8,16 @@
 //! A room for each step, in reading order:
 //!
 //! - [`robot`]: what it is, how it is made worse and whether it is, and what it does with what it sees;
+//! - [`quantity`]: what of it, and of an experiment, a sweep can vary: one table;
 //! - [`trials`]: how it is measured, and whether the simulator agrees with the trials;
 //! - [`conditions`]: everything that an outcome may depend on, the paper's `E`;
 //! - [`judge`]: what a swarm did, which phase that is, how sure that is and which judges agree;
 //! - [`diagram`]: the cells that a sweep file spans, how often each ended in each phase, what geometry
 //!   expects of them, and which of them to run;
 //! - [`tracker`]: how a tracker publishes where robots are, and what that is on the floor;
-//! - [`statistics`]: how sure shares and spreads are, and reality against the simulator.
+//! - [`comparison`]: reality against the simulator, and how many runs that takes;
+//! - [`capability`]: whether simulated robots are at most as capable as the measured ones;
+//! - [`statistics`]: how sure shares and spreads are.
 
 #![expect(
     clippy::cast_possible_truncation,
@@ -30,9 +33,12 @@
     reason = "errors of documents are made once and printed; boxes would hide their fields"
 )]
 
+pub mod capability;
+pub mod comparison;
 pub mod conditions;
 pub mod diagram;
 pub mod judge;
+pub mod quantity;
 pub mod robot;
 pub mod statistics;
 pub mod tracker;

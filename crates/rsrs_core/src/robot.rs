@@ -1,10 +1,10 @@
 //! The robot: as measured, as made worse, and what it does with what it sees.
 
-pub mod capability;
 pub mod controller;
 pub mod harsher;
 pub mod other_profile;
 pub mod pose_source;
 pub mod profile;
+pub mod region;
 pub mod shape;
 pub mod unicycle;

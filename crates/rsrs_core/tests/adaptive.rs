@@ -3,10 +3,10 @@
 //! Runs are drawn from diagrams whose truth is known, with a generator of this file's own, so that
 //! a thousand sweeps take a second.
 
-use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::adaptive::{Adaptive, Knowledge, Schedule, is_settled};
-use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::sequence::{ERROR, interval};
 

@@ -1,9 +1,10 @@
 //! The order of capabilities: the simulated robot is nowhere better than the measured one.
 
-use rsrs_core::conditions::{Conditions, Region};
+use rsrs_core::capability::{sensor_violations, violations};
+use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::sweep_file::SweepFile;
-use rsrs_core::robot::capability::{sensor_violations, violations};
 use rsrs_core::robot::profile::{RobotProfile, Sees};
+use rsrs_core::robot::region::Region;
 use rsrs_core::trials::fit::{Rate, SensorMap, SensorPoint};
 
 const SWEEP: &str = include_str!("../../../launch_configs/sweeps/flockbot_speed_turn.yaml");

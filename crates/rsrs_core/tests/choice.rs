@@ -1,12 +1,13 @@
 //! Which cell is chosen, on diagrams whose answer is plain to see.
 
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::{
     AsMeasured, AtCircliness, Candidate, Choice, Edge, Margin, VIABLE_B_S_LOW, Worlds, rank, tail,
 };
-use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::interval_kind::IntervalKind;
 
 /// A diagram from a drawing: columns are speeds, rows turning rates from the greatest down; the

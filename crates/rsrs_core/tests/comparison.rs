@@ -1,9 +1,9 @@
 //! Statistics of the gap, against numbers from scipy.
 
-use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::comparison::{CellRuns, Comparison, Tally, Verdict};
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::statistics::comparison::{CellRuns, Comparison, Tally, Verdict};
+use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::pooled::Pooled;
 
 fn counts(milling: u64, dispersed: u64) -> PhaseCounts {

@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
-use rsrs_core::statistics::comparison::{Share, enough};
+use rsrs_core::comparison::enough;
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
+use rsrs_core::statistics::share::Share;
 use rsrs_testing::python;
 use serde_json::{Value, json};
 

@@ -4,17 +4,16 @@ use std::io::Write;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::comparison::next_experiment::{NextStep, next_step};
+use rsrs_core::comparison::{CellRuns, Comparison, MARGIN, SIGNIFICANCE, Verdict, enough};
 use rsrs_core::judge::agreement::Agreement;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::statistics::comparison::{
-    CellRuns, Comparison, MARGIN, SIGNIFICANCE, Share, Verdict, enough,
-};
+use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::interval::Interval;
-use rsrs_core::statistics::next_experiment::{NextStep, next_step};
 use rsrs_core::statistics::pooled::PooledTest;
+use rsrs_core::statistics::share::Share;
 
 const N_CAMPAIGNS: u64 = 1000;
 

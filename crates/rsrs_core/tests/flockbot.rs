@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::profile::RobotProfile;
 
 use crate::numbers::numbers;
@@ -75,7 +75,7 @@ fn the_sweep_spans_the_papers_plane_with_the_harsher_robot() {
     let cells = sweep.resolve("sweep.yaml", &flockbot()).expect("all cells can be simulated");
 
     assert_eq!((cells.len(), sweep.replicates), (11 * 8, 100));
-    let best = |entry: &&(rsrs_core::diagram::axis::Cell, Conditions)| {
+    let best = |entry: &&(rsrs_core::quantity::Cell, Conditions)| {
         entry.0.get(Axis::Speed) == Some(0.15) && entry.0.get(Axis::TurnRate) == Some(0.75)
     };
     let (_, conditions) = cells.iter().find(best).expect("the paper's best cell is swept");

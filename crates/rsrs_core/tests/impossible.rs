@@ -1,7 +1,7 @@
 //! Profiles and conditions that describe nothing that can be.
 
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::profile::RobotProfile;
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");

@@ -1,12 +1,12 @@
 //! The judge on made-up trajectories, whose phase is known by construction.
 
-use rsrs_core::conditions::Region;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{self, JudgeError, Phase, Verdict};
 use rsrs_core::judge::rule::Parameter;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;

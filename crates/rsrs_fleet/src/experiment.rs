@@ -4,12 +4,12 @@ mod recording;
 
 use rsrs_core::conditions::start_file::StartPlacement;
 use rsrs_core::conditions::{MOST_DURATION_S, Settings};
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::WINDOW_S;
+use rsrs_core::quantity::{Axis, Cell};
 use serde::{Deserialize, Serialize};
 
 pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};

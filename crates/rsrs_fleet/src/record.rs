@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 use crate::experiment::{RobotLost, Time};
 use crate::fleet_file::{Driver, FleetRobot, is_name};
 use crate::parameters::GateSettings;
-use crate::runner::{Outcome, grouped};
 
 /// Name of the attachment of a bag that holds an [`ExperimentRecord`] as JSON.
 pub const ATTACHMENT: &str = "experiment.json";
@@ -506,22 +505,6 @@ impl Ending {
         }
     }
 
-    /// The ending that an outcome is.
-    ///
-    /// # Arguments
-    ///
-    /// * `lost` — robots that were lost on the way.
-    /// * `paused` — when robots stood on the way, and went on.
-    pub fn of(outcome: &Outcome, lost: &[LostRobot], paused: &[PausedRobot]) -> Self {
-        let (kind, reason) = match outcome {
-            Outcome::Completed => (EndingKind::Completed, String::new()),
-            Outcome::Void { reason } => (EndingKind::Void, reason.clone()),
-            Outcome::Aborted { reason } => (EndingKind::Aborted, reason.clone()),
-            Outcome::Failed { problems } => (EndingKind::Failed, grouped(problems).join("; ")),
-        };
-        Self { kind, reason, lost: lost.to_vec(), paused: paused.to_vec() }
-    }
-
     /// The ending as a bag's metadata holds it: `lost` and `paused` are JSON lists, left out where no
     /// robot was.
     ///
@@ -591,6 +574,7 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::experiment::ExperimentFile;
+    use crate::runner::Outcome;
 
     const SHIPPED: &str = include_str!("../../../launch_configs/experiments/flockbot_milling.yaml");
     const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
@@ -638,7 +622,7 @@ pub(crate) mod tests {
             ExperimentRecord::from_json(&record.to_json()).unwrap_err().to_string()
         };
 
-        let period = "conditions.period_s is -1, expected a number from 0.001 to 60";
+        let period = "conditions.period_s is -1, expected a number from 0.001 to 2";
         assert_eq!(refusal(|it| it.conditions.period_s = -1.0), period);
         assert!(refusal(|it| it.conditions.period_s = 1e300).contains("expected a number"));
         assert!(refusal(|it| it.conditions.period_s = 1e-9).contains("expected a number"));

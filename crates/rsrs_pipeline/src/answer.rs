@@ -9,12 +9,11 @@ mod curve;
 mod reason;
 mod text;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::{DenserStart, Margin, OtherNumber};
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_core::statistics::share::Share;
@@ -220,7 +219,7 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
         n_replicates: choice.n_replicates,
         denser_start: choice.denser_start,
         alternatives: alternatives_text(&choice, options.best.wanted),
-        decided_factors: decided_factors(result.source.sweep.harsher)?,
+        decided_factors: decided_factors(result.source.sweep.harsher),
         other_numbers: choice.other_numbers,
         cell: choice.cell,
         other_profile,
@@ -230,12 +229,11 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
 
 /// The factors that were decided; the others follow from the robot. Robots that are not made worse have
 /// none.
-fn decided_factors(harsher: Harsher) -> anyhow::Result<Vec<String>> {
+fn decided_factors(harsher: Harsher) -> Vec<String> {
     if harsher == HarsherFactors::NONE.into() {
-        return Ok(Vec::new());
+        return Vec::new();
     }
-    let decided: BTreeMap<String, f64> = serde_json::from_value(serde_json::to_value(harsher)?)?;
-    Ok(decided.iter().map(|(factor, value)| format!("{factor}: {value}")).collect())
+    harsher.given().map(|(factor, value)| format!("{factor}: {value}")).collect()
 }
 
 #[cfg(test)]
@@ -247,8 +245,8 @@ mod tests {
         let given = serde_json::from_str(r#"{"miss_factor": 5, "latency_extra_steps": 1}"#);
         let given: Harsher = given.expect("two factors");
 
-        assert_eq!(decided_factors(given).unwrap(), ["latency_extra_steps: 1", "miss_factor: 5"]);
-        assert!(decided_factors(Harsher::default()).unwrap().is_empty());
-        assert!(decided_factors(HarsherFactors::NONE.into()).unwrap().is_empty());
+        assert_eq!(decided_factors(given), ["miss_factor: 5", "latency_extra_steps: 1"]);
+        assert!(decided_factors(Harsher::default()).is_empty());
+        assert!(decided_factors(HarsherFactors::NONE.into()).is_empty());
     }
 }

@@ -8,13 +8,14 @@ pub mod run_matching;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use rsrs_core::diagram::axis::Cell;
-use rsrs_core::diagram::{DiagramCell, PhaseCounts};
+use rsrs_core::comparison::CellRuns;
+use rsrs_core::comparison::left_out::{Attempts, CellAttempts};
+use rsrs_core::comparison::next_experiment::next_step;
+use rsrs_core::diagram::DiagramCell;
+use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::quantity::Cell;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_core::statistics::comparison::CellRuns;
-use rsrs_core::statistics::left_out::{Attempts, CellAttempts};
-use rsrs_core::statistics::next_experiment::next_step;
 
 use crate::compare::not_counted::Cause;
 pub(crate) use crate::compare::prediction::{Prediction, choose_again};
@@ -52,7 +53,7 @@ pub struct Options {
 /// that cannot be labelled then does not count either, nor one whose poses or motions cannot be those that were
 /// commanded. What was left out for a cause after its start
 /// may have ended in any way, and a verdict stands only if it stands whatever that was
-/// ([`rsrs_core::statistics::left_out`]).
+/// ([`rsrs_core::comparison::left_out`]).
 ///
 /// # Arguments
 ///

@@ -13,9 +13,9 @@ mod text;
 use std::path::Path;
 
 use rsrs_core::diagram::DiagramCell;
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::{DenserStart, OtherNumber};
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::{Axis, OtherUnit};
 use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::quantity::{Axis, OtherUnit};
 use rsrs_core::robot::profile::{MAX_HALF_ANGLE_RAD, RobotProfile};
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
@@ -15,7 +15,6 @@ use serde::Serialize;
 use crate::best_setting::grid::{Floor, Reach, STEPS};
 use crate::error::with_help;
 use crate::files::write_file;
-use crate::wording::quantity::noun;
 use crate::wording::significant;
 
 /// What is given of the robots; all else is assumed, and marked so.
@@ -170,12 +169,12 @@ const MOST_RADIUS_M: f64 = 2.0;
 /// With what is expected.
 pub fn check_number(axis: Axis, value: f64) -> anyhow::Result<()> {
     if !(value > 0.0 && value.is_finite()) {
-        anyhow::bail!("the {} is {value}, expected a number above 0", noun(axis));
+        anyhow::bail!("the {} is {value}, expected a number above 0", axis.name());
     }
     axis.check_unit(value).map_err(|OtherUnit { found, likely, .. }| {
         let message = format!(
             "the {} is {found}: this looks like {likely}, expected {}",
-            noun(axis),
+            axis.name(),
             axis.unit()
         );
         match axis {
@@ -185,7 +184,7 @@ pub fn check_number(axis: Axis, value: f64) -> anyhow::Result<()> {
     })?;
     if axis == Axis::HalfAngle && value > MAX_HALF_ANGLE_RAD {
         return Err(with_help(
-            format!("the {} is {value}, expected at most {MAX_HALF_ANGLE_RAD} rad", noun(axis)),
+            format!("the {} is {value}, expected at most {MAX_HALF_ANGLE_RAD} rad", axis.name()),
             in_radians(value),
         ));
     }

@@ -5,22 +5,24 @@ mod curves;
 mod file;
 mod length;
 
+use std::path::Path;
+
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::Choice;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::Sees;
 use rsrs_view::diagram::{DiagramPicture, DrawnDiagram, ExperimentMark, Numbers, Panel};
+use rsrs_view::raster::{PNG_WIDTH_PX, png};
 
 use crate::error::helped;
+use crate::files::write_draft;
 use crate::picture::boundaries::{Plane, boundaries};
 use crate::sweep::result::{SweepResult, World};
+use crate::validate;
 use crate::wording::{count, percent, quantity};
-
-/// Width of PNG pictures, in pixels: sharp in print across a column.
-pub const PNG_WIDTH_PX: u32 = 1600;
 
 pub use curves::of_answers;
 pub use file::PictureFile;
@@ -86,6 +88,18 @@ impl Worlds {
 
 /// Panels of one picture at most.
 pub const MOST_PANELS: usize = 12;
+
+/// Draws the diagram of a sweep into its folder, as `diagram.svg` and `diagram.png`, with the answer of `rsrs validate` if it is there.
+///
+/// # Errors
+///
+/// If it cannot be drawn or written.
+pub fn into_folder(folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
+    let validation = validate::file::note(folder, &result.source)?;
+    let svg = of_sweep(result, &DiagramOptions { validation, ..DiagramOptions::default() })?;
+    write_draft(&folder.join("diagram.svg"), svg.as_bytes())?;
+    write_draft(&folder.join("diagram.png"), &png(&svg, PNG_WIDTH_PX)?)
+}
 
 /// Draws a sweep as SVG.
 ///

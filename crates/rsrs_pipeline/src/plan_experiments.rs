@@ -6,10 +6,10 @@ use std::path::Path;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
+use rsrs_core::comparison::experiment_plan::{Decided, ExperimentPlan, PlannedCell, plan};
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::statistics::experiment_plan::{Decided, ExperimentPlan, PlannedCell, plan};
+use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! A swarm as the theory of mills has it.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::theory::{Condition, Ring};
+use rsrs_core::quantity::Axis;
 
 /// Radii of rings that differ by no more than this share are the same: steering once per period, noise
 /// and misses change that of an ideal ring a little.
@@ -45,20 +45,7 @@ impl Swarm {
             Axis::FalsePositive => self.ring.false_positive = value,
             Axis::SpeedGain => self.speed_gain = value,
             Axis::TurnGain => self.turn_gain = value,
-            Axis::UndetectedSpeed
-            | Axis::UndetectedTurnRate
-            | Axis::PlacementRadius
-            | Axis::Arena
-            | Axis::PolygonScale
-            | Axis::Heterogeneity
-            | Axis::LatencySteps
-            | Axis::Gust
-            | Axis::YawLag
-            | Axis::Period
-            | Axis::SensorBearing
-            | Axis::GainNoise
-            | Axis::TurnBias
-            | Axis::HeadingNoise => {}
+            _ => {}
         }
         self
     }

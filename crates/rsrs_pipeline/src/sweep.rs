@@ -15,9 +15,10 @@ use std::sync::Mutex;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::adaptive::{Knowledge, Schedule};
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::sweep_file::{Axes, SweepFile};
-use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
+use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::quantity::Cell;
 use rsrs_sim::sweep::{
     Block, BlockError, Completion, Piece, Progress, ReplicateOutcome, Runs, SweepError, Watch,
     Work, blocks, check, run_blocks, sweep,
@@ -30,6 +31,9 @@ use crate::sweep::result::SweepResult;
 use crate::sweep::shard::Shard;
 use crate::sweep::source::ResolvedSweep;
 
+/// Draws the results of a sweep into a folder.
+pub type Draw = fn(&Path, &SweepResult) -> anyhow::Result<()>;
+
 /// Sweeps into a folder: from its beginning, from where it was interrupted, or not at all if the
 /// results of this very sweep are there.
 ///
@@ -39,6 +43,7 @@ use crate::sweep::source::ResolvedSweep;
 /// * `name` — of the sweep, for errors.
 /// * `source` — the sweep.
 /// * `execution` — on how many threads, watched by whom.
+/// * `draw` — draws the results beside their tables.
 ///
 /// # Errors
 ///
@@ -49,6 +54,7 @@ pub fn sweep_into(
     name: &str,
     source: ResolvedSweep,
     execution: Execution<'_>,
+    draw: Draw,
 ) -> anyhow::Result<SweepResult> {
     let plan = Plan::new(name, &source, execution.n_threads)?;
     let site = match unfinished::open(folder, &source)? {
@@ -65,7 +71,7 @@ pub fn sweep_into(
             let result = plan.result(source, &counts);
             let work = plan.numbered(&rounds);
             let command = unfinished::command(folder);
-            site.finish(&result, work, execution.n_threads)
+            site.finish(&result, work, (execution.n_threads, draw))
                 .map_err(|error| kept(folder, &command, error))?;
             Ok(result)
         }

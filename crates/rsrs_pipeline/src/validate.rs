@@ -8,9 +8,9 @@ mod text;
 
 use std::path::{Path, PathBuf};
 
+use rsrs_core::capability::{self, CapabilityViolation, LostCapability};
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::robot::capability::{self, CapabilityViolation, LostCapability};
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::profile::{RobotProfile, TrialOrigin};
 use rsrs_core::trials::fit::{SensorMap, sensor_map};
 use rsrs_core::trials::trial::{DrivenTrial, detection_trials};
@@ -90,9 +90,6 @@ pub fn validate(
     if let Some(folder) = output.or(beside_sweep) {
         drawings::write(folder, &case, &answer)?;
         answer.write(folder)?;
-    }
-    if let (None, Some(swept)) = (output, &swept) {
-        folder::draw(sweep, swept)?;
     }
     Ok(answer)
 }

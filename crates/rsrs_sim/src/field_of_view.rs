@@ -23,8 +23,9 @@
 //! chord from where the disc around a corner meets one side to where it meets the next, the centre must
 //! lie within `r` of the corner.
 
-use rsrs_core::conditions::{Region, SimulatedRobot};
+use rsrs_core::conditions::SimulatedRobot;
 use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::region::Region;
 
 /// The sensing region in single precision, ready for the pair loop.
 #[derive(Clone, Debug, PartialEq)]
@@ -382,7 +383,7 @@ mod tests {
 
     /// Distance of a point from the border of a region, on either side of it.
     fn border_m(region: &Region, at: [f64; 2]) -> f64 {
-        let border = rsrs_core::robot::capability::border_m(region);
+        let border = rsrs_core::capability::border_m(region);
         let n = border.len();
         (0..n)
             .map(|side| from_segment_m(at, [border[side], border[(side + 1) % n]]))

@@ -255,8 +255,9 @@ fn range(numbers: &[f32]) -> Option<(f32, f32)> {
 mod tests {
     use super::*;
     use crate::draw::{Purpose, RunKey, Seed};
-    use rsrs_core::conditions::{Region, SimulatedRobot};
+    use rsrs_core::conditions::SimulatedRobot;
     use rsrs_core::robot::profile::Sees;
+    use rsrs_core::robot::region::Region;
     use rsrs_testing::conditions::flockbot_conditions;
 
     fn regions() -> Vec<Region> {

@@ -18,7 +18,7 @@
 use std::collections::BTreeMap;
 
 use rsrs_core::conditions::{Conditions, ConditionsError, Settings, Walls};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::NotHarsher;
 use rsrs_core::robot::profile::RobotProfile;

@@ -9,8 +9,8 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::digest::mix;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{JudgeError, Phase, WINDOW_S, samples_in};
 

@@ -277,9 +277,10 @@ pub(crate) fn digest(
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use rsrs_core::conditions::{Arena, Placement, Region, Walls};
+    use rsrs_core::conditions::{Arena, Placement, Walls};
     use rsrs_core::robot::controller::decide;
     use rsrs_core::robot::profile::Sees;
+    use rsrs_core::robot::region::Region;
     use rsrs_testing::conditions::flockbot_conditions;
 
     fn run(world: &mut World, conditions: &Conditions, n_steps: usize) {

@@ -1,7 +1,7 @@
 //! Step 2: which real trajectories a simulated robot's reach contains.
 
 use rsrs_core::conditions::{Conditions, Settings, Walls};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;

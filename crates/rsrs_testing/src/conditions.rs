@@ -1,11 +1,12 @@
 //! Conditions that tests and benchmarks share: nine harsher Flockbots at (0.15 m/s, 0.75 rad/s).
 
 use rsrs_core::conditions::{
-    Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls,
+    Arena, Conditions, GainDistribution, Placement, SimulatedRobot, Walls,
 };
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::region::Region;
 
 /// What both gains are.
 pub const GAIN: GainDistribution = GainDistribution { mean: 0.97, robot_sd: 0.05, step_sd: 0.0 };

@@ -2,9 +2,9 @@
 
 use crate::axes::{BELOW_PX, left_of_cells_px};
 use crate::boundary::OUTSIDE_PX;
-use crate::diagram::DiagramPicture;
 use crate::legend;
 use crate::panel::{HEADING_PX, Lines, above_px};
+use crate::picture::DiagramPicture;
 use crate::plot::size_px;
 use crate::slice::Slice;
 
@@ -12,8 +12,6 @@ use crate::slice::Slice;
 const MARGIN_PX: f64 = 24.0;
 /// From the cells to the legend beside them, in pixels.
 pub const BETWEEN_PX: f64 = 26.0;
-/// The narrowest page, in pixels of 1/96 inch: 60 mm.
-pub const LEAST_WIDTH_PX: f64 = 226.0;
 
 /// Around a page whose width is given: a journal has margins of its own.
 pub const NARROW_MARGIN_PX: f64 = 8.0;

@@ -1,6 +1,6 @@
 //! The frame of a phase diagram, with ticks at the swept values and labels with units.
 
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 
 use crate::palette::{INK, QUIET_INK};
 use crate::plot::Plot;
@@ -39,7 +39,7 @@ pub fn axes(plot: &Plot, y: Axis) -> Element {
         plot.bottom_px - plot.top_px,
     );
     let centre_px = f64::midpoint(plot.left_px, plot.right_px);
-    let x_label = line_of_text(centre_px, plot.bottom_px + BELOW_PX - 6.0, plot.slice.x.label())
+    let x_label = line_of_text(centre_px, plot.bottom_px + BELOW_PX - 6.0, &plot.slice.x.label())
         .with("text-anchor", "middle")
         .at("font-size", AXIS_LABEL_PX)
         .with("fill", INK);
@@ -56,7 +56,7 @@ fn y_label(plot: &Plot, y: Axis) -> Element {
     let axis_px = left_of_cells_px(plot.slice, height_px);
     let x_px = plot.left_px - axis_px + 9.0;
     let y_px = f64::midpoint(plot.top_px, plot.bottom_px);
-    line_of_text(x_px, y_px, y.label())
+    line_of_text(x_px, y_px, &y.label())
         .with("text-anchor", "middle")
         .at("font-size", AXIS_LABEL_PX)
         .with("fill", INK)

@@ -2,7 +2,7 @@
 //! holds, a letter at its end, and gaps where numbers stand.
 
 use crate::palette::INK;
-use crate::plot::Plot;
+use crate::plot::{Kept, Plot};
 use crate::svg::{Element, line_of_text, number};
 use crate::track::Point;
 
@@ -63,9 +63,6 @@ impl Side {
         }
     }
 }
-
-/// A box that no line enters: left, top, right and bottom, in pixels.
-pub type Kept = [f64; 4];
 
 /// Draws the boundaries, each clipped to the cells and tagged with a letter.
 ///

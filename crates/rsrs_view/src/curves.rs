@@ -1,7 +1,7 @@
 //! Shares along one quantity with their 95 % bands: one curve, or a page of them.
 
-use rsrs_core::diagram::axis::Axis;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::quantity::Axis;
 use rsrs_core::statistics::share::Share;
 
 use crate::arrangement::NARROW_MARGIN_PX;
@@ -236,7 +236,7 @@ fn panel(curve: &Curve, chart: &Chart, wanted: Option<f64>) -> Element {
         .children(dots(curve, chart))
         .children(curve.real.iter().map(|run| real(chart, curve.behaviour, run)))
         .children(curve.marked.map(|value| pointer(chart, value)))
-        .child(chart.frame(curve.axis.label()))
+        .child(chart.frame(&curve.axis.label()))
         .child(chart.y_axis(&format!("share of {}", curve.behaviour.noun())))
         .child(heading)
 }

@@ -1,7 +1,5 @@
 //! The phase diagram as a picture for a paper.
 
-use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::help::Help;
 use rsrs_core::statistics::share::Share;
 
@@ -18,76 +16,13 @@ use crate::slice::{Slice, is_same};
 use crate::svg::{Element, line_of_text};
 use crate::text::{Weight, wrap};
 
-pub use crate::arrangement::LEAST_WIDTH_PX;
 pub use crate::boundary::{Boundary, Side};
 pub use crate::layout::{CellBox, DrawnDiagram};
 pub use crate::marks::ExperimentMark;
+pub use crate::picture::{DiagramPicture, LEAST_WIDTH_PX, Numbers, Panel};
 pub use crate::slice::SliceError;
 
 const NOTE_PX: f64 = 10.5;
-
-/// Two-dimensional slices of phase diagrams, and what to lay over them.
-///
-/// # Source
-///
-/// `fig:phase_plot2`.
-#[derive(Clone, Debug)]
-pub struct DiagramPicture<'a> {
-    /// What is drawn, side by side if there are several; at least one.
-    pub panels: Vec<Panel<'a>>,
-    /// The axis drawn to the right.
-    pub x: Axis,
-    /// The axis drawn upwards; `None` for a curve of the share of stable milling over the other one.
-    pub y: Option<Axis>,
-    /// The title; any text.
-    pub title: String,
-    /// Under the title: profile, replicates, duration, how robots see; any text.
-    pub subtitle: String,
-    /// The recommended cell, to be marked.
-    pub chosen: Option<&'a Cell>,
-    /// What is known of it, beside its values; any text.
-    pub chosen_note: Option<String>,
-    /// Whether `B_s` is written into the cells.
-    pub numbers: Numbers,
-    /// Real experiments, to be laid over the simulated cells.
-    pub experiments: &'a [ExperimentMark],
-    /// Under the picture: what a reader must not overlook; any text.
-    pub note: Option<String>,
-    /// Width of the page, in pixels of 1/96 inch, at least [`LEAST_WIDTH_PX`]; as wide as it takes if
-    /// not given.
-    pub width_px: Option<f64>,
-}
-
-/// One slice of one diagram.
-#[derive(Clone, Debug)]
-pub struct Panel<'a> {
-    /// Above it; any text, empty for one that is alone.
-    pub heading: String,
-    /// The result of a sweep.
-    pub diagram: &'a PhaseDiagram,
-    /// Values of the axes that the picture does not show, each in its own unit; an axis with one value
-    /// needs none.
-    pub at: Vec<(Axis, f64)>,
-    /// Analytic boundaries, to be drawn as dashed lines.
-    pub boundaries: Vec<Boundary>,
-}
-
-impl<'a> Panel<'a> {
-    /// A diagram of the axes of its picture, without boundaries.
-    pub fn of(diagram: &'a PhaseDiagram) -> Self {
-        Self { heading: String::new(), diagram, at: Vec::new(), boundaries: Vec::new() }
-    }
-}
-
-/// Whether a diagram has numbers in its cells.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Numbers {
-    /// Where they fit.
-    #[default]
-    Shown,
-    /// None.
-    Hidden,
-}
 
 /// Why there is no picture.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -150,12 +85,13 @@ impl Help for PictureError {
 /// # Example
 ///
 /// ```
-/// use rsrs_core::diagram::axis::Axis;
-/// use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+/// use rsrs_core::quantity::Axis;
+/// use rsrs_core::judge::counts::PhaseCounts;
+/// use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 /// use rsrs_core::judge::phase::Phase;
 /// use rsrs_view::diagram::{DiagramPicture, Numbers, Panel, svg};
 ///
-/// let cell: rsrs_core::diagram::axis::Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
+/// let cell: rsrs_core::quantity::Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
 /// let counts = PhaseCounts::of([Phase::StableMilling; 16]);
 /// let diagram = PhaseDiagram {
 ///     axes: cell.axes(),

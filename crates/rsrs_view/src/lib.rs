@@ -37,6 +37,7 @@ mod legend;
 mod marks;
 mod overlay;
 mod panel;
+mod picture;
 mod plot;
 mod scale;
 mod slice;

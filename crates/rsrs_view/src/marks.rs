@@ -1,7 +1,7 @@
 //! Real runs on the heat map: each by the symbol of its phase.
 
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::Cell;
 
 use crate::overlay::{grid_cell, position_px};
 use crate::palette::INK;

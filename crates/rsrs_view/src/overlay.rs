@@ -1,6 +1,6 @@
 //! The chosen cell over the heat map, and where cells lie on it.
 
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::quantity::Cell;
 
 use crate::palette::INK;
 use crate::plot::Plot;

@@ -4,11 +4,11 @@ use rsrs_core::judge::phase::Phase;
 
 use crate::axes::axes;
 use crate::boundary::{self, Boundary};
-use crate::diagram::{DiagramPicture, Numbers, Panel};
 use crate::legend::{Contents, Visibility};
 use crate::marks;
 use crate::overlay::{self, ChosenShape};
 use crate::palette::INK;
+use crate::picture::{DiagramPicture, Numbers, Panel};
 use crate::plot::{self, Plot, quantity};
 use crate::svg::{Element, line_of_text};
 use crate::symbol::Filling;

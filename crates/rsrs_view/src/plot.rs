@@ -1,15 +1,17 @@
 //! The heat map: where its cells lie, their colours, numbers and tooltips.
 
-use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::Axis;
 
-use crate::boundary::Kept;
 use crate::palette::{INK, NOT_SWEPT, shade};
 use crate::scale::{Scale, label};
 use crate::slice::Slice;
 use crate::svg::{Element, line_of_text, number, rectangle};
 use crate::text::{Weight, width_px};
+
+/// A box that no line enters: left, top, right and bottom, in pixels.
+pub type Kept = [f64; 4];
 
 /// The rectangle of cells on the page.
 #[derive(Clone, Debug)]
@@ -204,7 +206,7 @@ pub fn quantity(axis: Axis, value: f64) -> String {
         return format!("{value} robots");
     }
     let unit = axis.unit();
-    let name = axis.label().trim_end_matches(&format!(" ({unit})"));
+    let name = axis.name();
     if unit.is_empty() { format!("{name} {value}") } else { format!("{name} {value} {unit}") }
 }
 

@@ -12,6 +12,9 @@ pub(crate) const FONTS: [&[u8]; 2] = [
     include_bytes!("../fonts/DejaVuSans-Bold-subset.ttf"),
 ];
 
+/// Width of pictures whose width nobody gave, in pixels: sharp in print across a column.
+pub const PNG_WIDTH_PX: u32 = 1600;
+
 /// The longest side of a PNG, in pixels.
 pub const MOST_PX: u32 = 16_384;
 

@@ -8,9 +8,10 @@ use std::ops::Range;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use rsrs_core::conditions::{Conditions, Region};
+use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
+use rsrs_core::robot::region::Region;
 use serde::Serialize;
 
 use crate::trajectory::Ring;

@@ -9,7 +9,7 @@ mod cells;
 mod runs;
 
 use maud::{Markup, PreEscaped, html};
-use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
 
 use crate::diagram::DrawnDiagram;

@@ -1,8 +1,9 @@
 //! The two-dimensional slice of a phase diagram that a picture shows.
 
-use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::diagram::{PhaseCounts, PhaseDiagram};
+use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::help::Help;
+use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::quantity::{Axis, Cell};
 
 /// The cells of a picture: the diagram where all other axes are fixed.
 #[derive(Clone, Debug)]

@@ -7,11 +7,12 @@ mod readable;
 use std::path::Path;
 
 use resvg::tiny_skia::{Pixmap, PremultipliedColorU8};
-use rsrs_core::diagram::axis::{Axis, AxisValues, Cell};
-use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::{Axis, AxisValues, Cell};
 use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, Numbers, Panel, Side, svg};
 use rsrs_view::raster::png;
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
+use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
 use rsrs_fleet::parameters::controller::{
     CMD_VEL_TYPE, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, NODE, PERIOD, SPEED,
@@ -28,9 +29,6 @@ pub const NAMES: [&str; 12] = [
     LEASE,
     PERIOD,
 ];
-
-/// Nobody drives by detections that are rarer.
-const LONGEST_PERIOD_S: f64 = 2.0;
 
 /// Greatest safe values where no start value is given: those of the Flockbot.
 const LIMITS: [(&str, f64); 2] = [(SPEED_MAX, 0.30), (TURN_RATE_MAX, 2.5)];
@@ -171,7 +169,7 @@ fn period(
 ) -> Result<(Descriptor, ParameterValue), StartValueError> {
     let value = match given {
         None => 0.13,
-        Some(ParameterValue::Double(value)) if value > 0.0 && value <= LONGEST_PERIOD_S => value,
+        Some(ParameterValue::Double(value)) if value > 0.0 && value <= PERIOD_BOUNDS_S[1] => value,
         Some(found) => {
             return not_allowed(robot, PERIOD, found, "a double above 0 and at most 2");
         }

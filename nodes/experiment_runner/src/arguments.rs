@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::quantity::Cell;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::Backend;

@@ -7,7 +7,6 @@ use rsrs_fleet::message::Status;
 use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{Event, SampleKind};
 use rsrs_fleet::wire;
-use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use rsrs_msgs::geometry_msgs::{TransformStamped, Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
@@ -19,7 +18,7 @@ use rsrs_ros::session::ReceivedRaw;
 
 use crate::plan::Plan;
 use crate::recorded_topics::Role;
-use crate::tracked::SeenPose;
+use crate::tracked::{SeenPose, seconds_ahead};
 
 /// The event of a sample, except for the simulator's.
 ///
@@ -147,12 +146,6 @@ pub fn status(data: &[u8]) -> Result<Status, String> {
 
 fn decode<M: RosMessage>(data: &[u8]) -> Result<M, String> {
     cdr::decode(data).map_err(|error| error.to_string())
-}
-
-/// How far a stamp is ahead of a time on our clock, in seconds; `None` for one that was not set.
-pub fn seconds_ahead(stamp: Stamp, ours_ns: u64) -> Option<f64> {
-    let stamp_ns = stamp.to_nanos().filter(|nanos| *nanos > 0)?;
-    Some((i128::from(stamp_ns) - i128::from(ours_ns)) as f64 / 1e9)
 }
 
 /// Diagnoses of the robots of this run: their hardware's name, or what their own begins with, is that of

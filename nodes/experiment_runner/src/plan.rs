@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::help::{Help, Helpful};
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::controller::Reaction;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};

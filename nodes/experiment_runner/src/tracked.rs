@@ -6,9 +6,9 @@ use rsrs_bags::trajectory::{PoseReader, TrackedTopic, UnreadablePoses};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::tracker::{HandOver, Taken, Tracker, TrackerFrame};
 use rsrs_fleet::wire;
+use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_ros::session::ReceivedRaw;
 
-use crate::meaning::seconds_ahead;
 use crate::plan::Plan;
 
 /// A machine of the tracker: the place of its topic, and who publishes there.
@@ -168,6 +168,12 @@ pub fn reader(plan: &Plan) -> PoseReader {
     let plain = Tracker::default();
     let tracker = plan.record.tracker.as_ref().unwrap_or(&plain);
     PoseReader::new(plan.tracked_by(), tracker, &plan.record.robots)
+}
+
+/// How far a stamp is ahead of a time on our clock, in seconds; `None` for one that was not set.
+pub fn seconds_ahead(stamp: Time, ours_ns: u64) -> Option<f64> {
+    let stamp_ns = stamp.to_nanos().filter(|nanos| *nanos > 0)?;
+    Some((i128::from(stamp_ns) - i128::from(ours_ns)) as f64 / 1e9)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_fleet::parameters::gate::{
     ACCELERATION_MAX, CMD_VEL_TYPE, DEBOUNCE, DETECTION_THRESHOLD, DRIVER, NODE, PERIOD,
     PROFILE_DIGEST, SENSOR_TIMEOUT, SPEED_MAX, TURN_ACCELERATION_MAX, TURN_RATE_MAX,
@@ -48,7 +49,7 @@ const NUMBERS: [Number; 7] = [
     Number {
         name: PERIOD,
         description: "Interval of detections, in s.",
-        range: (0.01, 1.0),
+        range: (PERIOD_BOUNDS_S[0], PERIOD_BOUNDS_S[1]),
         value: 0.13,
         read_only: true,
     },

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use rsrs_core::conditions::{Conditions, Placement, Settings};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::decide;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::wire;

@@ -136,8 +136,9 @@ fn fit(poses: &[Pose]) -> (Point, f64) {
 mod tests {
     use std::sync::Arc;
 
-    use rsrs_core::conditions::{Conditions, Region, Settings};
+    use rsrs_core::conditions::{Conditions, Settings};
     use rsrs_core::robot::profile::RobotProfile;
+    use rsrs_core::robot::region::Region;
     use rsrs_msgs::builtin_interfaces::Time;
 
     use super::super::Look;

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use rsrs_core::conditions::{Conditions, Region};
+use rsrs_core::conditions::Conditions;
+use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Transform, TransformStamped, Vector3};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rsrs_core::conditions::{Conditions, ConditionsError, Settings};
-use rsrs_core::diagram::axis::{Cell, CellError};
+use rsrs_core::quantity::{Cell, CellError};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterServer, ParameterValue};
 

@@ -1,5 +1,5 @@
 use rsrs_core::conditions::Settings;
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 
 use super::*;
 
@@ -61,10 +61,10 @@ fn conditions_that_make_none_are_refused_by_name() {
     );
     assert_eq!(
         refusal(&[
-            json(|c| c.period_s = 60.0),
+            json(|c| c.period_s = 2.0),
             (STEPS.to_owned(), ParameterValue::Integer(i64::from(u32::MAX)))
         ]),
-        "`steps` is 4294967295, expected at most 35791394 with a period of 60 s"
+        "`steps` is 4294967295, expected at most 1073741823 with a period of 2 s"
     );
 }
 

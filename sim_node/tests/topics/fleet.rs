@@ -5,7 +5,7 @@ use std::process::{Child, Command as Process, Stdio};
 use std::sync::{Arc, Mutex};
 
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::simulator::placement_digest;

@@ -10,8 +10,9 @@ use std::f64::consts::TAU;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rsrs_core::conditions::{Conditions, GainDistribution, Region};
+use rsrs_core::conditions::{Conditions, GainDistribution};
 use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_pipeline::episode::recorder::RobotStep;
 use rsrs_sim::draw::{RunKey, Seed};

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::{Choice, Margin, VIABLE_B_S_LOW};
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::tidy;
 use serde::Serialize;
 

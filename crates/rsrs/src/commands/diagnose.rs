@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
+use rsrs_core::quantity::Axis;
 use rsrs_pipeline::diagnose::{Options, diagnose};
 
 use crate::commands::{Format, report};

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
+use rsrs_core::comparison::MARGIN;
 use rsrs_core::diagram::DiagramCell;
-use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::statistics::comparison::MARGIN;
-use rsrs_core::statistics::comparison::Share;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::interval_kind::IntervalKind;
+use rsrs_core::statistics::share::Share;
 use rsrs_view::diagram::{ExperimentMark, Numbers};
 use rsrs_view::page::{Page, Table};
 

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use rsrs_core::comparison::{Verdict, decided};
 use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_core::statistics::comparison::{Share, Verdict, decided};
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
+use rsrs_core::statistics::share::Share;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::{Backend, EndingKind};
@@ -139,7 +140,7 @@ impl DryRun<'_> {
 
         let sweep = self.folder.join("sweep");
         let name = files.sweep.display().to_string();
-        let result = sweep_into(&sweep, &name, source, execution(None)?)?;
+        let result = sweep_into(&sweep, &name, source, execution(None)?, picture::into_folder)?;
         self.print(swept(&result))?;
         let choice = choose_cell(&sweep)?;
         self.print(chosen(&choice))?;
@@ -295,7 +296,7 @@ impl DryRun<'_> {
         };
         let svg = picture::of_sweep(result, &options)?;
         let path = self.folder.join("diagram.png");
-        write_file(&path, &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)?;
+        write_file(&path, &rsrs_view::raster::png(&svg, rsrs_view::raster::PNG_WIDTH_PX)?)?;
         write_file(&self.folder.join("diagram.svg"), svg.as_bytes())?;
         Ok(path)
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::quantity::Cell;
 use rsrs_pipeline::episode::replicate::replay;
 
 use crate::commands::{Format, report};

@@ -4,7 +4,7 @@ use std::io::{BufRead, IsTerminal, Write};
 use std::path::PathBuf;
 
 use anyhow::Context;
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_pipeline::error::{help_of, with_help};
 use rsrs_pipeline::init::{Robots, check_count, check_name, check_number, check_radius, init};
 use rsrs_pipeline::wording::shell::quoted;

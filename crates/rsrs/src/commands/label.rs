@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use rsrs_core::conditions::Region;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_core::robot::region::Region;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;

@@ -6,6 +6,7 @@ use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::progress::execution;
 use crate::sweep_report::SweepReport;
+use rsrs_pipeline::picture;
 use rsrs_pipeline::sweep::merge::merge;
 
 /// Put the shards of a sweep together.
@@ -39,7 +40,8 @@ pub struct Arguments {
 ///
 /// If the folders are not all shards of one sweep, or the folder cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let result = merge(&arguments.shards, &arguments.output, execution(arguments.threads)?)?;
+    let Arguments { shards, output, .. } = arguments;
+    let result = merge(shards, output, execution(arguments.threads)?, picture::into_folder)?;
     let summary = SweepReport::of(&arguments.output, &result);
     report(arguments.format, &summary, summary.to_string())?;
     Ok(Outcome::Done)

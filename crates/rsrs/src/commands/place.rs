@@ -4,7 +4,7 @@ mod check;
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::quantity::Cell;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_experiment_runner::plan::{Plan, Request};

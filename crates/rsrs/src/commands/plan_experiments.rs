@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::diagram::axis::Cell;
-use rsrs_core::statistics::comparison::MARGIN;
+use rsrs_core::comparison::MARGIN;
+use rsrs_core::quantity::Cell;
 use rsrs_pipeline::plan_experiments::{Options, REPLICATES, WANTED, plan_experiments};
 use rsrs_pipeline::wording::shell::{experiment_beside, quoted};
 

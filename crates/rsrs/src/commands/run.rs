@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::judge::phase::WINDOW_S;
+use rsrs_core::quantity::Cell;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::E_STOP_REASON;

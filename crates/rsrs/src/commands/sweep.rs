@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use rsrs_core::capability::lost_capabilities;
 use rsrs_core::diagram::adaptive::Adaptive;
-use rsrs_core::diagram::axis::Axis;
-use rsrs_core::robot::capability::lost_capabilities;
+use rsrs_core::quantity::Axis;
 use serde::Serialize;
 
 use crate::commands::{Format, print_text, report};
@@ -13,12 +13,12 @@ use crate::notes::print_always;
 use crate::progress::execution;
 use crate::sweep_report::SweepReport;
 use rsrs_pipeline::execution::Execution;
+use rsrs_pipeline::picture;
 use rsrs_pipeline::sweep::ablation::of_barren_sweep;
 use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::shard::Shard;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::{sweep_into, sweep_shard};
-use rsrs_pipeline::wording::quantity::noun;
 use rsrs_pipeline::wording::{columns, counted};
 
 /// Simulate every cell of a sweep into a phase diagram.
@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(shard) = arguments.shard {
         return run_shard((folder, shard), &name, &source, arguments.format, execution);
     }
-    let result = sweep_into(folder, &name, source, execution)?;
+    let result = sweep_into(folder, &name, source, execution, picture::into_folder)?;
     let (n_edge, unsettled) = settling::at_edge(&result, execution)?;
     let place = (folder.as_path(), result.source.sweep.behaviour);
     if let Some(warning) = settling::warning(place, n_edge, &unsettled) {
@@ -120,7 +120,7 @@ fn axes() -> String {
             unit => unit,
         };
         let kind = if axis.is_capability() { "capability of the robots" } else { "setting" };
-        [axis.key(), unit, noun(axis), kind].map(str::to_owned)
+        [axis.key(), unit, axis.name(), kind].map(str::to_owned)
     };
     columns(&Axis::ALL.map(row))
 }

@@ -1,56 +1,17 @@
 //! Whether conditions make a world: every number against what it can mean.
 
-use std::fmt;
-
-use super::{
-    Conditions, GainDistribution, MAX_ROBOTS, Placement, Region, SimulatedRobot, StartsError,
-    starts,
-};
+use super::{Conditions, GainDistribution, Placement, SimulatedRobot, StartsError, starts};
+use crate::quantity::Bounds;
 use crate::robot::controller::{Command, ControllerParameters};
 use crate::robot::profile::MAX_CORNERS;
+use crate::robot::region::Region;
 
-/// The least and the greatest value that a number may have.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
-    pub(crate) least: f64,
-    pub(crate) most: f64,
-}
-
-/// Number of robots.
-pub(super) const ROBOTS: Bounds = Bounds { least: 0.0, most: MAX_ROBOTS as f64 };
-/// A probability.
-pub(super) const PROBABILITY: Bounds = Bounds { least: 0.0, most: 1.0 };
-/// Half of a cone's opening angle, in radians: its edges must stay in front of the robot.
-pub(super) const HALF_ANGLE: Bounds = Bounds { least: 1e-6, most: 1.5 };
-/// What may be nothing: speeds, deviations, delays.
-pub(super) const AMOUNT: Bounds = Bounds { least: 0.0, most: 1e3 };
-/// What may point to either side: speeds and turning rates.
-pub(super) const SIGNED: Bounds = Bounds { least: -1e3, most: 1e3 };
-/// What has an extent: lengths in metres, and times over which something fades, in seconds.
-pub(super) const SIZE: Bounds = Bounds { least: 1e-6, most: 1e6 };
-/// A control period, in seconds.
-pub(super) const PERIOD: Bounds = Bounds { least: 1e-3, most: 60.0 };
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
 /// Robots of a detection trial.
 const PAIR: Bounds = Bounds { least: 0.0, most: 2.0 };
-/// A bearing, in radians: half around to either side.
-pub(super) const BEARING: Bounds = Bounds { least: -3.15, most: 3.15 };
 /// A coordinate of a corner, in metres.
 const COORDINATE: Bounds = Bounds { least: -1e6, most: 1e6 };
-
-impl Bounds {
-    /// Whether a number lies within; what is not a number does not.
-    pub fn contains(self, found: f64) -> bool {
-        (self.least..=self.most).contains(&found)
-    }
-}
-
-impl fmt::Display for Bounds {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "from {} to {}", self.least, self.most)
-    }
-}
 
 /// Why conditions make no world.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -114,14 +75,14 @@ impl Conditions {
     /// # fn example(mut conditions: Conditions) {
     /// conditions.period_s = 0.0;
     /// let error = conditions.check().unwrap_err();
-    /// assert_eq!(error.to_string(), "period_s is 0, expected a number from 0.001 to 60");
+    /// assert_eq!(error.to_string(), "period_s is 0, expected a number from 0.001 to 2");
     /// # }
     /// ```
     pub fn check(&self) -> Result<(), Impossible> {
         for (key, found, bounds) in [
-            ("robots", self.robots as f64, ROBOTS),
-            ("arena.side_m", self.arena.side_m, SIZE),
-            ("period_s", self.period_s, PERIOD),
+            ("robots", self.robots as f64, Bounds::ROBOTS),
+            ("arena.side_m", self.arena.side_m, Bounds::SIZE),
+            ("period_s", self.period_s, Bounds::PERIOD),
         ] {
             within(key, found, bounds)?;
         }
@@ -142,26 +103,28 @@ impl Conditions {
 
 fn check_controller(controller: ControllerParameters) -> Result<(), Impossible> {
     let ControllerParameters { speed_m_s, turn_rate_rad_s, undetected } = controller;
-    let bounds = if undetected.is_some() { SIGNED } else { AMOUNT };
+    let bounds = if undetected.is_some() { Bounds::SIGNED } else { Bounds::AMOUNT };
     within("controller.speed_m_s", speed_m_s, bounds)?;
     within("controller.turn_rate_rad_s", turn_rate_rad_s, bounds)?;
     let Some(Command { speed_m_s, turn_rate_rad_s }) = undetected else { return Ok(()) };
-    within("controller.undetected.speed_m_s", speed_m_s, SIGNED)?;
-    within("controller.undetected.turn_rate_rad_s", turn_rate_rad_s, SIGNED)
+    within("controller.undetected.speed_m_s", speed_m_s, Bounds::SIGNED)?;
+    within("controller.undetected.turn_rate_rad_s", turn_rate_rad_s, Bounds::SIGNED)
 }
 
 fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {
     match conditions.placement {
-        Placement::DiscFacingOut { radius_m } => within("placement.radius_m", radius_m, SIZE),
+        Placement::DiscFacingOut { radius_m } => {
+            within("placement.radius_m", radius_m, Bounds::SIZE)
+        }
         Placement::BoxFacingOut { width_m, height_m } => {
-            within("placement.width_m", width_m, SIZE)?;
-            within("placement.height_m", height_m, SIZE)
+            within("placement.width_m", width_m, Bounds::SIZE)?;
+            within("placement.height_m", height_m, Bounds::SIZE)
         }
         Placement::Given { ref starts } => Ok(starts::check(starts, conditions)?),
         Placement::Pair { distance_m, bearing_rad } => {
             within("robots", conditions.robots as f64, PAIR)?;
-            within("placement.distance_m", distance_m, SIZE)?;
-            within("placement.bearing_rad", bearing_rad, BEARING)
+            within("placement.distance_m", distance_m, Bounds::SIZE)?;
+            within("placement.bearing_rad", bearing_rad, Bounds::BEARING)
         }
     }
 }
@@ -172,22 +135,22 @@ fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
     let GainDistribution { mean: turn_mean, robot_sd: turn_sd, step_sd: turn_step_sd } =
         robot.turn_gain;
     for (key, found, bounds) in [
-        ("robot.radius_m", robot.radius_m, SIZE),
+        ("robot.radius_m", robot.radius_m, Bounds::SIZE),
         ("robot.front_half_angle_rad", robot.front_half_angle_rad, FRONT),
-        ("robot.speed_gain.mean", speed_mean, AMOUNT),
-        ("robot.speed_gain.robot_sd", speed_sd, AMOUNT),
-        ("robot.speed_gain.step_sd", speed_step_sd, AMOUNT),
-        ("robot.turn_gain.mean", turn_mean, AMOUNT),
-        ("robot.turn_gain.robot_sd", turn_sd, AMOUNT),
-        ("robot.turn_gain.step_sd", turn_step_sd, AMOUNT),
-        ("robot.turn_bias_sd_rad_s", robot.turn_bias_sd_rad_s, AMOUNT),
-        ("robot.heading_noise_sd_rad", robot.heading_noise_sd_rad, AMOUNT),
-        ("robot.gust_sd_m_s", robot.gust_sd_m_s, AMOUNT),
-        ("robot.gust_time_constant_s", robot.gust_time_constant_s, SIZE),
-        ("robot.yaw_lag_s", robot.yaw_lag_s, AMOUNT),
-        ("robot.true_positive", robot.true_positive, PROBABILITY),
-        ("robot.false_positive", robot.false_positive, PROBABILITY),
-        ("robot.latency_steps", f64::from(robot.latency_steps), AMOUNT),
+        ("robot.speed_gain.mean", speed_mean, Bounds::AMOUNT),
+        ("robot.speed_gain.robot_sd", speed_sd, Bounds::AMOUNT),
+        ("robot.speed_gain.step_sd", speed_step_sd, Bounds::AMOUNT),
+        ("robot.turn_gain.mean", turn_mean, Bounds::AMOUNT),
+        ("robot.turn_gain.robot_sd", turn_sd, Bounds::AMOUNT),
+        ("robot.turn_gain.step_sd", turn_step_sd, Bounds::AMOUNT),
+        ("robot.turn_bias_sd_rad_s", robot.turn_bias_sd_rad_s, Bounds::AMOUNT),
+        ("robot.heading_noise_sd_rad", robot.heading_noise_sd_rad, Bounds::AMOUNT),
+        ("robot.gust_sd_m_s", robot.gust_sd_m_s, Bounds::AMOUNT),
+        ("robot.gust_time_constant_s", robot.gust_time_constant_s, Bounds::SIZE),
+        ("robot.yaw_lag_s", robot.yaw_lag_s, Bounds::AMOUNT),
+        ("robot.true_positive", robot.true_positive, Bounds::PROBABILITY),
+        ("robot.false_positive", robot.false_positive, Bounds::PROBABILITY),
+        ("robot.latency_steps", f64::from(robot.latency_steps), Bounds::AMOUNT),
     ] {
         within(key, found, bounds)?;
     }
@@ -197,8 +160,8 @@ fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
 fn check_region(region: &Region) -> Result<(), Impossible> {
     match region {
         Region::Cone { half_angle_rad, range_m } => {
-            within("robot.region.cone.half_angle_rad", *half_angle_rad, HALF_ANGLE)?;
-            within("robot.region.cone.range_m", *range_m, SIZE)
+            within("robot.region.cone.half_angle_rad", *half_angle_rad, Bounds::HALF_ANGLE)?;
+            within("robot.region.cone.range_m", *range_m, Bounds::SIZE)
         }
         Region::Polygon { corners_m } => {
             for coordinate in corners_m.iter().flatten() {
@@ -239,7 +202,7 @@ mod tests {
 
     use super::*;
     use crate::conditions::Settings;
-    use crate::diagram::axis::Axis;
+    use crate::quantity::Axis;
     use crate::robot::profile::RobotProfile;
 
     const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
@@ -292,7 +255,7 @@ mod tests {
 
         let error = conditions.check().unwrap_err();
 
-        let expected = "period_s is NaN, expected a number from 0.001 to 60";
+        let expected = "period_s is NaN, expected a number from 0.001 to 2";
         assert_eq!(error.to_string(), expected);
     }
 

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::conditions::{Arena, Conditions, Placement};
-use crate::diagram::axis::Axis;
 use crate::judge::behaviour::Behaviour;
+use crate::quantity::Axis;
 use crate::robot::controller::{ControllerParameters, decide};
 
 /// The part of the conditions `E` that the operator of a real run decides, and must keep.
@@ -96,13 +96,13 @@ impl OperatorConditions {
                 self.controller.turn_rate_rad_s,
             ),
             (
-                "the speed where nothing is detected",
+                "the speed without detection",
                 "m/s",
                 run_undetected.speed_m_s,
                 own_undetected.speed_m_s,
             ),
             (
-                "the turning rate where nothing is detected",
+                "the turning rate without detection",
                 "rad/s",
                 run_undetected.turn_rate_rad_s,
                 own_undetected.turn_rate_rad_s,

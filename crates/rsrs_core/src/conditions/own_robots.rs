@@ -49,7 +49,7 @@ impl Conditions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagram::axis::Axis;
+    use crate::quantity::Axis;
 
     const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::capabilities::{check_bounds, check_value};
-use super::check::{self, Impossible};
-use super::{Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls};
-use crate::diagram::axis::{Axis, Cell};
+use super::check::Impossible;
+use super::{Arena, Conditions, GainDistribution, Placement, SimulatedRobot, Walls};
 use crate::judge::behaviour::Behaviour;
+use crate::quantity::{Axis, Bounds, Cell};
 use crate::robot::controller::{Command, ControllerParameters};
 use crate::robot::profile::{ProfileError, RobotProfile};
+use crate::robot::region::Region;
 
 /// What a sweep or an experiment fixes besides the robots: settings that belong to `E`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -146,8 +147,8 @@ impl OperatorSettings {
     fn controller(&self, detected: Command) -> Result<ControllerParameters, ConditionsError> {
         let Command { speed_m_s, turn_rate_rad_s } = detected;
         if self.undetected_speed_m_s.is_none() && self.undetected_turn_rate_rad_s.is_none() {
-            check_bounds(Axis::Speed, speed_m_s, check::AMOUNT)?;
-            check_bounds(Axis::TurnRate, turn_rate_rad_s, check::AMOUNT)?;
+            check_bounds(Axis::Speed, speed_m_s, Bounds::AMOUNT)?;
+            check_bounds(Axis::TurnRate, turn_rate_rad_s, Bounds::AMOUNT)?;
         }
         let undetected = Command {
             speed_m_s: self.undetected_speed_m_s.unwrap_or(speed_m_s),

@@ -18,10 +18,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagram::PhaseCounts;
-use crate::diagram::axis::{Axis, Cell};
-use crate::statistics::comparison::Share;
+use crate::judge::counts::PhaseCounts;
+use crate::quantity::{Axis, Cell};
 use crate::statistics::sequence;
+use crate::statistics::share::Share;
 
 /// When an adaptive sweep has seen enough of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]

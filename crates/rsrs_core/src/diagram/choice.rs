@@ -6,15 +6,15 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagram::PhaseCounts;
-use crate::diagram::axis::{Axis, Cell};
 use crate::diagram::settling::Settling;
 use crate::judge::behaviour::Behaviour;
+use crate::judge::counts::PhaseCounts;
 use crate::judge::order::OrderParameters;
 use crate::judge::phase::Phase;
 use crate::judge::rule::Parameter;
-use crate::statistics::comparison::Share;
+use crate::quantity::{Axis, Cell};
 use crate::statistics::interval::Interval;
+use crate::statistics::share::Share;
 
 pub use candidates::{Candidate, Worlds, most_frequent, rank};
 

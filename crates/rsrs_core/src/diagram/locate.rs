@@ -1,7 +1,7 @@
 //! Where in a sweep a cell lies, and which swept cell is nearest where it lies nowhere.
 
 use crate::diagram::PhaseDiagram;
-use crate::diagram::axis::{Axis, Cell};
+use crate::quantity::{Axis, Cell};
 
 /// Why values are not those of a swept cell.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -107,7 +107,8 @@ fn step(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagram::{DiagramCell, PhaseCounts};
+    use crate::diagram::DiagramCell;
+    use crate::judge::counts::PhaseCounts;
 
     fn cell(text: &str) -> Cell {
         text.parse().unwrap()

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagram::axis::Cell;
 use crate::diagram::{DiagramCell, PhaseDiagram};
 use crate::judge::phase::{Phase, WINDOW_S};
-use crate::statistics::comparison::Share;
+use crate::quantity::Cell;
+use crate::statistics::share::Share;
 
 /// How many runs of a cell end in another phase than they had at two thirds of their time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -90,8 +90,8 @@ pub fn edge(diagram: &PhaseDiagram) -> BTreeSet<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagram::PhaseCounts;
-    use crate::diagram::axis::Axis;
+    use crate::judge::counts::PhaseCounts;
+    use crate::quantity::Axis;
 
     #[test]
     fn a_cell_is_unsettled_when_surely_more_than_a_tenth_of_its_runs_change() {

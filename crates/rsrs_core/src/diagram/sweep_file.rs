@@ -8,15 +8,16 @@ use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
+use crate::conditions::limits::BeyondLimits;
 use crate::conditions::start_file::StartPlacement;
 use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
 use crate::diagram::adaptive::Adaptive;
-use crate::diagram::axis::{Axis, AxisValues, Cell, OtherUnit};
 use crate::document::{self, DocumentError};
 use crate::help::Help;
 use crate::judge::behaviour::Behaviour;
+use crate::quantity::{Axis, AxisValues, Cell, OtherUnit};
 use crate::robot::harsher::{Harsher, HarsherFactors, NotHarsher};
-use crate::robot::profile::{BeyondLimits, RobotProfile};
+use crate::robot::profile::RobotProfile;
 use crate::statistics::interval_kind::IntervalKind;
 
 pub use digest::OtherSweep;

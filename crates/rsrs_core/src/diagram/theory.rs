@@ -16,9 +16,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::conditions::{Conditions, Region};
+use crate::conditions::Conditions;
 use crate::judge::behaviour::Behaviour;
 use crate::robot::profile::Sees;
+use crate::robot::region::Region;
 
 /// The ring that robots with a cone can form.
 #[derive(Clone, Copy, Debug, PartialEq)]

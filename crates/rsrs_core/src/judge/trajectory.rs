@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::conditions::Region;
 use crate::robot::controller::Command;
 use crate::robot::profile::Sees;
+use crate::robot::region::Region;
 use crate::robot::unicycle::Pose;
 
 /// Poses and commands of `n_robots` robots, sampled once per control period.
@@ -31,7 +31,7 @@ pub struct Bodies {
     /// for many a foreign bag.
     ///
     /// Where bodies are seen this is more than the sensor's range: see
-    /// [`Region::reach_m`](crate::conditions::Region::reach_m).
+    /// [`Region::reach_m`](crate::robot::region::Region::reach_m).
     pub reach_m: Option<f64>,
 }
 

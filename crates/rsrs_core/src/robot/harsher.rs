@@ -1,5 +1,7 @@
 //! From the measured robot to the simulated one: deliberately worse.
 
+use serde::de::Error as _;
+use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::robot::profile::RobotProfile;
@@ -132,33 +134,19 @@ impl HarsherFactors {
 
     /// What each factor does by itself, and what is left without it: of those that change this robot.
     pub fn ablations(&self, measured: &RobotProfile) -> Vec<Ablation> {
-        type Set = fn(HarsherFactors, HarsherFactors) -> HarsherFactors;
-        let sets: [(&'static str, Set); 8] = [
-            ("gain_sd_factor", |to, of| Self { gain_sd_factor: of.gain_sd_factor, ..to }),
-            ("miss_factor", |to, of| Self { miss_factor: of.miss_factor, ..to }),
-            ("false_positive_factor", |to, of| Self {
-                false_positive_factor: of.false_positive_factor,
-                ..to
-            }),
-            ("polygon_scale", |to, of| Self { polygon_scale: of.polygon_scale, ..to }),
-            ("latency_extra_steps", |to, of| Self {
-                latency_extra_steps: of.latency_extra_steps,
-                ..to
-            }),
-            ("gust_factor", |to, of| Self { gust_factor: of.gust_factor, ..to }),
-            ("drift_factor", |to, of| Self { drift_factor: of.drift_factor, ..to }),
-            ("yaw_lag_factor", |to, of| Self { yaw_lag_factor: of.yaw_lag_factor, ..to }),
-        ];
-        sets.into_iter()
-            .map(|(key, set)| Ablation {
-                key,
-                alone: set(Self::NONE, *self),
-                without: set(*self, Self::NONE),
-            })
-            .filter(|ablation| {
-                ablation.alone.apply(measured).is_ok_and(|simulated| simulated != *measured)
-            })
-            .collect()
+        let with = |mut factors: Self, factor: &Factor, of: &Self| {
+            (factor.set)(&mut factors, (factor.get)(of));
+            factors
+        };
+        let ablation = |factor: &'static Factor| Ablation {
+            key: factor.key,
+            meaning: factor.meaning,
+            alone: with(Self::NONE, factor, self),
+            without: with(*self, factor, &Self::NONE),
+        };
+        let changes =
+            |it: &Ablation| it.alone.apply(measured).is_ok_and(|robot| robot != *measured);
+        FACTORS.iter().map(ablation).filter(changes).collect()
     }
 
     /// Makes a measured robot worse.
@@ -202,25 +190,64 @@ impl HarsherFactors {
     }
 
     fn check(&self) -> Result<(), NotHarsher> {
-        for (key, found) in [
-            ("gain_sd_factor", self.gain_sd_factor),
-            ("miss_factor", self.miss_factor),
-            ("false_positive_factor", self.false_positive_factor),
-            ("gust_factor", self.gust_factor),
-            ("drift_factor", self.drift_factor),
-            ("yaw_lag_factor", self.yaw_lag_factor),
-        ] {
-            if !(found >= 1.0 && found.is_finite()) {
-                return Err(NotHarsher { key, found, expected: "1 or more" });
+        for Factor { key, worse, get, .. } in &FACTORS {
+            let found = get(self);
+            let (is_worse, expected) = match worse {
+                Worse::More(least) => (found >= *least && found.is_finite(), "1 or more"),
+                Worse::Less => (found > 0.0 && found <= 1.0, "above 0 and at most 1"),
+            };
+            if !is_worse {
+                return Err(NotHarsher { key, found, expected });
             }
         }
-        if self.polygon_scale > 0.0 && self.polygon_scale <= 1.0 {
-            return Ok(());
-        }
-        let found = self.polygon_scale;
-        Err(NotHarsher { key: "polygon_scale", found, expected: "above 0 and at most 1" })
+        Ok(())
     }
 }
+
+/// What is known of a factor, besides what it does.
+struct Factor {
+    key: &'static str,
+    /// What it makes of the robots.
+    meaning: &'static str,
+    worse: Worse,
+    get: fn(&HarsherFactors) -> f64,
+    set: fn(&mut HarsherFactors, f64),
+}
+
+/// Which values make the worse robot.
+enum Worse {
+    /// From this one on, which changes nothing.
+    More(f64),
+    /// Up to 1, which changes nothing.
+    Less,
+}
+
+macro_rules! factor {
+    ($key:ident, $meaning:literal, $worse:expr) => {
+        Factor {
+            key: stringify!($key),
+            meaning: $meaning,
+            worse: $worse,
+            get: |factors| f64::from(factors.$key),
+            set: |factors, value| factors.$key = value as _,
+        }
+    };
+}
+
+/// All factors, in the order of [`HarsherFactors`].
+const FACTORS: [Factor; 8] = [
+    factor!(gain_sd_factor, "robots differ more", Worse::More(1.0)),
+    factor!(miss_factor, "more neighbours are missed", Worse::More(1.0)),
+    factor!(false_positive_factor, "more is detected that is not there", Worse::More(1.0)),
+    factor!(polygon_scale, "a smaller sensing region", Worse::Less),
+    factor!(latency_extra_steps, "later detections", Worse::More(0.0)),
+    factor!(gust_factor, "stronger gusts", Worse::More(1.0)),
+    factor!(drift_factor, "more drift in heading", Worse::More(1.0)),
+    factor!(yaw_lag_factor, "turns that follow later", Worse::More(1.0)),
+];
+
+/// The factor that counts steps.
+const STEPS: &str = "latency_extra_steps";
 
 /// Rounds away what binary fractions add behind the twelfth decimal, so that 0.02 × 2.5 is the
 /// number a person would write.
@@ -238,6 +265,8 @@ pub(crate) fn one_decimal(factor: f64) -> f64 {
 pub struct Ablation {
     /// The factor.
     pub key: &'static str,
+    /// What it makes of the robots.
+    pub meaning: &'static str,
     /// This factor, with the robot else as measured.
     pub alone: HarsherFactors,
     /// All factors but this one.
@@ -246,97 +275,62 @@ pub struct Ablation {
 
 /// The value of `harsher:` in a sweep file: some of the factors, or the word `none`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Harsher(Given);
-
-/// The factors that a file gives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Given {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    gain_sd_factor: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    miss_factor: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    false_positive_factor: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    polygon_scale: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    latency_extra_steps: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    gust_factor: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    drift_factor: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    yaw_lag_factor: Option<f64>,
+pub struct Harsher {
+    /// Those that are given, in the order of [`FACTORS`].
+    given: [Option<f64>; FACTORS.len()],
 }
 
 impl Harsher {
     /// All factors, those that are not given as this robot needs them.
     pub fn factors(&self, measured: &RobotProfile) -> HarsherFactors {
-        let left_out = HarsherFactors::for_robot(measured);
-        let or = |given: Option<f64>, left_out: f64| given.unwrap_or(left_out);
-        HarsherFactors {
-            gain_sd_factor: or(self.0.gain_sd_factor, left_out.gain_sd_factor),
-            miss_factor: or(self.0.miss_factor, left_out.miss_factor),
-            false_positive_factor: or(self.0.false_positive_factor, left_out.false_positive_factor),
-            polygon_scale: or(self.0.polygon_scale, left_out.polygon_scale),
-            latency_extra_steps: self.0.latency_extra_steps.unwrap_or(left_out.latency_extra_steps),
-            gust_factor: or(self.0.gust_factor, left_out.gust_factor),
-            drift_factor: or(self.0.drift_factor, left_out.drift_factor),
-            yaw_lag_factor: or(self.0.yaw_lag_factor, left_out.yaw_lag_factor),
+        let mut factors = HarsherFactors::for_robot(measured);
+        for (factor, given) in FACTORS.iter().zip(self.given) {
+            if let Some(value) = given {
+                (factor.set)(&mut factors, value);
+            }
         }
+        factors
     }
-}
 
-impl Harsher {
     /// What was decided for a robot: the factors other than those that follow from it.
     ///
     /// The copy of a sweep in its result folder states all factors, whoever has set them; that a robot is
     /// not made worse is a decision about all of them.
     #[must_use]
-    pub fn decided(self, measured: &RobotProfile) -> Self {
+    pub fn decided(mut self, measured: &RobotProfile) -> Self {
         if self == HarsherFactors::NONE.into() {
             return self;
         }
-        let Self(given) = self;
-        let Self(follows) = HarsherFactors::for_robot(measured).into();
-        let other = |given: Option<f64>, follows| given.filter(|_| given != follows);
-        Self(Given {
-            gain_sd_factor: other(given.gain_sd_factor, follows.gain_sd_factor),
-            miss_factor: other(given.miss_factor, follows.miss_factor),
-            false_positive_factor: other(
-                given.false_positive_factor,
-                follows.false_positive_factor,
-            ),
-            polygon_scale: other(given.polygon_scale, follows.polygon_scale),
-            latency_extra_steps: given
-                .latency_extra_steps
-                .filter(|_| given.latency_extra_steps != follows.latency_extra_steps),
-            gust_factor: other(given.gust_factor, follows.gust_factor),
-            drift_factor: other(given.drift_factor, follows.drift_factor),
-            yaw_lag_factor: other(given.yaw_lag_factor, follows.yaw_lag_factor),
-        })
+        let follows = Self::from(HarsherFactors::for_robot(measured));
+        for (given, follows) in self.given.iter_mut().zip(follows.given) {
+            *given = given.filter(|_| *given != follows);
+        }
+        self
+    }
+
+    /// The keys and values of those that are given.
+    pub fn given(&self) -> impl Iterator<Item = (&'static str, f64)> + '_ {
+        FACTORS.iter().zip(self.given).filter_map(|(factor, given)| Some((factor.key, given?)))
     }
 }
 
 impl From<HarsherFactors> for Harsher {
     fn from(factors: HarsherFactors) -> Self {
-        Self(Given {
-            gain_sd_factor: Some(factors.gain_sd_factor),
-            miss_factor: Some(factors.miss_factor),
-            false_positive_factor: Some(factors.false_positive_factor),
-            polygon_scale: Some(factors.polygon_scale),
-            latency_extra_steps: Some(factors.latency_extra_steps),
-            gust_factor: Some(factors.gust_factor),
-            drift_factor: Some(factors.drift_factor),
-            yaw_lag_factor: Some(factors.yaw_lag_factor),
-        })
+        Self { given: FACTORS.each_ref().map(|factor| Some((factor.get)(&factors))) }
     }
 }
 
 impl Serialize for Harsher {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.0.serialize(serializer)
+        let mut map = serializer.serialize_map(None)?;
+        for (key, value) in self.given() {
+            if key == STEPS {
+                map.serialize_entry(key, &(value as u32))?;
+            } else {
+                map.serialize_entry(key, &value)?;
+            }
+        }
+        map.end()
     }
 }
 
@@ -362,8 +356,30 @@ impl<'de> serde::de::Visitor<'de> for HarsherVisitor {
         Err(E::invalid_value(serde::de::Unexpected::Str(word), &self))
     }
 
-    fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Harsher, A::Error> {
-        Given::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Harsher)
+    fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<Harsher, A::Error> {
+        const KEYS: [&str; FACTORS.len()] = {
+            let mut keys = [""; FACTORS.len()];
+            let mut index = 0;
+            while index < keys.len() {
+                keys[index] = FACTORS[index].key;
+                index += 1;
+            }
+            keys
+        };
+        let mut harsher = Harsher::default();
+        while let Some(key) = map.next_key::<String>()? {
+            let place = KEYS.iter().position(|other| **other == key);
+            let place = place.ok_or_else(|| A::Error::unknown_field(&key, &KEYS))?;
+            if harsher.given[place].is_some() {
+                return Err(A::Error::duplicate_field(KEYS[place]));
+            }
+            harsher.given[place] = if KEYS[place] == STEPS {
+                map.next_value::<Option<u32>>()?.map(f64::from)
+            } else {
+                map.next_value()?
+            };
+        }
+        Ok(harsher)
     }
 }
 

@@ -2,7 +2,6 @@
 
 mod check;
 mod differences;
-mod limits;
 mod origin;
 mod unmeasured;
 
@@ -12,8 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{self, DocumentError};
 
-pub use check::MAX_HALF_ANGLE_RAD;
-pub use limits::BeyondLimits;
+pub use check::{MAX_HALF_ANGLE_RAD, PERIOD_BOUNDS_S};
 pub use origin::TrialOrigin;
 
 /// A robot as it was measured: every capability, with where its number comes from.

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagram::PhaseCounts;
 use crate::statistics::interval::Interval;
 
 /// Runs that ended in the wanted phase of their behaviour, stable milling, of all runs.
@@ -15,11 +14,6 @@ pub struct Share {
 }
 
 impl Share {
-    /// The share of the wanted phase among counted phases.
-    pub fn milling(counts: &PhaseCounts) -> Self {
-        Self { hits: counts.wanted(), n: counts.total() }
-    }
-
     /// The share itself; 0 without runs.
     pub fn value(self) -> f64 {
         if self.n == 0 { 0.0 } else { self.hits as f64 / self.n as f64 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::diagram::axis::{Axis, OtherUnit};
+use crate::quantity::{Axis, OtherUnit};
 use crate::statistics::interval::Interval;
 use crate::statistics::quantile;
 

@@ -8,6 +8,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::quantity::{Bounds, MAX_SENSING_M, MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S};
+
 pub use driven::{DrivenSample, DrivenTrial, driven_trials};
 pub use error::{TrialError, TrialProblem};
 pub use moved_by::{MovedBy, TrialBackend};
@@ -281,19 +283,10 @@ pub fn period_trials(file: &str, text: &str) -> Result<Trials<PeriodTrial>, Tria
     let mut table = Table::open(file, text, &["robot", "period_s"], &[BACKEND])?;
     table.read(|row, robot| {
         let period_s = row.positive(1)?;
-        row.below(1, period_s, MAX_PERIOD_S, "ms")?;
+        row.below(1, period_s, Bounds::PERIOD.most, "ms")?;
         Ok(PeriodTrial { robot, line: row.line, period_s })
     })
 }
-
-/// A robot of this method is small: a larger command is one in millimetres per second.
-pub(crate) const MAX_SPEED_M_S: f64 = 5.0;
-/// One and a half turns a second; a larger command is one in degrees per second.
-pub(crate) const MAX_TURN_RATE_RAD_S: f64 = 10.0;
-/// A binary sensor of a small robot does not reach further.
-pub(crate) const MAX_SENSING_M: f64 = 20.0;
-/// A robot that decides every five seconds cannot mill; the paper's decide every 130 ms.
-pub(crate) const MAX_PERIOD_S: f64 = 5.0;
 
 impl Table<'_> {
     /// Reads every row; the first column is the robot's name.

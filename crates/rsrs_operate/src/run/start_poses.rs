@@ -153,7 +153,7 @@ fn wrapped(angle_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use rsrs_core::conditions::Settings;
-    use rsrs_core::diagram::axis::Cell;
+    use rsrs_core::quantity::Cell;
     use rsrs_core::robot::profile::RobotProfile;
     use rsrs_fleet::placement::deviations;
 
@@ -164,7 +164,7 @@ mod tests {
         let profile = RobotProfile::parse("flockbot.yaml", text).unwrap();
         let cell: Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75,robots=9".parse().unwrap();
         let mut settings = Settings::default().with_cell(&cell);
-        settings.values.push((rsrs_core::diagram::axis::Axis::PlacementRadius, 0.825));
+        settings.values.push((rsrs_core::quantity::Axis::PlacementRadius, 0.825));
         Conditions::resolve(&profile, &settings).unwrap()
     }
 

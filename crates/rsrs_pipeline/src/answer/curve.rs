@@ -1,10 +1,10 @@
 //! How often robots mill as one quantity changes.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::Margin;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::tidy;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::share::Share;

@@ -1,13 +1,13 @@
 //! Why a range ends where it does: by geometry where that explains it, else by how runs end.
 
-use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::theory::Condition;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::Axis;
 
 use super::curve::Swept;
 use crate::swarm::Swarm;
 use crate::wording::percent;
-use crate::wording::quantity::{named, noun};
+use crate::wording::quantity::named;
 
 /// An end of a range.
 pub struct Edge<'a> {
@@ -112,7 +112,7 @@ fn as_runs_end(swept: &Swept) -> String {
 pub fn of(axis: Axis, edges: [Option<String>; 2]) -> String {
     let [below, above] = edges;
     match (axis, below, above) {
-        (_, None, None) => format!("the {} does not matter as far as was tried", noun(axis)),
+        (_, None, None) => format!("the {} does not matter as far as was tried", axis.name()),
         (Axis::Robots, below, Some(above)) => {
             let above = format!("more robots are not always better: {above}");
             below.map_or_else(|| above.clone(), |below| format!("{above}; {below}"))

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use rsrs_core::diagram::axis::Axis;
 use rsrs_core::judge::behaviour::Verb;
+use rsrs_core::quantity::Axis;
 
 use super::{Answer, Answers, Quantity, Range};
 use crate::wording::quantity::{named, of_cell, quantity, span};

@@ -1,9 +1,9 @@
 //! The settings in which a robot is given its chance where nobody names others: those of `init`.
 
 use rsrs_core::conditions::Walls;
-use rsrs_core::diagram::axis::{Axis, AxisValues, Cell};
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::quantity::{Axis, AxisValues, Cell};
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::profile::RobotProfile;
 

@@ -1,9 +1,9 @@
 //! How often a changed robot mills in its best setting, and whether fresh runs confirm it.
 
 use rsrs_core::conditions::{Conditions, Placement, Settings};
-use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::tail;
+use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::share::Share;

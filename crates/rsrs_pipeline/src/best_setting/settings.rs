@@ -1,6 +1,6 @@
 //! Lists of settings.
 
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::quantity::Cell;
 
 use super::search::{Changes, Tried};
 

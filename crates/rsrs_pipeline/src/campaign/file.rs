@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document;
+use rsrs_core::quantity::Cell;
 use serde::Deserialize;
 
 use crate::error::{helped, with_help};

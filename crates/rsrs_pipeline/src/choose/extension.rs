@@ -1,8 +1,8 @@
 //! How a sweep would have to go on, where its chosen cell lies at its edge.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::Choice;
+use rsrs_core::quantity::{Axis, Cell};
 use serde::Serialize;
 
 use crate::sweep::result::SweepResult;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::quantity::Cell;
 use rsrs_fleet::record::{EndingKind, LostRobot};
 use serde::Serialize;
 

@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use rsrs_bags::Bag;
 use rsrs_core::conditions::operator::OperatorConditions;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::controller::decide;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_fleet::experiment::Time;

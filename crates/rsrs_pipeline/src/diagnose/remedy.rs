@@ -1,6 +1,6 @@
 //! What can be changed about a robot, and in which directions.
 
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::harsher::tidy;
 use rsrs_core::robot::profile::RobotProfile;
 
@@ -14,21 +14,6 @@ pub struct Remedy {
     /// Values to try, the nearest first.
     pub values: Vec<f64>,
 }
-
-/// Noise, errors and delays, and what a perfect robot has instead.
-const IDEALS: [(Axis, f64); 11] = [
-    (Axis::TruePositive, 1.0),
-    (Axis::FalsePositive, 0.0),
-    (Axis::LatencySteps, 0.0),
-    (Axis::Heterogeneity, 0.0),
-    (Axis::GainNoise, 0.0),
-    (Axis::TurnBias, 0.0),
-    (Axis::HeadingNoise, 0.0),
-    (Axis::Gust, 0.0),
-    (Axis::YawLag, 0.0),
-    (Axis::SpeedGain, 1.0),
-    (Axis::TurnGain, 1.0),
-];
 
 /// By which factors a range may grow.
 const FARTHER: [f64; 4] = [1.3, 1.7, 2.4, 4.0];
@@ -51,17 +36,12 @@ const SAME_GAIN: f64 = 0.02;
 
 /// Noise, errors and delays of a robot, each with its perfect value.
 pub fn imperfections(robot: &RobotProfile) -> Vec<Remedy> {
-    let remedy = |(axis, ideal): (Axis, f64)| {
-        let now = robot.capability(axis)?;
+    let remedy = |axis: Axis| {
+        let (now, ideal) = (robot.capability(axis)?, axis.ideal()?);
         let same = if ideal > 0.5 && axis != Axis::TruePositive { SAME_GAIN } else { 1e-9 };
         ((now - ideal).abs() > same).then(|| Remedy { axis, now, values: vec![ideal] })
     };
-    IDEALS.into_iter().filter_map(remedy).collect()
-}
-
-/// Whether a capability has a perfect value.
-pub fn is_imperfection(axis: Axis) -> bool {
-    IDEALS.iter().any(|(other, _)| *other == axis)
+    Axis::ALL.into_iter().filter_map(remedy).collect()
 }
 
 /// What has no perfect value: where the sensor points, how far and how wide it sees, how often the

@@ -1,11 +1,11 @@
 //! Which changes make robots mill: each capability by itself, and the fewest of them that a robot needs
 //! which is perfect in everything else.
 
-use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::quantity::{Axis, Cell};
 
 use crate::best_setting::search::{Changes, Confirmed, Search, Tried, promising};
 
-use super::remedy::{Remedy, designs, imperfections, is_imperfection};
+use super::remedy::{Remedy, designs, imperfections};
 use super::sentence;
 use super::{Cause, Hopeless};
 
@@ -66,7 +66,7 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
     // Robots are mended before they are designed anew, unless nothing else helps.
     alone.sort_by_key(|found| {
         let axis = found.step.remedy.axis;
-        (!is_necessary(axis), !is_imperfection(axis))
+        (!is_necessary(axis), axis.ideal().is_none())
     });
 
     let mut singles: Vec<Cause> = Vec::new();

@@ -1,8 +1,8 @@
 //! Changes of robots in words that a laboratory uses.
 
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 
-use crate::wording::quantity::{noun, quantity};
+use crate::wording::quantity::quantity;
 
 /// What is to be changed: `range 0.45 m → at least 0.66 m`.
 pub fn change(axis: Axis, now: f64, needed: f64) -> String {
@@ -10,16 +10,16 @@ pub fn change(axis: Axis, now: f64, needed: f64) -> String {
         Axis::SensorBearing => format!("aim the sensor {}", turn(needed)),
         Axis::Speed | Axis::TurnRate => format!(
             "allow a {} of {} (the limit is {})",
-            noun(axis),
+            axis.name(),
             quantity(axis, needed),
             quantity(axis, now)
         ),
         Axis::SpeedGain | Axis::TurnGain => {
-            format!("{} {} → {}", noun(axis), quantity(axis, now), quantity(axis, needed))
+            format!("{} {} → {}", axis.name(), quantity(axis, now), quantity(axis, needed))
         }
         _ => format!(
             "{} {} → {} {}",
-            noun(axis),
+            axis.name(),
             quantity(axis, now),
             if needed > now { "at least" } else { "at most" },
             quantity(axis, needed)
@@ -29,7 +29,7 @@ pub fn change(axis: Axis, now: f64, needed: f64) -> String {
 
 /// What would do as well: `range 0.75 m, 0.52 m would do`.
 pub fn spare(axis: Axis, now: f64, enough: f64) -> String {
-    format!("{} {}, {} would do", noun(axis), quantity(axis, now), quantity(axis, enough))
+    format!("{} {}, {} would do", axis.name(), quantity(axis, now), quantity(axis, enough))
 }
 
 fn turn(by_rad: f64) -> String {

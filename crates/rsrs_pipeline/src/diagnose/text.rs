@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::quantity::Cell;
 
 use super::{Cause, Diagnosis, Hopeless};
-use crate::wording::quantity::{noun, of_cell, quantity};
+use crate::wording::quantity::{of_cell, quantity};
 use crate::wording::{columns, count, counted, percent};
 
 impl fmt::Display for Diagnosis {
@@ -89,7 +89,7 @@ impl Diagnosis {
         }
         let necessary: Vec<&str> = (self.causes.iter())
             .filter(|cause| cause.necessary)
-            .map(|cause| noun(cause.capability))
+            .map(|cause| cause.capability.name())
             .collect();
         if !necessary.is_empty() {
             lines.push(format!(
@@ -124,7 +124,7 @@ impl Diagnosis {
             let values =
                 format!("{} → {}", quantity(*capability, *now), quantity(*capability, *best));
             let share = format!("{} in {}", self.behaviour.verb().does, percent(*b_s));
-            [format!("  {}", noun(*capability)), values, share]
+            [format!("  {}", capability.name()), values, share]
         };
         let rows: Vec<[String; 3]> = self.hopeless.iter().map(row).collect();
         vec!["not enough by itself, the best value of each:".to_owned(), columns(&rows)]

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::settling::Settling;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{Phase, converged_s, label};
+use rsrs_core::quantity::Cell;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use rsrs_core::conditions::Walls;
-use rsrs_core::diagram::axis::{Axis, AxisValues};
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::quantity::{Axis, AxisValues};
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::statistics::share::Share;

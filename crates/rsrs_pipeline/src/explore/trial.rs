@@ -1,14 +1,15 @@
 //! Controllers on trial: simulated, judged, and described.
 
 use rsrs_core::conditions::operator::controller_values;
-use rsrs_core::conditions::{Conditions, ConditionsError, Region, Settings};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::conditions::{Conditions, ConditionsError, Settings};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::rule::{Needs, Rules};
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::region::Region;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::exploration::niche::{Extent, Motion, Niche, Rotation};
 use rsrs_sim::exploration::space::{ControllerSpace, Point};

@@ -1,8 +1,8 @@
 //! The boundaries of a mill by geometry, as lines in the plane of a diagram.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::theory::Condition;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_view::diagram::{Boundary, Side};
 
 use crate::swarm::Swarm;
@@ -136,9 +136,10 @@ const LEAST: f64 = 1e-6;
 
 #[cfg(test)]
 mod tests {
-    use rsrs_core::conditions::{Placement, Region, Settings};
+    use rsrs_core::conditions::{Placement, Settings};
     use rsrs_core::diagram::theory::Ring;
     use rsrs_core::robot::profile::{RobotProfile, Sees};
+    use rsrs_core::robot::region::Region;
 
     use super::*;
 

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use super::{Length, PNG_WIDTH_PX};
+use rsrs_view::raster::PNG_WIDTH_PX;
+
+use super::Length;
 use crate::error::with_help;
 use crate::files::write_file;
 

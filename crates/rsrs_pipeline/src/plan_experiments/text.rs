@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use rsrs_core::statistics::experiment_plan::Decided;
+use rsrs_core::comparison::experiment_plan::Decided;
 
 use super::{PlannedExperiments, PlannedRuns};
 use crate::wording::{columns, count, counted, percent};

@@ -1,10 +1,10 @@
 //! The numbers of a report: the comparison, the robots, and where everything comes from.
 
 use anyhow::Context;
+use rsrs_core::comparison::SIGNIFICANCE;
 use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::program;
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_core::statistics::comparison::SIGNIFICANCE;
 use rsrs_view::page::Table;
 use serde_json::Value;
 

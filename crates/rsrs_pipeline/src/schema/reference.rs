@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use serde_json::{Map, Value};
 
 use super::FileKind;

@@ -3,10 +3,10 @@
 use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
-use rsrs_core::statistics::comparison::Share;
+use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
 use serde::Serialize;
 
@@ -38,6 +38,9 @@ pub struct Ablation {
 pub struct FactorEffect {
     /// Its key under `harsher:`.
     pub factor: &'static str,
+    /// What it makes of the robots.
+    #[serde(skip)]
+    pub meaning: &'static str,
     /// Share of stable milling with this factor alone.
     pub b_s_alone: f64,
     /// Share with all factors but this one.
@@ -88,6 +91,7 @@ pub fn ablate(
     let effects = effects.filter(|(_, alone)| alone[0] != conditions[0]);
     let effects = effects.map(|((ablation, shares), _)| FactorEffect {
         factor: ablation.key,
+        meaning: ablation.meaning,
         b_s_alone: shares[0],
         b_s_without: shares[1],
     });
@@ -171,21 +175,6 @@ fn conditions(
     Ok(found.with_context(|| format!("the sweep has no cell {cell}"))?.1)
 }
 
-/// What a factor makes worse.
-fn noun(factor: &str) -> &'static str {
-    match factor {
-        "gain_sd_factor" => "robots differ more",
-        "miss_factor" => "more neighbours are missed",
-        "false_positive_factor" => "more is detected that is not there",
-        "polygon_scale" => "a smaller sensing region",
-        "latency_extra_steps" => "later detections",
-        "gust_factor" => "stronger gusts",
-        "drift_factor" => "more drift in heading",
-        "yaw_lag_factor" => "turns that follow later",
-        _ => "another factor",
-    }
-}
-
 impl Ablation {
     /// The factor without which most is won, if that is more than chance.
     fn worst(&self) -> Option<&FactorEffect> {
@@ -212,7 +201,7 @@ impl Ablation {
         let row = |effect: &FactorEffect| {
             [
                 format!("  {}", effect.factor),
-                format!("({})", noun(effect.factor)),
+                format!("({})", effect.meaning),
                 format!("alone {}", percent(effect.b_s_alone)),
                 format!("all but this one {}", percent(effect.b_s_without)),
             ]

@@ -12,34 +12,19 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::document;
+use rsrs_core::quantity::Cell;
 
 use crate::error::with_help;
-use crate::files::{read_text, write_draft};
-use crate::picture;
+use crate::files::read_text;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
-use crate::validate::file;
 use crate::wording::shell::quoted;
 
 const SWEEP: &str = "sweep.yaml";
 const CELLS: &str = "cells.csv";
 const CHOICE: &str = "choice.json";
-
-/// Draws the diagram of a sweep into its folder, with the answer of `rsrs validate` if it is there.
-///
-/// # Errors
-///
-/// If it cannot be drawn or written.
-pub fn draw(folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
-    let validation = file::note(folder, &result.source)?;
-    let options = picture::DiagramOptions { validation, ..picture::DiagramOptions::default() };
-    let svg = picture::of_sweep(result, &options)?;
-    write_draft(&folder.join("diagram.svg"), svg.as_bytes())?;
-    write_draft(&folder.join("diagram.png"), &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)
-}
 
 /// Reads the folder of a sweep back.
 ///

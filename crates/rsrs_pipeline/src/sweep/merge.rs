@@ -11,7 +11,7 @@ use crate::sweep::folder::unfinished::{self, Site, Unfinished};
 use crate::sweep::folder::{self, difference};
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
-use crate::sweep::{Plan, sweep_into};
+use crate::sweep::{Draw, Plan, sweep_into};
 use crate::wording::shell::quoted;
 
 /// Puts shards together into the folder that one machine would have made, byte for byte.
@@ -22,6 +22,7 @@ use crate::wording::shell::quoted;
 ///
 /// * `shards` — their folders, in any order; blocks may be in several of them.
 /// * `folder` — the folder to make; one in which this was interrupted is gone on with.
+/// * `draw` — draws the results beside their tables.
 ///
 /// # Errors
 ///
@@ -31,6 +32,7 @@ pub fn merge(
     shards: &[PathBuf],
     folder: &Path,
     execution: Execution<'_>,
+    draw: Draw,
 ) -> anyhow::Result<SweepResult> {
     refuse_one_of_them(shards, folder)?;
     refuse_twice(shards)?;
@@ -52,7 +54,7 @@ pub fn merge(
             whole.keep(number, &block, &outcomes)?;
         }
     }
-    sweep_into(folder, &name, source, execution)
+    sweep_into(folder, &name, source, execution, draw)
 }
 
 fn refuse_one_of_them(shards: &[PathBuf], folder: &Path) -> anyhow::Result<()> {

@@ -10,8 +10,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::diagram::axis::Axis;
 use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::quantity::Axis;
 use rsrs_sim::sweep::ReplicateOutcome;
 
 use crate::sweep::result::{SweepResult, World};

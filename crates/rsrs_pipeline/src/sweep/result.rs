@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::choice::Worlds;
 use rsrs_core::diagram::sweep_file::Axes;
+use rsrs_core::quantity::Cell;
 
 use crate::error::with_help;
 use crate::sweep::source::ResolvedSweep;

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::settling::{Settling, edge};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::Cell;
 use rsrs_sim::sweep::{Runs, Swept, sweep};
 use serde::Serialize;
 

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::document;
+use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use rsrs_fleet::fleet_file::FleetFile;

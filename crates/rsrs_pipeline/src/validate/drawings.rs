@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::robot::capability::border_m;
+use rsrs_core::capability::border_m;
 use rsrs_core::trials::trial::DrivenTrial;
 use rsrs_core::trials::validation::Tube;
 use rsrs_view::reachable_set::{self, ReachPicture, TubeMembership};
@@ -13,7 +13,6 @@ use super::Case;
 use super::file::ValidationReport;
 use super::text::commands;
 use crate::files::write_file;
-use crate::picture::PNG_WIDTH_PX;
 
 /// Draws the tubes as `reach_1`, `reach_2` …, and the sensor where detections are known; as SVG and
 /// PNG. Of drives whose command changed, which may be many, those outside are drawn.
@@ -94,6 +93,6 @@ fn tube_svg(
 
 fn both(folder: &Path, name: &str, svg: &str) -> anyhow::Result<()> {
     write_file(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
-    let png = rsrs_view::raster::png(svg, PNG_WIDTH_PX)?;
+    let png = rsrs_view::raster::png(svg, rsrs_view::raster::PNG_WIDTH_PX)?;
     write_file(&folder.join(format!("{name}.png")), &png)
 }

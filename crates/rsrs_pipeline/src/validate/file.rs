@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::diagram::axis::Cell;
+use rsrs_core::capability::{CapabilityViolation, LostCapability, SensorViolation};
 use rsrs_core::digest::Digest;
-use rsrs_core::robot::capability::{CapabilityViolation, LostCapability, SensorViolation};
+use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::TrialOrigin;
 use rsrs_core::statistics::variance::Estimate;

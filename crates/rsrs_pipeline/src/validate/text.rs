@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::validation::{Exit, LEVEL, TrialPlace, Validation};
@@ -205,15 +205,12 @@ fn turned(turning: &Turning) -> String {
 
 /// The factors that differ.
 fn changed(from: &HarsherFactors, to: &HarsherFactors) -> String {
-    let pairs = [
-        ("gain_sd_factor", from.gain_sd_factor, to.gain_sd_factor),
-        ("drift_factor", from.drift_factor, to.drift_factor),
-        ("gust_factor", from.gust_factor, to.gust_factor),
-    ];
-    let texts: Vec<String> = pairs
-        .into_iter()
-        .filter(|(_, from, to)| from.to_bits() != to.to_bits())
-        .map(|(key, from, to)| format!("{key} {to:.2} (now {from})"))
+    let [from, to] = [*from, *to].map(Harsher::from);
+    let texts: Vec<String> = from
+        .given()
+        .zip(to.given())
+        .filter(|((_, from), (_, to))| from.to_bits() != to.to_bits())
+        .map(|((key, from), (_, to))| format!("{key} {to:.2} (now {from})"))
         .collect();
     texts.join(", ")
 }

@@ -1,35 +1,6 @@
 //! Axes and their values in words.
 
-use rsrs_core::diagram::axis::{Axis, Cell};
-
-/// What an axis is called.
-pub fn noun(axis: Axis) -> &'static str {
-    match axis {
-        Axis::Speed => "speed",
-        Axis::TurnRate => "turning rate",
-        Axis::UndetectedSpeed => "speed where nothing is detected",
-        Axis::UndetectedTurnRate => "turning rate where nothing is detected",
-        Axis::Robots => "number of robots",
-        Axis::PlacementRadius => "placement radius",
-        Axis::Arena => "side of the arena",
-        Axis::Range => "range of the sensor",
-        Axis::HalfAngle => "half-angle of the sensor",
-        Axis::PolygonScale => "size of the sensor's region",
-        Axis::SensorBearing => "bearing of the sensor",
-        Axis::TruePositive => "true positive rate",
-        Axis::FalsePositive => "false positive rate",
-        Axis::Heterogeneity => "standard deviation of the gains between robots",
-        Axis::GainNoise => "standard deviation of the gains per step",
-        Axis::LatencySteps => "latency of the sensor",
-        Axis::Gust => "standard deviation of gusts",
-        Axis::YawLag => "lag of the turning rate",
-        Axis::Period => "control period",
-        Axis::SpeedGain => "gain of the speed",
-        Axis::TurnGain => "gain of the turning rate",
-        Axis::TurnBias => "turn bias",
-        Axis::HeadingNoise => "heading noise per step",
-    }
-}
+use rsrs_core::quantity::{Axis, Cell};
 
 /// A value in the unit that people use.
 pub fn quantity(axis: Axis, value: f64) -> String {
@@ -54,7 +25,7 @@ pub fn as_on_an_axis(axis: Axis, value: f64) -> String {
 /// A value with the name of its axis: `speed 0.15 m/s`, `9 robots`.
 pub fn named(axis: Axis, value: f64) -> String {
     let value = quantity(axis, value);
-    if axis == Axis::Robots { value } else { format!("{} {value}", noun(axis)) }
+    if axis == Axis::Robots { value } else { format!("{} {value}", axis.name()) }
 }
 
 /// A cell in words: `speed 0.15 m/s, turning rate 0.75 rad/s`.

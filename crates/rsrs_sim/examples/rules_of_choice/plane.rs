@@ -3,12 +3,13 @@
 use std::sync::atomic::AtomicBool;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::choice::{Worlds, rank};
 use rsrs_core::diagram::sweep_file::SweepFile;
-use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::digest::mix;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::interval_kind::IntervalKind;

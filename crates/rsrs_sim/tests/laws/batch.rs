@@ -1,11 +1,12 @@
 //! The batch kernel against the reference world, and its judge against the judge: bit by bit.
 
 use proptest::prelude::*;
-use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Region, Walls};
+use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{self, Verdict};
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;

@@ -3,10 +3,11 @@
 //!
 //! A digest here changes only when the world does, and then the changelog lists it.
 
-use rsrs_core::conditions::{Conditions, GainDistribution, Placement, Region, Walls};
+use rsrs_core::conditions::{Conditions, GainDistribution, Placement, Walls};
 use rsrs_core::digest::Digest;
 use rsrs_core::judge::phase::{Verdict, converged_s};
 use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::region::Region;
 use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};

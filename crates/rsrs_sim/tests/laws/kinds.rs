@@ -1,9 +1,10 @@
 //! Worlds with robots that have a profile of their own.
 
 use crate::support::{PERFECT, flockbots};
-use rsrs_core::conditions::{Conditions, Placement, Region, SimulatedRobot};
+use rsrs_core::conditions::{Conditions, Placement, SimulatedRobot};
 use rsrs_core::judge::phase;
 use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::batch::{Batch, runs_in_lanes};
 use rsrs_sim::draw::Seed;

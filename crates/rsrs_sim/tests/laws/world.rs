@@ -1,9 +1,10 @@
 //! The laws of the world.
 
 use crate::support::{HARSHER, PERFECT, flockbots};
-use rsrs_core::conditions::{Arena, Conditions, Region, Walls};
+use rsrs_core::conditions::{Arena, Conditions, Walls};
 use rsrs_core::robot::controller::{Command, decide};
 use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::{self, ActuationGain, Pose};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};

@@ -1,9 +1,10 @@
 //! A controller of other authors, with their numbers, does here what it is known for.
 
-use rsrs_core::conditions::{Conditions, Placement, Region};
+use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
+use rsrs_core::robot::region::Region;
 
 use crate::support::{count, perfect_flockbots};
 

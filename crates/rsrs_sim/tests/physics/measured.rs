@@ -4,7 +4,7 @@
 //! Of 500 populations a coverage of 95 % has a standard error of 1 %.
 
 use rsrs_core::conditions::{Conditions, Settings, Walls};
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::profile::{RobotProfile, TurnGain};
 use rsrs_core::robot::unicycle::Pose;

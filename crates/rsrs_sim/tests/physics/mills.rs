@@ -2,9 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use rsrs_core::conditions::{Conditions, Placement, Region};
+use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::diagram::theory::Ring;
 use rsrs_core::judge::phase::{Phase, Verdict};
+use rsrs_core::robot::region::Region;
 use rsrs_sim::batch::Batch;
 
 use crate::support::{n_milling, perfect_flockbots};

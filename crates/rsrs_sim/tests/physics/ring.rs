@@ -1,10 +1,11 @@
 //! The world against geometry: the ring that robots without any imperfection form.
 
-use rsrs_core::conditions::{Conditions, Placement, Region};
+use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::diagram::theory::{self, Ring};
 use rsrs_core::judge::order::mean_radius_m;
 use rsrs_core::judge::phase::{self, Phase};
 use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;

@@ -9,9 +9,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use rsrs_core::conditions::{Conditions, Placement, Region};
+use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{self, Phase};
+use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;

@@ -11,10 +11,11 @@
 //! exact intervals of both overlap; at a tail of 0.001 on each side, a row whose fractions are equal
 //! fails with a probability far below one in a thousand.
 
-use rsrs_core::conditions::{Arena, Conditions, Placement, Region, Walls};
+use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::region::Region;
 use rsrs_core::statistics::interval::Interval;
 
 use crate::support::count;

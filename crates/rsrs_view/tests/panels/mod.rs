@@ -1,8 +1,8 @@
 //! Pictures of several panels, and that all of them can be read on any page.
 
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::statistics::share::Share;
 use rsrs_view::curves::{self, Curve, CurvesPicture, UprightBoundary};

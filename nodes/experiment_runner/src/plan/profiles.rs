@@ -187,7 +187,7 @@ fn file_of(robot: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use rsrs_core::diagram::axis::Axis;
+    use rsrs_core::quantity::Axis;
 
     use super::*;
 

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::conditions::operator::{OperatorConditions, controller_values};
-use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::diagram::sweep_file::{OtherSweep, SweepFile};
-use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::document;
 use rsrs_core::help::{Help, Helpful};
+use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use serde::Deserialize;

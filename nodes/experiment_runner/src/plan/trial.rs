@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
-use rsrs_core::diagram::axis::Axis;
 use rsrs_core::help::Helpful;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;

@@ -7,6 +7,7 @@ use std::num::ParseFloatError;
 use std::path::PathBuf;
 
 use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_experiment_runner::plan::Trial;
 use rsrs_fleet::record;
@@ -142,15 +143,14 @@ pub struct Arguments {
 
 /// Readings beyond this add nothing about a sensor.
 const MOST_SAMPLES: u64 = 1_000_000;
-/// Nobody drives by detections that are rarer, in seconds.
-const LONGEST_PERIOD_S: f64 = 2.0;
 
 fn period(text: &str) -> Result<f64, String> {
     let period_s: f64 = text.parse().map_err(|error: ParseFloatError| error.to_string())?;
-    if period_s > 0.0 && period_s <= LONGEST_PERIOD_S {
+    let [least, most] = PERIOD_BOUNDS_S;
+    if (least..=most).contains(&period_s) {
         return Ok(period_s);
     }
-    Err(format!("expected seconds, above 0 and at most {LONGEST_PERIOD_S}"))
+    Err(format!("expected seconds, {least} to {most}"))
 }
 
 impl Arguments {

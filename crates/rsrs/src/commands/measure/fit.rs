@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use anyhow::Context;
-use rsrs_core::robot::capability::{LostCapability, lost_capabilities};
+use rsrs_core::capability::{LostCapability, lost_capabilities};
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::trials::fit::{Details, Fit, Unmeasured};
 use rsrs_pipeline::files::write_file;

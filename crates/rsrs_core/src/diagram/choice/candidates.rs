@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Edge, Margin};
 use crate::diagram::PhaseDiagram;
-use crate::diagram::axis::{Axis, Cell};
+use crate::quantity::{Axis, Cell};
 use crate::robot::harsher::tidy;
-use crate::statistics::comparison::Share;
 use crate::statistics::interval_kind::IntervalKind;
+use crate::statistics::share::Share;
 
 /// The two worlds of a sweep: the same cells, with other robots.
 #[derive(Clone, Copy, Debug)]

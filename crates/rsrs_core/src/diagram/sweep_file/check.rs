@@ -3,7 +3,7 @@
 use super::{MOST_CELLS, MOST_REPLICATES, SEED_LIMIT, SweepFile, SweepFileError};
 use crate::conditions::MOST_DURATION_S;
 use crate::conditions::start_file::StartPlacement;
-use crate::diagram::axis::{Axis, Cell};
+use crate::quantity::{Axis, Cell};
 
 impl SweepFile {
     /// Checks all that can be checked without the profile.

@@ -7,13 +7,12 @@ use serde_json::{Map, Value, json};
 
 use super::{Axes, Fixed};
 use crate::conditions::Walls;
-use crate::conditions::capabilities::bounds;
-use crate::diagram::axis::{Axis, AxisValues, Cell};
+use crate::quantity::{Axis, AxisValues, Cell};
 use crate::robot::harsher::{Harsher, HarsherFactors};
 
 /// One value on an axis.
 fn value(axis: Axis) -> Value {
-    let bounds = bounds(axis);
+    let bounds = axis.bounds();
     let kind = if axis.is_count() { "integer" } else { "number" };
     json!({
         "description": axis.label(),

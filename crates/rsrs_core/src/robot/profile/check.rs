@@ -13,7 +13,15 @@ impl RobotProfile {
         within("body.front_half_angle_rad", self.body.front_half_angle_rad, 0.0, 3.15)?;
         self.check_actuation()?;
         self.check_sensing()?;
-        positive("computation.period_s", self.computation.period_s)
+        let period_s = self.computation.period_s;
+        if (PERIOD_BOUNDS_S[0]..=PERIOD_BOUNDS_S[1]).contains(&period_s) {
+            return Ok(());
+        }
+        Err(ProfileError::OutOfRange {
+            key: "computation.period_s",
+            found: period_s,
+            expected: "a time from 0.001 to 2 s",
+        })
     }
 
     fn check_actuation(&self) -> Result<(), ProfileError> {
@@ -72,6 +80,9 @@ impl RobotProfile {
         }
     }
 }
+
+/// Shortest and longest control period, in seconds: nobody drives by detections that are rarer.
+pub const PERIOD_BOUNDS_S: [f64; 2] = [0.001, 2.0];
 
 /// Widest cone: its edges must stay in front of the robot.
 pub const MAX_HALF_ANGLE_RAD: f64 = 1.5;

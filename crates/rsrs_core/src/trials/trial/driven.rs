@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::error::{TrialError, TrialProblem};
 use super::table::Table;
+use crate::quantity::{MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S};
 use crate::robot::controller::Command;
 use crate::robot::unicycle::Pose;
 
@@ -108,8 +109,8 @@ pub fn driven_trials(file: &str, text: &str) -> Result<Vec<DrivenTrial>, TrialEr
         row.below(3, pose.x_m, MAX_PLACE_M, "mm")?;
         row.below(4, pose.y_m, MAX_PLACE_M, "mm")?;
         let command = Command { speed_m_s: row.number(6)?, turn_rate_rad_s: row.number(7)? };
-        row.below(6, command.speed_m_s, super::MAX_SPEED_M_S, "mm/s")?;
-        row.below(7, command.turn_rate_rad_s, super::MAX_TURN_RATE_RAD_S, "degrees per second")?;
+        row.below(6, command.speed_m_s, MAX_SPEED_M_S, "mm/s")?;
+        row.below(7, command.turn_rate_rad_s, MAX_TURN_RATE_RAD_S, "degrees per second")?;
         let sample = DrivenSample { time_s: row.number(2)?, pose, command };
         let key = (row.name(0)?.to_owned(), row.name(1)?.to_owned());
         let line = row.line;

@@ -2,10 +2,10 @@
 
 use std::fmt::{Display, Formatter, Result};
 
-use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::comparison::next_experiment::{Experiment, NextStep};
+use rsrs_core::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
 use rsrs_core::judge::behaviour::Verb;
-use rsrs_core::statistics::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
-use rsrs_core::statistics::next_experiment::{Experiment, NextStep};
+use rsrs_core::judge::counts::PhaseCounts;
 
 use super::{ComparedCell, LeftOut, Report, counted, runs_that_claim, supported_share};
 use crate::label::human_labels::JUDGE;

@@ -1,12 +1,13 @@
 //! `cells.csv`: one line for each cell, written and read back.
 
 use anyhow::{Context, bail};
-use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::diagram::{DiagramCell, PhaseCounts};
+use rsrs_core::diagram::DiagramCell;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::statistics::comparison::Share;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::interval_kind::IntervalKind;
+use rsrs_core::statistics::share::Share;
 
 use crate::sweep::result::SweepResult;
 

@@ -18,10 +18,11 @@ use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
 use super::block_file::{BlockId, decode, encode};
 use super::difference::first_difference;
-use super::{CELLS, SWEEP, cells, draw, read_source};
+use super::{CELLS, SWEEP, cells, read_source};
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
 use crate::files::{write_draft, wrote};
+use crate::sweep::Draw;
 use crate::sweep::replicate_table::ReplicateTable;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
@@ -34,9 +35,10 @@ const DISCARDED: &str = "discarded";
 /// Locked by the process that is at work.
 const LOCK: &str = "lock";
 const REPLICATES: &str = "replicates.parquet";
-/// The results, in the order in which they take their places.
-const RESULTS: [&str; 4] = [REPLICATES, CELLS, PICTURES[0], PICTURES[1]];
-const PICTURES: [&str; 2] = ["diagram.svg", "diagram.png"];
+/// Where pictures are drawn.
+const PICTURES: &str = "pictures";
+/// The results, in the order in which they take their places; then come pictures.
+const TABLES: [&str; 2] = [REPLICATES, CELLS];
 
 /// Whether a sweep has begun in a folder and not ended.
 pub fn is_unfinished(folder: &Path) -> bool {
@@ -255,7 +257,8 @@ impl Unfinished {
     /// # Arguments
     ///
     /// * `blocks` — all, with their numbers, in order.
-    /// * `n_threads` — how many to use: with two, the picture is drawn beside the tables.
+    /// * `n_threads` — how many to use: with two, the pictures are drawn beside the tables.
+    /// * `draw` — draws them.
     ///
     /// # Errors
     ///
@@ -265,7 +268,7 @@ impl Unfinished {
         self,
         result: &SweepResult,
         blocks: impl Iterator<Item = (u64, Block)>,
-        n_threads: usize,
+        (n_threads, draw): (usize, Draw),
     ) -> anyhow::Result<()> {
         let site = self.folder.join(UNFINISHED);
         let tabulate = || {
@@ -273,24 +276,29 @@ impl Unfinished {
             let csv = cells::to_csv(result);
             write_draft(&site.join(CELLS), csv.as_bytes())?;
             // The disk takes its time too, while the picture is being drawn.
-            [REPLICATES, CELLS].iter().try_for_each(|name| save(&site.join(name)))
+            TABLES.iter().try_for_each(|name| save(&site.join(name)))
         };
+        let pictures = site.join(PICTURES);
+        std::fs::create_dir_all(&pictures)
+            .with_context(|| format!("cannot make {}", pictures.display()))?;
         if n_threads > 1 {
             std::thread::scope(|scope| {
-                let picture = scope.spawn(|| draw(&site, result));
+                let drawing = scope.spawn(|| draw(&pictures, result));
                 tabulate()?;
-                picture.join().expect("drawing does not panic")
+                drawing.join().expect("drawing does not panic")
             })?;
         } else {
             tabulate()?;
-            draw(&site, result)?;
+            draw(&pictures, result)?;
         }
-        for name in PICTURES {
-            save(&site.join(name))?;
+        let mut results = TABLES.map(|name| site.join(name)).to_vec();
+        for picture in files_in(&pictures)? {
+            save(&picture)?;
+            results.push(picture);
         }
-        for name in RESULTS {
-            let path = self.folder.join(name);
-            move_to(&site.join(name), &path)?;
+        for file in results {
+            let path = self.folder.join(file.file_name().expect("a file has a name"));
+            move_to(&file, &path)?;
             wrote(&path);
         }
         let discarded = self.folder.join(DISCARDED);
@@ -322,6 +330,14 @@ impl Unfinished {
     pub fn abandon(self) -> anyhow::Result<()> {
         remove_folder(&self.folder)
     }
+}
+
+fn files_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let listed = std::fs::read_dir(folder)
+        .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, _>>());
+    let mut files = listed.with_context(|| format!("cannot list {}", folder.display()))?;
+    files.sort();
+    Ok(files)
 }
 
 /// Waits until a file is on the disk, so that its blocks may be removed.

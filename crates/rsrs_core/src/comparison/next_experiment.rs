@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
-use crate::diagram::axis::Cell;
-use crate::statistics::comparison::{CellRuns, Comparison, Share, Verdict};
+use crate::comparison::experiment_plan::{PlannedCell, plan_in};
+use crate::comparison::{CellRuns, Comparison, Verdict};
+use crate::quantity::Cell;
 use crate::statistics::e_value::TestedCell;
-use crate::statistics::experiment_plan::{PlannedCell, plan_in};
 use crate::statistics::posterior::probability_at_least;
+use crate::statistics::share::Share;
 
 /// What to do next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -44,11 +45,11 @@ pub struct Experiment {
     /// each, if real robots mill as those so far and as simulated ones as measured; `None` if
     /// [`MOST_RUNS`] do not.
     ///
-    /// [`MOST_RUNS`]: crate::statistics::comparison::MOST_RUNS
+    /// [`MOST_RUNS`]: crate::comparison::MOST_RUNS
     pub runs: Option<u64>,
     /// The probability that so many decide, or, if there is no such number, that [`MOST_RUNS`] do.
     ///
-    /// [`MOST_RUNS`]: crate::statistics::comparison::MOST_RUNS
+    /// [`MOST_RUNS`]: crate::comparison::MOST_RUNS
     pub chance: f64,
     /// Share of simulated runs of robots as measured that mill there; `None` if there are none.
     pub b_m: Option<f64>,

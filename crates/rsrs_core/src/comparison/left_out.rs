@@ -5,10 +5,10 @@
 //! What such a run would have come to is unknown, so a verdict stands only if it stands whatever that
 //! was.
 
-use crate::diagram::axis::Cell;
+use crate::comparison::{CellRuns, Comparison, Verdict};
 use crate::judge::behaviour::Behaviour;
 use crate::judge::phase::Phase;
-use crate::statistics::comparison::{CellRuns, Comparison, Verdict};
+use crate::quantity::Cell;
 
 /// A cell with its runs, and how many more were left out after their start.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,8 +100,8 @@ fn furthest(behaviour: Behaviour) -> Phase {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagram::PhaseCounts;
-    use crate::diagram::axis::Axis;
+    use crate::judge::counts::PhaseCounts;
+    use crate::quantity::Axis;
 
     fn cell(speed_m_s: f64, [mills, others]: [u64; 2], n_left_out: u64) -> CellAttempts {
         let counts = |mills, others| {

@@ -7,9 +7,10 @@
 use serde::Serialize;
 
 use crate::conditions::operator::controller_values;
-use crate::conditions::{Conditions, ConditionsError, Region, Settings, SimulatedRobot};
-use crate::diagram::axis::Axis;
+use crate::conditions::{Conditions, ConditionsError, Settings, SimulatedRobot};
+use crate::quantity::Axis;
 use crate::robot::profile::{RobotProfile, Sees};
+use crate::robot::region::Region;
 use crate::statistics::interval::Interval;
 use crate::trials::fit::{Rate, SensorMap, polygon_contains};
 

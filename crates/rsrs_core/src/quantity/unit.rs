@@ -1,7 +1,6 @@
 //! Values that were meant in another unit.
 
 use super::Axis;
-use crate::trials::trial::{MAX_PERIOD_S, MAX_SENSING_M, MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S};
 
 /// A value that is likely in another unit.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -26,34 +25,13 @@ impl Axis {
     /// # Example
     ///
     /// ```
-    /// use rsrs_core::diagram::axis::Axis;
+    /// use rsrs_core::quantity::Axis;
     ///
     /// let error = Axis::Speed.check_unit(150.0).unwrap_err();
     /// assert_eq!(error.to_string(), "speed_m_s is 150: this looks like mm/s, expected m/s");
     /// ```
     pub fn check_unit(self, found: f64) -> Result<(), OtherUnit> {
-        let (most, likely) = match self {
-            Self::Speed | Self::UndetectedSpeed | Self::Gust => (MAX_SPEED_M_S, "mm/s"),
-            Self::TurnRate | Self::UndetectedTurnRate | Self::TurnBias => {
-                (MAX_TURN_RATE_RAD_S, "degrees per second")
-            }
-            Self::Range => (MAX_SENSING_M, "mm"),
-            Self::PlacementRadius => (MAX_PLACEMENT_M, "mm"),
-            Self::HalfAngle | Self::SensorBearing | Self::HeadingNoise => {
-                (std::f64::consts::PI, "degrees")
-            }
-            Self::YawLag | Self::Period => (MAX_PERIOD_S, "ms"),
-            Self::Arena
-            | Self::Robots
-            | Self::PolygonScale
-            | Self::TruePositive
-            | Self::FalsePositive
-            | Self::Heterogeneity
-            | Self::LatencySteps
-            | Self::SpeedGain
-            | Self::TurnGain
-            | Self::GainNoise => return Ok(()),
-        };
+        let Some((most, likely)) = self.row().other_unit else { return Ok(()) };
         if found.abs() > most {
             return Err(OtherUnit { axis: self, found, likely });
         }
@@ -61,13 +39,9 @@ impl Axis {
     }
 }
 
-/// Small robots that see some metres far do not start further from the centre; a larger radius is one
-/// in millimetres.
-const MAX_PLACEMENT_M: f64 = 100.0;
-
 #[cfg(test)]
 mod tests {
-    use crate::diagram::axis::Cell;
+    use crate::quantity::Cell;
 
     #[test]
     fn values_in_another_unit_are_refused_wherever_a_person_writes_a_cell() {

@@ -1,9 +1,53 @@
-//! How far robots see each other.
+//! Where a sensor detects a neighbour.
 
-use super::Region;
-use crate::robot::profile::Sees;
+use serde::{Deserialize, Serialize};
+
+use crate::robot::profile::{Sees, Sensing};
+
+/// Where a neighbour is detected, in the robot's frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Region {
+    /// A cone in front.
+    Cone {
+        /// Half of the opening angle, in radians.
+        half_angle_rad: f64,
+        /// Reach, in metres.
+        range_m: f64,
+    },
+    /// A convex polygon, counterclockwise, in metres.
+    Polygon {
+        /// Corners `[x, y]`, x forward, y left.
+        corners_m: Vec<[f64; 2]>,
+    },
+}
 
 impl Region {
+    /// The region of a checked profile's sensor.
+    ///
+    /// # Panics
+    ///
+    /// If the profile has neither a cone nor a polygon: then it was not checked.
+    pub fn of(sensing: &Sensing) -> Self {
+        match (&sensing.cone, &sensing.polygon_m) {
+            (Some(cone), _) => {
+                Self::Cone { half_angle_rad: cone.half_angle_rad, range_m: cone.range_m }
+            }
+            (None, Some(corners)) => Self::Polygon { corners_m: corners.clone() },
+            (None, None) => unreachable!("a checked profile has a region"),
+        }
+    }
+
+    /// The greatest distance at which a centre can lie in the region, in metres.
+    pub fn range_m(&self) -> f64 {
+        match self {
+            Self::Cone { range_m, .. } => *range_m,
+            Self::Polygon { corners_m } => {
+                corners_m.iter().map(|[x, y]| libm::hypot(*x, *y)).fold(0.0, f64::max)
+            }
+        }
+    }
+
     /// The reach of a sensor: how far from a robot's centre the centre of another can be seen, in
     /// metres.
     ///
@@ -20,7 +64,7 @@ impl Region {
     /// A Flockbot sees 0.75 m far, and a robot whose centre is 7.5 cm beyond.
     ///
     /// ```
-    /// use rsrs_core::conditions::Region;
+    /// use rsrs_core::robot::region::Region;
     /// use rsrs_core::robot::profile::Sees;
     ///
     /// let cone = Region::Cone { half_angle_rad: 0.2, range_m: 0.75 };

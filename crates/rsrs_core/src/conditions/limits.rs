@@ -1,9 +1,9 @@
 //! What a robot may be commanded.
 
-use super::RobotProfile;
-use crate::diagram::axis::Axis;
 use crate::help::Help;
+use crate::quantity::Axis;
 use crate::robot::controller::ControllerParameters;
+use crate::robot::profile::RobotProfile;
 
 /// A command beyond what a robot may be given.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -73,7 +73,7 @@ const SAME: f64 = 1e-9;
 mod tests {
     use super::*;
 
-    const FLOCKBOT: &str = include_str!("../../../../../launch_configs/profiles/flockbot.yaml");
+    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 
     #[test]
     fn what_a_robot_may_not_be_commanded_is_refused_with_its_limits() {

@@ -3,13 +3,13 @@
 //! Real robots are taken to mill as often as simulated ones that are as measured, as far as their runs
 //! show: the chance of the next run is that of the posterior after those and all before it in its cell
 //! (Pólya's urn), with a uniform prior. Campaigns are drawn, each with a comparison after every run that
-//! stops it as soon as it decides, as [`crate::statistics::comparison`] allows.
+//! stops it as soon as it decides, as [`crate::comparison`] allows.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::statistics::comparison::{MOST_RUNS, Verdict, decided};
+use crate::comparison::{MOST_RUNS, Verdict, decided};
 use crate::statistics::e_value::TestedCell;
 use crate::statistics::pooled::PooledTest;
 use crate::statistics::share::Share;
@@ -222,7 +222,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
-    use crate::statistics::comparison::{MARGIN, enough};
+    use crate::comparison::{MARGIN, enough};
 
     fn planned(cells: &[PlannedCell], wanted: f64) -> ExperimentPlan {
         let mut generator = ChaCha8Rng::seed_from_u64(7);

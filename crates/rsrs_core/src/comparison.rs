@@ -3,16 +3,19 @@
 //! The inequality is tested, never assumed: a robot that is better in every capability does not
 //! by itself mill more often.
 
+pub mod experiment_plan;
+pub mod left_out;
+pub mod next_experiment;
+
 use serde::{Deserialize, Serialize};
 
-use crate::diagram::PhaseCounts;
-use crate::diagram::axis::Cell;
+use crate::judge::counts::PhaseCounts;
 use crate::judge::phase::Phase;
+use crate::quantity::Cell;
 use crate::statistics::e_value::TestedCell;
 use crate::statistics::interval::Interval;
 use crate::statistics::pooled::{LogEvidence, Pooled, PooledTest, e_value};
-
-pub use crate::statistics::share::Share;
+use crate::statistics::share::Share;
 
 /// What was counted in one cell.
 #[derive(Clone, Debug, PartialEq)]

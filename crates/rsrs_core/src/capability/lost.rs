@@ -49,7 +49,7 @@ const BLIND: f64 = 0.1;
 /// A sensor that misses 12 of 100 neighbours misses all of them with the default factor of 10.
 ///
 /// ```
-/// # use rsrs_core::robot::{capability::lost_capabilities, harsher::HarsherFactors};
+/// # use rsrs_core::{capability::lost_capabilities, robot::harsher::HarsherFactors};
 /// # use rsrs_core::robot::profile::RobotProfile;
 /// # fn example(mut measured: RobotProfile) -> Result<(), rsrs_core::robot::harsher::NotHarsher> {
 /// measured.sensing.true_positive = 0.88;
@@ -117,9 +117,9 @@ mod tests {
     use crate::robot::harsher::HarsherFactors;
 
     const PROFILES: [&str; 3] = [
-        include_str!("../../../../../launch_configs/profiles/flockbot.yaml"),
-        include_str!("../../../../../launch_configs/profiles/lta.yaml"),
-        include_str!("../../../../../launch_configs/profiles/smars.yaml"),
+        include_str!("../../../../launch_configs/profiles/flockbot.yaml"),
+        include_str!("../../../../launch_configs/profiles/lta.yaml"),
+        include_str!("../../../../launch_configs/profiles/smars.yaml"),
     ];
 
     fn lost(measured: &RobotProfile, factors: HarsherFactors) -> Vec<LostCapability> {
