@@ -348,6 +348,30 @@ fn a_run_in_which_the_world_waits_in_vain_is_void_and_tried_again_with_its_seed(
     assert_eq!(manifest["ending"], "completed", "{manifest}");
 }
 
+#[test]
+fn a_run_whose_controllers_are_never_found_is_tried_again_with_nodes_that_are_started_anew() {
+    let place = place();
+    of_one_run(place.path());
+    let mut process = Process::start(&mut campaign(place.path()));
+    let nodes = || nodes_of(process.0.id());
+    wait_for("both nodes", || nodes().len() == 2);
+    let before = nodes();
+    let controllers = before.iter().find(|pid| {
+        let words = std::fs::read_to_string(format!("/proc/{pid}/cmdline"));
+        words.is_ok_and(|words| words.contains("controller"))
+    });
+    let controllers = controllers.expect("one of them").to_string();
+    let stopped = Command::new("kill").args(["-STOP", &controllers]).status();
+    assert!(stopped.expect("every system has `kill`").success());
+
+    let (status, errors) = process.wait(TIMEOUT);
+
+    assert_eq!(status.code(), Some(0), "{errors}");
+    assert!(errors.contains("; tried again, 2 of 3"), "{errors}");
+    let manifest = manifest(&place.path().join("out/001_three"));
+    assert_eq!(manifest["ending"], "completed", "{manifest}");
+}
+
 /// Makes the manifest of a version that took runs without a result for finished.
 fn without_result(folder: &Path, changes: &[(&str, Value)]) {
     let mut manifest = manifest(folder);

@@ -278,6 +278,7 @@ impl DryRun<'_> {
             ))?;
             summary.bag = keep_aside(&plan.bag)?;
             summaries.push(summary);
+            fleet.restart(&self.network, &plan).await?;
         }
     }
 

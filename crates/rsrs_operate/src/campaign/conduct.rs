@@ -135,7 +135,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
             }
         }
         let ended = self.all(&open, items.len()).await;
-        if let RunTarget::Simulator { fleet: Some(fleet), .. } = self.target {
+        if let RunTarget::Simulator { fleet: Some(mut fleet), .. } = self.target {
             fleet.stop().await?;
         }
         ended
@@ -260,14 +260,19 @@ impl<'a, P: Placer> Conductor<'a, P> {
             }
             RunTarget::Simulator { network, fleet } => (network, fleet),
         };
-        if let Some(other) = fleet.take_if(|it| !it.is_for(plan)) {
+        if let Some(mut other) = fleet.take_if(|it| !it.is_for(plan)) {
             other.stop().await?;
         }
         if fleet.is_none() {
             *fleet = Some(Box::new(SimulatedFleet::start(network, plan)?));
         }
-        let fleet = fleet.as_mut().expect("it was started above");
-        on_simulated_fleet(plan, network, fleet, self.operator).await
+        let nodes = fleet.as_mut().expect("it was started above");
+        let summary = on_simulated_fleet(plan, network, nodes, self.operator).await?;
+        // It may be one of the nodes that a run was not completed for; the next one starts them anew.
+        if let Some(mut nodes) = fleet.take_if(|_| summary.ending != EndingKind::Completed.key()) {
+            nodes.stop().await?;
+        }
+        Ok(summary)
     }
 
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.

@@ -116,8 +116,8 @@ impl<'a> TrialNodes<'a> {
     /// If one can neither be asked nor killed.
     pub async fn stop(self) -> anyhow::Result<()> {
         match self.processes {
-            Processes::Simulated(_, fleet) => fleet.stop().await,
-            Processes::Real(_, controller) => controller.stop().await,
+            Processes::Simulated(_, mut fleet) => fleet.stop().await,
+            Processes::Real(_, mut controller) => controller.stop().await,
         }
         .context("ending the nodes of the trial")
     }

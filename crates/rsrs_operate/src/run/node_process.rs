@@ -99,7 +99,7 @@ impl NodeProcess {
     /// # Errors
     ///
     /// If the process can neither be asked nor killed.
-    pub async fn stop(mut self) -> anyhow::Result<()> {
+    pub async fn stop(&mut self) -> anyhow::Result<()> {
         self.ask_to_end()?;
         if tokio::time::timeout(TIMEOUT, self.child.wait()).await.is_err() {
             self.child.kill().await.context("killing a node that does not end")?;

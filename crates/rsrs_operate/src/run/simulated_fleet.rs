@@ -77,11 +77,22 @@ impl SimulatedFleet {
     /// # Errors
     ///
     /// If a process can neither be asked nor killed.
-    pub async fn stop(self) -> anyhow::Result<()> {
+    pub async fn stop(&mut self) -> anyhow::Result<()> {
         // Both end at the same time.
         self.controllers.ask_to_end()?;
         self.simulator.stop().await?;
         self.controllers.stop().await
+    }
+
+    /// Ends the nodes and starts them anew, for the same robots: it may be one of them that a run failed for.
+    ///
+    /// # Errors
+    ///
+    /// As [`SimulatedFleet::stop`] and [`SimulatedFleet::start`].
+    pub async fn restart(&mut self, network: &OwnNetwork, plan: &Plan) -> anyhow::Result<()> {
+        self.stop().await?;
+        *self = Self::start(network, plan)?;
+        Ok(())
     }
 }
 
