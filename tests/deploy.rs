@@ -343,6 +343,7 @@ fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
         domain_id: Some(7),
         now,
         validity: Some(Duration::from_secs(24 * 3600)),
+        readmitted: &[],
     })
     .expect("writable");
     let inventory = laboratory.read("inventory.yaml");

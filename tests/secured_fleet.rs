@@ -41,6 +41,7 @@ fn keystore(folder: &Path) {
         domain_id: Some(DOMAIN),
         now: SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970"),
         validity: Some(Duration::from_secs(24 * 3600)),
+        readmitted: &[],
     });
     made.expect("the folder is writable");
 }

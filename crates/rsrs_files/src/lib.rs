@@ -48,6 +48,20 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     Ok(text)
 }
 
+/// Reads one file of text that has an end soon, such as a certificate.
+///
+/// # Errors
+///
+/// Those of [`read_text`], and [`ErrorKind::FileTooLarge`] if it has more bytes than `most`.
+pub fn read_text_of_at_most(most: u64, path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let file = open(path)?;
+    if file.take(most + 1).read_to_string(&mut text)? as u64 > most {
+        return Err(ErrorKind::FileTooLarge.into());
+    }
+    Ok(text)
+}
+
 /// Whether a path names what this program was started with.
 fn was_given(path: &Path) -> bool {
     path == Path::new("/dev/stdin") || path.parent() == Some(Path::new("/dev/fd"))
@@ -86,6 +100,21 @@ mod tests {
         assert_eq!(read_text(&file).unwrap(), "robots: []\n");
         assert_eq!(read_text(folder.path()).unwrap_err().kind(), ErrorKind::IsADirectory);
         assert_eq!(read_text(&folder.path().join("none")).unwrap_err().kind(), ErrorKind::NotFound);
+    }
+
+    #[test]
+    fn of_a_file_that_is_larger_than_allowed_no_more_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("cert.pem");
+        std::fs::write(&path, "1234").unwrap();
+        let sparse = folder.path().join("governance.p7s");
+        File::create(&sparse).unwrap().set_len(1 << 40).unwrap();
+
+        assert_eq!(read_text_of_at_most(4, &path).unwrap(), "1234");
+        for (most, path) in [(3, &path), (1000, &sparse)] {
+            let error = read_text_of_at_most(most, path).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::FileTooLarge, "{}", path.display());
+        }
     }
 
     #[test]

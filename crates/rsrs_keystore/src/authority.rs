@@ -84,15 +84,9 @@ impl Authority {
         files::write_key(&folder.join(KEY), &made.key_pem)
     }
 
-    /// Makes the certificate of an enclave anew, for the key that it has.
-    pub(crate) fn certify(
-        &self,
-        folder: &Path,
-        enclave: &str,
-        holds: (Duration, Duration),
-    ) -> Result<(), KeystoreError> {
-        let key = key_in(&folder.join(KEY))?;
-        let made = NewMember::with_key(enclave, holds, key)?.signed_by(&self.issuer())?;
+    /// Makes the certificate of an enclave anew, for a member with the key that it has.
+    pub(crate) fn certify(&self, folder: &Path, member: NewMember) -> Result<(), KeystoreError> {
+        let made = member.signed_by(&self.issuer())?;
         files::write_public(&folder.join(CERTIFICATE), &to_pem(&made.certificate)?)
     }
 
@@ -160,7 +154,8 @@ fn pair(keystore: &Path, certificate: &str, key: &str) -> Result<Pair, KeystoreE
     Ok(Pair { certificate, key: key_in(&key)? })
 }
 
-fn key_in(path: &Path) -> Result<SigningKey, KeystoreError> {
+/// Reads a private key.
+pub(crate) fn key_in(path: &Path) -> Result<SigningKey, KeystoreError> {
     let pem = files::read(path)?;
     SigningKey::from_pkcs8_pem(&pem).map_err(|_secret| KeystoreError::Key { path: path.to_owned() })
 }

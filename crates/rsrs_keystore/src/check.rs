@@ -11,7 +11,7 @@ use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 
 use crate::certificate::{self, CertificateFacts};
-use crate::files::mode_for_others;
+use crate::files::{self, mode_for_others};
 use crate::governance::{Governance, Weakness};
 use crate::layout::{
     CERTIFICATE, FILES, GOVERNANCE, IDENTITY_CA, KEY, PERMISSIONS, PERMISSIONS_CA,
@@ -101,7 +101,7 @@ impl EnclaveProblem {
 
 /// Everything that is wrong with an enclave; it can be used if all of it is warnings.
 ///
-/// Signatures are left to the middleware, which verifies them when it starts.
+/// Signatures of documents are left to the middleware, which verifies them when it starts.
 ///
 /// # Arguments
 ///
@@ -113,7 +113,7 @@ pub fn problems_of(folder: &Path, domain_id: u16, now: Duration) -> Vec<EnclaveP
     let mut texts = BTreeMap::new();
     for file in FILES {
         let path = folder.join(file);
-        match rsrs_files::read_text(&path) {
+        match files::text(&path) {
             Ok(text) => drop(texts.insert(file, text)),
             Err(error) => problems.push(EnclaveProblem::File { path, kind: error.kind() }),
         }
@@ -134,6 +134,7 @@ pub fn problems_of(folder: &Path, domain_id: u16, now: Duration) -> Vec<EnclaveP
     if texts.contains_key(KEY) {
         problems.extend(readable_by_others(&folder.join(KEY)));
     }
+    problems.extend(strangers(&texts));
     if let Some(document) = texts.get(GOVERNANCE) {
         problems.extend(of_governance(document, domain_id));
     }
@@ -148,7 +149,7 @@ pub const ENDS_SOON: Duration = Duration::from_secs(90 * 24 * 3600);
 
 /// Since 1970: when an enclave that can be used now no longer can.
 pub fn ends_at(folder: &Path) -> Option<Duration> {
-    let text = |file| rsrs_files::read_text(&folder.join(file)).ok();
+    let text = |file| files::text(&folder.join(file)).ok();
     let ends = |file| certificate::read(&text(file)?).ok();
     let own = ends(CERTIFICATE)?;
     let permissions = Permissions::parse(signed_text(&text(PERMISSIONS)?).ok()?).ok()?;
@@ -170,6 +171,17 @@ fn expired(file: &'static str, facts: &CertificateFacts, now: Duration) -> Optio
 pub(crate) fn date(since_1970: Duration) -> String {
     let seconds = i64::try_from(since_1970.as_secs()).unwrap_or(i64::MAX);
     Timestamp::from_second(seconds).map_or_else(|_| "no date".to_owned(), |date| date.to_string())
+}
+
+/// Files that do not belong together: nobody would authenticate who has them.
+fn strangers(texts: &BTreeMap<&'static str, String>) -> Vec<EnclaveProblem> {
+    let asked = |check: fn(&str, &str) -> Option<bool>, other| {
+        let is_its = check(texts.get(CERTIFICATE)?, texts.get(other)?)?;
+        let reason = format!("it does not belong to {CERTIFICATE}");
+        (!is_its).then_some(EnclaveProblem::Content { file: other, reason })
+    };
+    let key = asked(certificate::has_key, KEY);
+    key.into_iter().chain(asked(certificate::is_signed_by, IDENTITY_CA)).collect()
 }
 
 fn readable_by_others(key: &Path) -> Option<EnclaveProblem> {

@@ -11,7 +11,7 @@ use crate::layout::{
     ENCLAVES, GOVERNANCE, GOVERNANCE_TEXT, IDENTITY_CA, KEY, PERMISSIONS, PERMISSIONS_CA,
     PERMISSIONS_TEXT, PUBLIC,
 };
-use crate::members::revoked;
+use crate::members::{enclave_of, revoked, write_revoked};
 use crate::roles::Role;
 use crate::{KeystoreError, files};
 
@@ -34,6 +34,8 @@ pub struct KeystoreRequest<'a> {
     pub now: Duration,
     /// How long the certificates hold; `None` for as long as the authority that signs them.
     pub validity: Option<Duration>,
+    /// Names of enclaves that were revoked and are made again, with other keys.
+    pub readmitted: &'a [String],
 }
 
 /// A keystore that was made or completed.
@@ -62,15 +64,22 @@ pub struct MadeEnclave {
 ///
 /// Keys and certificates that are there are kept. Permissions of the enclaves of this fleet are
 /// written anew, because those of some name all robots. Who was revoked is left out, until it is
-/// [readmitted](crate::members::readmit).
+/// [readmitted](KeystoreRequest::readmitted).
 ///
 /// # Errors
 ///
 /// [`KeystoreError`] if the folder is another one than a keystore, is of another domain, or cannot be
-/// written, or if its authority ends before what it would sign.
+/// written, if its authority ends before what it would sign, or if who is readmitted was not revoked.
 pub fn create(request: &KeystoreRequest) -> Result<MadeKeystore, KeystoreError> {
     let folder = request.folder;
     check_robots(request.robots)?;
+    let mut gone = revoked(folder)?;
+    for name in request.readmitted {
+        let name = enclave_of(name);
+        if !gone.remove(&name) {
+            return Err(KeystoreError::NotRevoked { name });
+        }
+    }
     // Certificates know whole seconds.
     let now = Duration::from_secs(request.now.as_secs());
     let asked = request.validity.map(|validity| now.saturating_add(validity));
@@ -99,16 +108,15 @@ pub fn create(request: &KeystoreRequest) -> Result<MadeKeystore, KeystoreError> 
         write_governance(&authority, folder, &Governance::recommended(domains))?;
         domain_id
     };
-    let gone = revoked(folder)?;
     let is_gone = |role: &Role| gone.contains(&role.enclave());
     let (left_out, made): (Vec<Role>, Vec<Role>) =
         Role::all_of(request.robots).into_iter().partition(is_gone);
     let enclaves = made.iter().map(|role| enclave(&authority, request, domain_id, holds, role));
-    Ok(MadeKeystore {
-        domain_id,
-        enclaves: enclaves.collect::<Result<_, _>>()?,
-        left_out: left_out.iter().map(Role::enclave).collect(),
-    })
+    let enclaves = enclaves.collect::<Result<_, _>>()?;
+    if !request.readmitted.is_empty() {
+        write_revoked(folder, &gone)?;
+    }
+    Ok(MadeKeystore { domain_id, enclaves, left_out: left_out.iter().map(Role::enclave).collect() })
 }
 
 /// From when certificates hold that are made now.

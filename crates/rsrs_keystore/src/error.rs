@@ -37,6 +37,12 @@ pub enum KeystoreError {
         /// The folder.
         folder: PathBuf,
     },
+    /// An enclave that is elsewhere: it would be certified there, and gone in a keystore that is made anew.
+    #[error("{} is a link, and an enclave is a folder of its own", path.display())]
+    LinkedFolder {
+        /// The link.
+        path: PathBuf,
+    },
     /// A robot that would have the rights of another member.
     #[error("robot `{robot}` has the name of another member, or of its topics or services")]
     RobotName {
@@ -174,6 +180,7 @@ impl Help for KeystoreError {
             }
             Self::AuthorityEnds { .. } => "`rsrs keystore renew` gives it more time",
             Self::NoEnclave { .. } => "`rsrs keystore show` lists those that it has",
+            Self::LinkedFolder { .. } => "move the folder itself there, or remove the link",
             Self::NotRevoked { .. } => "`rsrs keystore show` lists who was",
             Self::NoGovernance { .. } => {
                 "`rsrs keystore create DIR --fleet FLEET.yaml --domain ID` makes another one for the \

@@ -1,5 +1,6 @@
 //! Files of a keystore: keys that only their owner reads, and links that stay valid in a copy.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt, symlink};
@@ -15,6 +16,8 @@ pub(crate) const PRIVATE_MODE: u32 = 0o600;
 const PUBLIC_MODE: u32 = 0o644;
 const PUBLIC_FOLDER_MODE: u32 = 0o755;
 const PRIVATE_FOLDER_MODE: u32 = 0o700;
+/// Permissions name every topic of a fleet, in a hundred bytes each.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// Makes a folder and those above it.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), KeystoreError> {
@@ -54,17 +57,27 @@ pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), KeystoreError> {
     fs::rename(from, to).map_err(KeystoreError::file("move the keystore to", to))
 }
 
-/// The folders in one, links left out.
+/// The folders in one.
+///
+/// # Errors
+///
+/// [`KeystoreError::LinkedFolder`], because what is elsewhere is not this keystore's alone.
 pub(crate) fn folders_in(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
-    let cannot = |source| KeystoreError::file("list", folder)(source);
     let mut found = Vec::new();
-    for entry in fs::read_dir(folder).map_err(cannot)? {
-        let entry = entry.map_err(cannot)?;
-        if entry.file_type().map_err(cannot)?.is_dir() {
-            found.push(entry.path());
+    for path in entries_of(folder)? {
+        if path.is_dir() {
+            if path.is_symlink() {
+                return Err(KeystoreError::LinkedFolder { path });
+            }
+            found.push(path);
         }
     }
     Ok(found)
+}
+
+fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
+    let paths = |entries: fs::ReadDir| entries.map(|entry| Ok(entry?.path())).collect();
+    fs::read_dir(folder).and_then(paths).map_err(KeystoreError::file("list", folder))
 }
 
 /// Makes a folder that only its owner enters.
@@ -108,7 +121,12 @@ fn folder_of(path: &Path) -> &Path {
 
 /// Reads a text.
 pub(crate) fn read(path: &Path) -> Result<String, KeystoreError> {
-    rsrs_files::read_text(path).map_err(KeystoreError::file("read", path))
+    text(path).map_err(KeystoreError::file("read", path))
+}
+
+/// Reads a text of a keystore, none of which is long.
+pub(crate) fn text(path: &Path) -> io::Result<String> {
+    rsrs_files::read_text_of_at_most(MOST_BYTES, path)
 }
 
 /// Makes a link, unless there is one already.
@@ -119,24 +137,33 @@ pub(crate) fn link(to: &Path, path: &Path) -> Result<(), KeystoreError> {
     symlink(to, path).map_err(KeystoreError::file("link", path))
 }
 
-/// All private keys below a folder, links left out.
-pub(crate) fn keys_below(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_owned()];
+/// All private keys of a keystore, also behind links and in copies of other names; each once.
+pub(crate) fn keys_in(keystore: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![keystore.to_owned()];
     while let Some(folder) = folders.pop() {
-        let cannot = |source| KeystoreError::file("list", &folder)(source);
-        for entry in fs::read_dir(&folder).map_err(cannot)? {
-            let entry = entry.map_err(cannot)?;
-            let kind = entry.file_type().map_err(cannot)?;
-            if kind.is_dir() {
-                folders.push(entry.path());
-            } else if kind.is_file() && entry.file_name().to_string_lossy().ends_with("key.pem") {
-                found.push(entry.path());
+        for path in entries_of(&folder)? {
+            // A link that leads nowhere.
+            let Ok(real) = path.canonicalize() else { continue };
+            if real.is_dir() {
+                // Its own folders may be elsewhere, such as `private` on a disk that is locked away.
+                if !path.is_symlink() || folder == keystore {
+                    folders.push(path);
+                }
+            } else if is_key(&path) && (!path.is_symlink() || !found.contains_key(&real)) {
+                found.insert(real, path);
             }
         }
     }
-    found.sort();
-    Ok(found)
+    let mut keys: Vec<PathBuf> = found.into_values().collect();
+    keys.sort();
+    Ok(keys)
+}
+
+/// By its name, as `ca.key.pem.bak`, or by what it says of itself.
+fn is_key(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.contains("key.pem") || text(path).is_ok_and(|text| text.contains("PRIVATE KEY-----"))
 }
 
 /// The mode of a key that others than its owner can read or change, as in `chmod`; `None` of one that is

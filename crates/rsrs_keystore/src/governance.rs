@@ -122,7 +122,8 @@ pub enum Weakness {
         /// The option of the document.
         option: &'static str,
     },
-    /// Whoever is in may publish or receive what it likes.
+    /// Announcements or signs of life of topics are open, or whoever is in may publish or receive what it
+    /// likes.
     TopicTakesNoPermission {
         /// Which topics.
         expression: String,
@@ -339,6 +340,7 @@ impl TopicRule {
         let expression = || self.expression.clone();
         let options = [
             ("enable_discovery_protection", self.discovery_protection),
+            ("enable_liveliness_protection", self.liveliness_protection),
             ("enable_read_access_control", self.read_access_control),
             ("enable_write_access_control", self.write_access_control),
         ];

@@ -24,7 +24,8 @@ impl GrantText<'_> {
     ///
     /// * `robots` — of the fleet.
     pub(crate) fn to_xml(&self, robots: &[String]) -> Result<String, KeystoreError> {
-        let Rights { may_not_publish, may_publish, may_receive } = self.role.rights(robots);
+        let Rights { may_not_publish, may_not_receive, may_publish, may_receive } =
+            self.role.rights(robots);
         let name = self.role.enclave();
         let (from, to) = self.holds;
         let validity = date(from)
@@ -42,7 +43,9 @@ impl GrantText<'_> {
         let denied = if may_not_publish.is_empty() {
             String::new()
         } else {
-            rule("deny_rule", &[topics("publish", &may_not_publish)])
+            let parts =
+                [topics("publish", &may_not_publish), topics("subscribe", &may_not_receive)];
+            rule("deny_rule", &parts)
         };
         let allowed = rule(
             "allow_rule",

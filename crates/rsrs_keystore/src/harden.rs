@@ -36,7 +36,7 @@ pub fn harden(folder: &Path) -> Result<Hardened, KeystoreError> {
         write_governance(&authority, folder, &governance.hardened())?;
     }
     let mut keys_made_private = Vec::new();
-    for key in files::keys_below(folder)? {
+    for key in files::keys_in(folder)? {
         if files::make_private(&key)? {
             keys_made_private.push(key);
         }

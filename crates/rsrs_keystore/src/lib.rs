@@ -27,8 +27,14 @@
 //! let folder = tempfile::tempdir()?;
 //! let robots = ["robot_1".to_owned()];
 //! let now = Duration::from_secs(1_767_268_800);
-//! let request =
-//!     KeystoreRequest { folder: folder.path(), robots: &robots, domain_id: None, now, validity: None };
+//! let request = KeystoreRequest {
+//!     folder: folder.path(),
+//!     robots: &robots,
+//!     domain_id: None,
+//!     now,
+//!     validity: None,
+//!     readmitted: &[],
+//! };
 //!
 //! let made = create(&request)?;
 //!

@@ -4,13 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::authority::Authority;
+use crate::authority::{self, Authority};
 use crate::certificate;
 use crate::check::moment;
 use crate::create::{from, link_shared, write_governance};
 use crate::governance::Domains;
 use crate::grant::date;
-use crate::layout::{CERTIFICATE, ENCLAVES, PERMISSIONS, PERMISSIONS_TEXT, PRIVATE, REVOKED};
+use crate::issue::NewMember;
+use crate::layout::{CERTIFICATE, ENCLAVES, KEY, PERMISSIONS, PERMISSIONS_TEXT, PRIVATE, REVOKED};
 use crate::permissions::Permissions;
 use crate::{KeystoreError, files};
 
@@ -48,6 +49,11 @@ impl ShownMember {
     }
 }
 
+/// Whether a folder is a keystore, with what makes its members.
+pub fn is_keystore(folder: &Path) -> bool {
+    Authority::is_in(folder)
+}
+
 /// Who belongs to a keystore, until when, and whether its keys are private.
 ///
 /// # Errors
@@ -66,7 +72,7 @@ pub fn show(keystore: &Path) -> Result<ShownKeystore, KeystoreError> {
         Ok(ShownMember { enclave, certificate_ends: facts.not_after, permissions_end })
     });
     let mut open_keys = Vec::new();
-    for key in files::keys_below(keystore)? {
+    for key in files::keys_in(keystore)? {
         let mode = files::mode_for_others(&key).map_err(KeystoreError::file("find", &key))?;
         open_keys.extend(mode.map(|_| key));
     }
@@ -89,16 +95,24 @@ pub fn show(keystore: &Path) -> Result<ShownKeystore, KeystoreError> {
 ///
 /// # Errors
 ///
-/// [`KeystoreError`] if the folder is no keystore, or cannot be written.
+/// [`KeystoreError`] if the folder is no keystore, or cannot be written; or if a member has no key or
+/// permissions that read, and then nothing is changed.
 pub fn renew(keystore: &Path, now: Duration, validity: Duration) -> Result<(), KeystoreError> {
     let holds = (from(now), now.saturating_add(validity));
     let authority = authority_of(keystore)?;
     // What somebody has changed would be copied to every robot.
     authority.governance(keystore)?;
-    let authority = authority.renewed(keystore, holds)?;
-    for (enclave, folder) in enclaves_of(keystore)? {
-        authority.certify(&folder, &enclave, holds)?;
+    let member = |(enclave, folder): (String, PathBuf)| {
+        let key = authority::key_in(&folder.join(KEY))?;
         let text = authority.signed_text(&folder.join(PERMISSIONS))?;
+        Ok((enclave, folder, key, text))
+    };
+    // All of it before anything is written.
+    let members: Vec<_> =
+        enclaves_of(keystore)?.into_iter().map(member).collect::<Result<_, _>>()?;
+    let authority = authority.renewed(keystore, holds)?;
+    for (enclave, folder, key, text) in members {
+        authority.certify(&folder, NewMember::with_key(&enclave, holds, key)?)?;
         write_permissions(&authority, &folder, &text, holds)?;
     }
     Ok(())
@@ -159,21 +173,6 @@ pub fn revoke(
     Ok(old)
 }
 
-/// Lets an enclave that was revoked be made again by [`create`](crate::create::create), with other keys
-/// than it had.
-///
-/// # Errors
-///
-/// [`KeystoreError`] if it was not revoked, or the folder cannot be written.
-pub fn readmit(keystore: &Path, name: &str) -> Result<(), KeystoreError> {
-    let mut gone = revoked(keystore)?;
-    let enclave = enclave_of(name);
-    if !gone.remove(&enclave) {
-        return Err(KeystoreError::NotRevoked { name: enclave });
-    }
-    write_revoked(keystore, &gone)
-}
-
 /// The enclaves that were revoked.
 pub(crate) fn revoked(keystore: &Path) -> Result<BTreeSet<String>, KeystoreError> {
     let path = keystore.join(PRIVATE).join(REVOKED);
@@ -183,13 +182,17 @@ pub(crate) fn revoked(keystore: &Path) -> Result<BTreeSet<String>, KeystoreError
     Ok(files::read(&path)?.lines().map(str::to_owned).collect())
 }
 
-fn write_revoked(keystore: &Path, enclaves: &BTreeSet<String>) -> Result<(), KeystoreError> {
+/// Writes them.
+pub(crate) fn write_revoked(
+    keystore: &Path,
+    enclaves: &BTreeSet<String>,
+) -> Result<(), KeystoreError> {
     let lines: String = enclaves.iter().flat_map(|enclave| [enclave.as_str(), "\n"]).collect();
     files::write_public(&keystore.join(PRIVATE).join(REVOKED), &lines)
 }
 
 /// The enclave that a person names with or without the stroke before it.
-fn enclave_of(name: &str) -> String {
+pub(crate) fn enclave_of(name: &str) -> String {
     format!("/{}", name.trim_start_matches('/'))
 }
 

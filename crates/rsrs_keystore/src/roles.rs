@@ -35,6 +35,8 @@ pub enum Kind {
 pub struct Rights {
     /// Goes before what it may publish.
     pub may_not_publish: Vec<String>,
+    /// Goes before what it may receive.
+    pub may_not_receive: Vec<String>,
     /// What it may publish.
     pub may_publish: Vec<String>,
     /// What it may receive.
@@ -86,6 +88,18 @@ pub const PUBLISHERS: &[(Topic, &[Kind])] = &[
     (topics::ROSOUT, EVERYBODY),
 ];
 
+/// What robots and trackers receive of the topics of the swarm: their nodes need it, those of rclcpp the
+/// changes of parameters, too.
+const CONCERN_ALL: &[Topic] = &[
+    topics::LEASE,
+    topics::E_STOP,
+    topics::E_STOP_RELEASE,
+    topics::E_STOP_LOCKS,
+    topics::CLOCK,
+    topics::TF,
+    topics::TF_STATIC,
+    topics::PARAMETER_EVENTS,
+];
 /// On which participants announce their nodes.
 const GRAPH: &str = "ros_discovery_info";
 /// What the tools of `RViz` publish when a person clicks.
@@ -157,18 +171,22 @@ impl Role {
             may_publish.push(format!("rr{service}/*Reply"));
             may_receive.push(format!("rq{service}/*Request"));
         }
-        let mut may_not_publish = Vec::new();
+        let (mut may_not_publish, mut may_not_receive) = (Vec::new(), Vec::new());
         match self.kind {
             // Sets parameters, and moves the simulated world.
             Kind::Runner => {
                 may_publish.push("rq/*Request".to_owned());
                 may_receive.push("rr/*Reply".to_owned());
             }
-            // Programs of other people with nodes of any name, which answer for none of ours.
+            // Programs of other people with nodes of any name, which answer for none of ours, and are not
+            // asked what those are.
             Kind::Tracker | Kind::Viewer => {
                 let services =
                     Self::all_of(robots).into_iter().flat_map(|role| role.services(robots));
-                may_not_publish = services.map(|name| format!("rr{name}/*")).collect();
+                for name in services {
+                    may_not_publish.push(format!("rr{name}/*"));
+                    may_not_receive.push(format!("rq{name}/*"));
+                }
                 may_publish.push("rr/*Reply".to_owned());
                 may_receive.push("rq/*Request".to_owned());
             }
@@ -177,11 +195,11 @@ impl Role {
         if self.kind == Kind::Viewer {
             may_publish.extend(CLICKS.map(str::to_owned));
         }
-        for names in [&mut may_publish, &mut may_not_publish] {
+        for names in [&mut may_publish, &mut may_not_publish, &mut may_not_receive] {
             names.sort();
             names.dedup();
         }
-        Rights { may_not_publish, may_publish, may_receive }
+        Rights { may_not_publish, may_not_receive, may_publish, may_receive }
     }
 
     /// Topics that it may receive.
@@ -189,11 +207,13 @@ impl Role {
         let pose = |robot: &String| format!("rt{}", topics::POSE.for_robot(robot));
         let own: Vec<String> = match self.kind {
             Kind::Robot => vec![format!("rt/{}/*", self.robot_name())],
-            Kind::Tracker => robots.iter().map(pose).collect(),
+            Kind::Tracker => {
+                let of_all = format!("rt{}", topics::NAMED_POSES.name);
+                robots.iter().map(pose).chain([of_all]).collect()
+            }
             _ => return vec!["rt/*".to_owned(), GRAPH.to_owned()],
         };
-        let of_all = PUBLISHERS.iter().map(|(topic, _)| topic).filter(|topic| topic.is_absolute());
-        let of_all = of_all.map(|topic| format!("rt{}", topic.name));
+        let of_all = CONCERN_ALL.iter().map(|topic| format!("rt{}", topic.name));
         of_all.chain(own).chain([GRAPH.to_owned()]).collect()
     }
 
@@ -264,6 +284,11 @@ mod tests {
             let of_robot =
                 |name: &&String| name.starts_with("rt/robot_2/") && !name.ends_with("/pose");
             assert_eq!(received.iter().find(of_robot), None);
+            // Log lines, health and the record of a run are for who conducts and watches.
+            for topic in ["rt/rosout", "rt/diagnostics", "rt/swarm/experiment"] {
+                assert!(!has(topic), "{received:?}");
+            }
+            assert_eq!(has("rt/poses"), role.kind == Kind::Tracker);
         }
         assert!(role(Kind::Viewer).rights(&robots()).may_receive.contains(&"rt/*".to_owned()));
     }
@@ -291,6 +316,8 @@ mod tests {
             for node in ["rr/robot_1/*", "rr/simulator/*", "rr/experiment_runner/*"] {
                 assert!(rights.may_not_publish.iter().any(|name| name == node), "{rights:?}");
             }
+            // What the runner asks of robots is for them.
+            assert!(rights.may_not_receive.contains(&"rq/robot_1/*".to_owned()), "{rights:?}");
             assert!(rights.may_publish.contains(&"rr/*Reply".to_owned()), "{rights:?}");
             assert!(!rights.may_publish.iter().any(|name| name.starts_with("rr/robot")));
         }

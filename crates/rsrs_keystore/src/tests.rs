@@ -13,7 +13,7 @@ use crate::create::{KeystoreRequest, MadeEnclave, create, write_governance};
 use crate::governance::{Domains, Governance, Switch};
 use crate::harden::{Hardened, harden};
 use crate::layout::KEY;
-use crate::members::{readmit, renew, revoke, show};
+use crate::members::{renew, revoke, show};
 use crate::{KeystoreError, files};
 
 /// Noon of a day in 2026.
@@ -25,7 +25,8 @@ fn robots() -> Vec<String> {
 }
 
 fn request<'a>(folder: &'a Path, robots: &'a [String]) -> KeystoreRequest<'a> {
-    KeystoreRequest { folder, robots, domain_id: Some(7), now: NOW, validity: Some(DAY * 30) }
+    let validity = Some(DAY * 30);
+    KeystoreRequest { folder, robots, domain_id: Some(7), now: NOW, validity, readmitted: &[] }
 }
 
 fn texts(folder: &Path, domain_id: u16, now: Duration) -> Vec<String> {
@@ -115,7 +116,7 @@ fn keys_are_private_and_never_written_again() {
     let mut robots = robots();
     create(&request(folder.path(), &robots)).unwrap();
     let keys = |folder: &Path| -> Vec<(PathBuf, String)> {
-        let keys = files::keys_below(folder).unwrap().into_iter();
+        let keys = files::keys_in(folder).unwrap().into_iter();
         keys.map(|key| (key.clone(), std::fs::read_to_string(key).unwrap())).collect()
     };
     let before = keys(folder.path());
@@ -251,7 +252,7 @@ fn a_keystore_that_has_ended_is_renewed_with_the_keys_that_it_has() {
     let robots = robots();
     let made = create(&request(folder.path(), &robots)).unwrap().enclaves;
     let keys = || {
-        let keys = files::keys_below(folder.path()).unwrap().into_iter();
+        let keys = files::keys_in(folder.path()).unwrap().into_iter();
         keys.map(|key| std::fs::read_to_string(key).unwrap()).collect::<Vec<_>>()
     };
     let (before, late) = (keys(), NOW + DAY * 60);
@@ -323,13 +324,20 @@ fn who_was_revoked_comes_back_by_name_only_and_with_other_keys() {
 
     // With the fleet file of before the theft.
     let again = create(&request(&keystore, &robots)).unwrap();
-    let nobody = readmit(&keystore, "robot_2").unwrap_err();
-    readmit(&keystore, "robot_1").unwrap();
-    let back = create(&request(&keystore, &robots)).unwrap();
+    let readmit = |name: &str, domain_id| {
+        let readmitted = &[name.to_owned()];
+        create(&KeystoreRequest { readmitted, domain_id, ..request(&keystore, &robots) })
+    };
+    let nobody = readmit("robot_2", None).unwrap_err();
+    let elsewhere = readmit("robot_1", Some(9)).unwrap_err();
+    let still = show(&keystore).unwrap().revoked;
+    let back = readmit("robot_1", None).unwrap();
 
     assert_eq!(again.left_out, ["/robot_1", "/stop"]);
     assert!(!again.enclaves.iter().any(|made| again.left_out.contains(&made.enclave)));
     assert_eq!(nobody.to_string(), "/robot_2 was not revoked");
+    assert!(matches!(elsewhere, KeystoreError::OtherDomain { asked: 9, .. }), "{elsewhere}");
+    assert_eq!(still, again.left_out, "a command that fails lets nobody in");
     assert_eq!(back.left_out, ["/stop"]);
     assert!(back.enclaves[0].is_new && key(&keystore) != key(&old));
     assert_eq!(show(&keystore).unwrap().revoked, ["/stop"]);
@@ -349,6 +357,101 @@ fn keys_that_others_can_read_are_shown_wherever_they_are() {
     }
 
     assert_eq!(show(folder.path()).unwrap().open_keys, keys);
+}
+
+#[test]
+fn keys_behind_links_and_in_copies_of_other_names_are_shown_and_made_private_too() {
+    let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    let key = folder.path().join("enclaves/robot_1/key.pem");
+    let text = std::fs::read_to_string(&key).unwrap();
+    let backup = folder.path().join("private/ca.key.pem.bak");
+    let other_name = folder.path().join("public/saved.txt");
+    let linked = elsewhere.path().join("robot_1.pem");
+    for copy in [&backup, &other_name, &linked] {
+        std::fs::write(copy, &text).unwrap();
+        std::fs::set_permissions(copy, std::fs::Permissions::from_mode(0o644)).unwrap();
+    }
+    std::fs::remove_file(&key).unwrap();
+    std::os::unix::fs::symlink(&linked, &key).unwrap();
+    // Leads back, and nowhere.
+    std::os::unix::fs::symlink("..", folder.path().join("public/up")).unwrap();
+    std::os::unix::fs::symlink("none", folder.path().join("public/none.key.pem")).unwrap();
+
+    let open = show(folder.path()).unwrap().open_keys;
+    let hardened = harden(folder.path()).unwrap();
+
+    assert_eq!(open, [key, backup, other_name]);
+    assert_eq!(hardened.keys_made_private, open);
+    assert!(show(folder.path()).unwrap().open_keys.is_empty());
+}
+
+#[test]
+fn an_enclave_that_is_a_link_is_refused_by_name_and_lost_by_nobody() {
+    let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    let stop = folder.path().join("enclaves/stop");
+    std::fs::rename(&stop, elsewhere.path().join("stop")).unwrap();
+    std::os::unix::fs::symlink(elsewhere.path().join("stop"), &stop).unwrap();
+
+    let shown = show(folder.path()).unwrap_err();
+    let revoked = revoke(folder.path(), "robot_1", NOW, DAY).unwrap_err();
+
+    for error in [shown, revoked] {
+        let expected = format!("{} is a link", stop.display());
+        assert!(error.to_string().starts_with(&expected), "{error}");
+        assert!(error.help().is_some_and(|help| help.contains("remove the link")));
+    }
+}
+
+#[test]
+fn a_key_or_an_authority_of_somebody_else_is_no_enclave() {
+    let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let robots = robots();
+    let made = create(&request(folder.path(), &robots)).unwrap().enclaves;
+    create(&request(other.path(), &robots)).unwrap();
+    let enclave =
+        |name: &str| made.iter().find(|made| made.enclave == name).unwrap().folder.clone();
+    std::fs::copy(enclave("/stop").join(KEY), enclave("/robot_1").join(KEY)).unwrap();
+    let authority = enclave("/robot_2").join("identity_ca.cert.pem");
+    std::fs::remove_file(&authority).unwrap();
+    std::fs::copy(other.path().join("public/identity_ca.cert.pem"), authority).unwrap();
+
+    let of_key = texts(&enclave("/robot_1"), 7, NOW);
+    let of_authority = texts(&enclave("/robot_2"), 7, NOW);
+
+    assert_eq!(of_key, ["key.pem: it does not belong to cert.pem"]);
+    assert_eq!(of_authority, ["identity_ca.cert.pem: it does not belong to cert.pem"]);
+}
+
+#[test]
+fn a_renewal_that_fails_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    let before = show(folder.path()).unwrap();
+    std::fs::write(folder.path().join("enclaves/viewer/key.pem"), "no key").unwrap();
+
+    let error = renew(folder.path(), NOW, DAY * 365).unwrap_err();
+
+    assert!(matches!(error, KeystoreError::Key { .. }), "{error}");
+    assert_eq!(show(folder.path()).unwrap(), before);
+}
+
+#[test]
+fn a_file_that_is_no_file_of_a_keystore_by_its_size_is_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    let made = create(&request(folder.path(), &robots)).unwrap().enclaves;
+    let governance = folder.path().join("enclaves/governance.p7s");
+    std::fs::File::create(&governance).unwrap().set_len(1 << 40).unwrap();
+
+    let found = texts(&made[0].folder, 7, NOW);
+
+    assert!(found[0].ends_with("governance.p7s cannot be read: file too large"), "{found:?}");
+    assert!(matches!(show(folder.path()), Err(KeystoreError::File { .. })));
 }
 
 #[test]

@@ -18,10 +18,14 @@ fn since_1970() -> anyhow::Result<Duration> {
     SystemTime::now().duration_since(UNIX_EPOCH).context("the clock is before 1970")
 }
 
-/// What copies the enclave of a robot to it.
-fn copy_line(keystore: &Path) -> String {
+/// What copies the enclave of a robot to it, and gives its key to the user of its service: a key that was
+/// copied belongs to root, also where one was that did not.
+fn copy_lines(keystore: &Path) -> String {
     let from = quoted(keystore.join("./enclaves/ROBOT"));
-    format!("rsync -rpRL --mkpath --rsync-path='sudo rsync' {from} ROBOT:/etc/rsrs/keystore/")
+    format!(
+        "  rsync -rpRL --mkpath --rsync-path='sudo rsync' {from} ROBOT:/etc/rsrs/keystore/\n  \
+         ssh ROBOT sudo chown rsrs /etc/rsrs/keystore/enclaves/ROBOT/key.pem"
+    )
 }
 
 /// Make keystores with which robots obey nobody but their own runner and controllers.

@@ -37,7 +37,7 @@ fn the_default_of_sros2_is_not_carried_and_can_be_hardened() {
 #[test]
 fn each_way_to_be_open_is_a_weakness_that_hardening_ends() {
     type Opened = fn(&mut DomainRule);
-    let ways: [(Opened, &str); 14] = [
+    let ways: [(Opened, &str); 15] = [
         (|rule| rule.unauthenticated_participants = Switch::On, "without a certificate"),
         (|rule| rule.join_access_control = Switch::Off, "enable_join_access_control"),
         (|rule| rule.discovery = Protection::None, "discovery_protection_kind NONE"),
@@ -46,6 +46,7 @@ fn each_way_to_be_open_is_a_weakness_that_hardening_ends() {
         (|rule| rule.topics[0].metadata = Protection::None, "forge"),
         (|rule| rule.topics[0].data = Protection::Sign, "multiple of 4"),
         (|rule| rule.topics[0].discovery_protection = Switch::Off, "enable_discovery_protection"),
+        (|rule| rule.topics[0].liveliness_protection = Switch::Off, "enable_liveliness_protection"),
         (|rule| rule.topics[0].write_access_control = Switch::Off, "enable_write_access_control"),
         (|rule| rule.topics[0].read_access_control = Switch::Off, "enable_read_access_control"),
         (|rule| rule.topics[0].expression = "rt/a*".to_owned(), "all other topics"),

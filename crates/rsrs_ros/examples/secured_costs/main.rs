@@ -53,6 +53,7 @@ fn main() -> anyhow::Result<()> {
                 domain_id: Some(DOMAIN),
                 now: since_1970()?,
                 validity: Some(Duration::from_secs(24 * 3600)),
+                readmitted: &[],
             })?;
             run(async {
                 let mut out = std::io::stdout();

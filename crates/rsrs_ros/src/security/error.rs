@@ -113,7 +113,9 @@ fn help_of(problems: &[EnclaveProblem]) -> Option<String> {
     if problems.iter().any(is_hardened_away) {
         return Some(HARDEN.to_owned());
     }
-    let is_missing = problems.iter().any(|it| matches!(it, EnclaveProblem::File { .. }));
+    let is_missing = problems
+        .iter()
+        .any(|it| matches!(it, EnclaveProblem::File { .. } | EnclaveProblem::Content { .. }));
     let copy = format!(
         "copy the whole folder of the enclave from the keystore, with what its links lead to \
          (`cp -rL`), and keep {KEY} readable for the user of this program alone"

@@ -35,6 +35,7 @@ impl Lab {
             domain_id: Some(DOMAIN),
             now: SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970"),
             validity: Some(Duration::from_secs(24 * 3600)),
+            readmitted: &[],
         })
         .expect("the lab works");
         Self { keystore }

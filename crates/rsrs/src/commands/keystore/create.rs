@@ -2,13 +2,13 @@
 
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_keystore::create::{KeystoreRequest, MadeEnclave, create};
-use rsrs_keystore::members::readmit;
+use rsrs_keystore::members::is_keystore;
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::files::read_text;
 use rsrs_pipeline::wording::shell::quoted;
 use std::path::PathBuf;
 
-use crate::commands::keystore::{DAY, copy_line, since_1970};
+use crate::commands::keystore::{DAY, copy_lines, since_1970};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::{print_always, print_note};
@@ -61,18 +61,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let fleet = FleetFile::parse(&name, &read_text(&arguments.fleet)?).map_err(helped)?;
     let robots: Vec<String> = fleet.robots.into_iter().map(|robot| robot.name).collect();
     let domain_id = match arguments.domain {
-        None if !arguments.keystore.exists() => Some(domain_of_the_environment()?),
+        None if !is_keystore(&arguments.keystore) => Some(domain_of_the_environment()?),
         asked => asked,
     };
-    for name in &arguments.readmit {
-        readmit(&arguments.keystore, name).map_err(helped)?;
-    }
     let made = create(&KeystoreRequest {
         folder: &arguments.keystore,
         robots: &robots,
         domain_id,
         now: since_1970()?,
         validity: arguments.valid_days.map(|days| DAY * days),
+        readmitted: &arguments.readmit,
     })
     .map_err(helped)?;
     report(arguments.format, &made.enclaves, text(&made.enclaves))?;
@@ -86,10 +84,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         ));
     }
     print_note(format!(
-        "domain {}; copy to each robot its own enclave, with what its links lead to:\n  {}\nand keep {} \
+        "domain {}; copy to each robot its own enclave, with what its links lead to:\n{}\nand keep {} \
          where it is",
         made.domain_id,
-        copy_line(&arguments.keystore),
+        copy_lines(&arguments.keystore),
         arguments.keystore.join("private").display()
     ));
     Ok(Outcome::Done)

@@ -11,7 +11,7 @@ use rsrs_pipeline::wording::columns;
 use rsrs_pipeline::wording::shell::quoted;
 use serde::Serialize;
 
-use super::{DAY, copy_line, since_1970};
+use super::{DAY, copy_lines, since_1970};
 use crate::commands::{Format, print_text, report};
 use crate::failure::Outcome;
 use crate::notes::print_always;
@@ -174,9 +174,9 @@ pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
     let validity = DAY * arguments.validity.valid_days;
     members::renew(&arguments.keystore, since_1970()?, validity).map_err(helped)?;
     print_text(format!(
-        "renewed for {} days; copy to each robot its own enclave, and start its service anew:\n  {}",
+        "renewed for {} days; copy to each robot its own enclave, and start its service anew:\n{}",
         arguments.validity.valid_days,
-        copy_line(&arguments.keystore)
+        copy_lines(&arguments.keystore)
     ))?;
     Ok(Outcome::Done)
 }
@@ -192,10 +192,10 @@ pub fn revoke(arguments: &RevokeArguments) -> anyhow::Result<Outcome> {
     let old = old.map_err(helped)?;
     print_text(format!(
         "made anew without {}; copy to every robot its own enclave before the next run, and to every \
-         machine that has others, and start all anew:\n  {}\nthe old keystore is {}; remove it when nobody \
+         machine that has others, and start all anew:\n{}\nthe old keystore is {}; remove it when nobody \
          needs it any more",
         arguments.name,
-        copy_line(&arguments.keystore),
+        copy_lines(&arguments.keystore),
         quoted(&old)
     ))?;
     Ok(Outcome::Done)
