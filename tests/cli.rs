@@ -1,5 +1,7 @@
 //! The command line, at the boundary of its process: texts, exit codes, and what is left on disk.
 
+use std::ffi::{OsStr, OsString};
+use std::os::unix::ffi::OsStringExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -75,6 +77,43 @@ fn a_pipe_in_the_place_of_a_file_is_refused_at_once_by_every_kind_of_command() {
         assert!([1, 2].contains(&code(&output)), "rsrs {command}: {}: {error}", code(&output));
         assert!(error.contains("it is not a regular file"), "rsrs {command}: {error}");
     }
+}
+
+#[test]
+fn an_empty_folder_becomes_a_keystore_of_the_domain_of_the_environment() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    std::fs::create_dir(place.path().join("keys")).expect("writable");
+    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
+    let mut create = Command::new(env!("CARGO_BIN_EXE_rsrs"));
+    create.args(["keystore", "create", "keys", "--fleet"]).arg(fleet).current_dir(place.path());
+
+    let made = create.env("ROS_DOMAIN_ID", "7").output().expect("it was built for this test");
+    let shown = rsrs(place.path(), &["keystore", "show", "keys"]);
+
+    assert_eq!((code(&made), code(&shown)), (0, 0), "{}{}", stderr(&made), stderr(&shown));
+    assert!(stdout(&shown).starts_with("domain 7; "), "{}", stdout(&shown));
+    // A key that was copied belongs to root, and the robot's service is not root.
+    let copied = "ssh ROBOT sudo chown rsrs /etc/rsrs/keystore/enclaves/ROBOT/key.pem";
+    assert!(stderr(&made).contains(copied), "{}", stderr(&made));
+}
+
+#[test]
+fn a_simulated_run_does_not_start_where_it_is_not_clear_whether_it_is_to_be_secured() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let no_text = OsString::from_vec(b"tr\xffue".to_vec());
+    let found = |value: &OsStr| {
+        let mut timed = Command::new("timeout");
+        timed.args(["10", env!("CARGO_BIN_EXE_rsrs"), "dry-run"]).current_dir(place.path());
+        let output = timed.env("ROS_SECURITY_ENABLE", value).output().expect("part of coreutils");
+        (code(&output), stderr(&output).lines().next().map(str::to_owned))
+    };
+    let refused = |text: &str| (1, Some(format!("error: {text}")));
+
+    for value in ["True", "1"] {
+        let text = format!("ROS_SECURITY_ENABLE is `{value}`, expected true or false");
+        assert_eq!(found(value.as_ref()), refused(&text));
+    }
+    assert_eq!(found(&no_text), refused("the value of ROS_SECURITY_ENABLE is not UTF-8"));
 }
 
 #[test]

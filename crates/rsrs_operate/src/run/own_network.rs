@@ -6,9 +6,11 @@ use anyhow::{Context, bail};
 use rsrs_core::help::Help;
 use rsrs_ros::confine::{self, ConfineError};
 use rsrs_ros::interfaces::{self, LOOPBACK};
+use rsrs_ros::ros_args::Environment;
+use rsrs_ros::security::SecurityRequest;
 use rsrs_ros::session::SessionOptions;
 
-use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::error::{helped, with_help};
 
 /// Where a run without robots happens, and how a person looks inside.
 #[derive(Clone, Debug)]
@@ -38,8 +40,11 @@ impl OwnNetwork {
     ///
     /// # Errors
     ///
-    /// If there is neither.
+    /// If there is neither, or if it is not clear whether this program is to be secured.
     pub fn enter() -> anyhow::Result<Self> {
+        let environment = Environment::of_this_process();
+        environment.check()?;
+        let is_to_be_secured = SecurityRequest::is_made(&environment).map_err(helped)?;
         match confine::into_own_network() {
             Ok(confinement) => Ok(Self {
                 session: SessionOptions { domain_id: 0, interfaces: vec![LOOPBACK], enclave: None },
@@ -49,7 +54,7 @@ impl OwnNetwork {
                 ),
             }),
             Err(error @ ConfineError::Forbidden { .. }) => {
-                if std::env::var("ROS_SECURITY_ENABLE").is_ok_and(|value| value == "true") {
+                if is_to_be_secured {
                     let text =
                         format!("{error}, and on the loopback interface it would not be secured");
                     return Err(with_help(text, error.help().unwrap_or_default()));

@@ -112,6 +112,12 @@ pub enum RosArgsError {
         /// Names of its nodes.
         nodes: String,
     },
+    /// A variable whose value is no text.
+    #[error("the value of {variable} is not UTF-8")]
+    NoText {
+        /// Its name.
+        variable: String,
+    },
     /// `ROS_DOMAIN_ID` is no domain.
     #[error("ROS_DOMAIN_ID is `{found}`, expected a number from 0 to 232, best below 102")]
     Domain {

@@ -90,12 +90,10 @@ impl SecurityRequest {
         environment: &Environment,
         flag: Option<&str>,
     ) -> Result<Option<Self>, SecurityError> {
-        let variable = |name| environment.variable(name).filter(|value| !value.is_empty());
-        match variable("ROS_SECURITY_ENABLE") {
-            None | Some("false") => return Ok(None),
-            Some("true") => {}
-            Some(found) => return Err(SecurityError::Enable { found: found.to_owned() }),
+        if !Self::is_made(environment)? {
+            return Ok(None);
         }
+        let variable = |name| environment.variable(name).filter(|value| !value.is_empty());
         let strategy = match variable("ROS_SECURITY_STRATEGY") {
             None | Some("Permissive") => Strategy::Permissive,
             Some("Enforce") => Strategy::Enforce,
@@ -104,6 +102,19 @@ impl SecurityRequest {
         let keystore = variable("ROS_SECURITY_KEYSTORE").ok_or(SecurityError::NoKeystore)?;
         let enclave = variable("ROS_SECURITY_ENCLAVE_OVERRIDE").or(flag).map(str::to_owned);
         Ok(Some(Self { keystore: PathBuf::from(keystore), strategy, enclave }))
+    }
+
+    /// Whether protection is asked for.
+    ///
+    /// # Errors
+    ///
+    /// [`SecurityError::Enable`].
+    pub fn is_made(environment: &Environment) -> Result<bool, SecurityError> {
+        match environment.variable("ROS_SECURITY_ENABLE").unwrap_or_default() {
+            "" | "false" => Ok(false),
+            "true" => Ok(true),
+            found => Err(SecurityError::Enable { found: found.to_owned() }),
+        }
     }
 
     /// The enclave of a process, after a look at its files.
