@@ -12,7 +12,7 @@ use rsrs_keystore::create::{KeystoreRequest, create};
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::security::{Enclave, Member, SecurityRequest, Strategy};
 use rsrs_ros::session::{Session, SessionOptions};
-use rsrs_testing::network::in_own_network;
+use rsrs_testing::network::{eventually, in_own_network};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -195,6 +195,16 @@ fn a_secured_fleet_is_watched_with_a_key_and_stopped_with_another() {
         let mut window = Window::open(&watch, (100, 30));
 
         window.wait_until("both robots", |text| text.matches(" idle ").count() == 2);
+        // Who stops is a member before anybody is stopped.
+        let options = SessionOptions {
+            domain_id: DOMAIN,
+            interfaces: vec![LOOPBACK],
+            enclave: enclave(folder.path(), "/runner"),
+        };
+        let session = Session::open(&options).expect("the enclave is well");
+        let stands_ready = || session.node_names().contains(&"/rsrs_stop".to_owned());
+        eventually("the stop has joined", stands_ready).await;
+        session.close().await;
         window.press("s");
         window.wait_for("2 of 2 robots stand");
         window.wait_for("E-STOP holds 2 of 2");

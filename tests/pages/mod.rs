@@ -27,7 +27,7 @@ pub const WITHOUT_FLOOR: [&str; 1] = ["docs/fleet_without_robots.md"];
 pub const REASONS: [(&str, &[&str]); 6] = [
     ("on-a-robot", &["wlan0", "robot_3.local", "ansible-playbook"]),
     ("with-ros", &["ros2 "]),
-    ("as-root", &["systemctl ", "useradd ", "ip link ", "nft "]),
+    ("as-root", &["systemctl ", "ip link ", "nft "]),
     ("installs", &["cargo install ", "pip install ", "rustup target "]),
     ("on-a-cluster", &["SBATCH", "rsrs merge "]),
     ("takes-long", &["cargo run ", "cargo test ", "reproduce.py", "mujoco/run.sh"]),

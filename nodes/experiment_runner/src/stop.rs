@@ -60,10 +60,23 @@ pub struct Holding {
     pub cause: Cause,
 }
 
-/// Publishes the command until every known robot has acknowledged it, or the time is up.
+/// Joins a network as who can stop its robots, and publishes nothing that concerns them.
+///
+/// # Errors
+///
+/// If the network cannot be used.
+pub fn join(network: &SessionOptions) -> Result<Session, SessionError> {
+    let session = Session::open(network)?;
+    session.node("/", NODE)?;
+    Ok(session)
+}
+
+/// Publishes the command until every known robot has acknowledged it, or the time is up, and leaves the
+/// network.
 ///
 /// # Arguments
 ///
+/// * `session` — as [`join`] makes it.
 /// * `robots` — those that should be there; others are found by their statuses.
 /// * `interrupt` — when it completes, waiting ends.
 ///
@@ -71,13 +84,12 @@ pub struct Holding {
 ///
 /// If the network cannot be used. A robot that does not acknowledge is part of the report.
 pub async fn command_all(
+    session: Session,
     word: StopCommand,
     robots: &[String],
-    network: &SessionOptions,
     interrupt: impl Future<Output = ()>,
 ) -> anyhow::Result<StopReport> {
-    let session = Session::open(network)?;
-    let given = StopNode::new(&session, Stopper::new(word).over(network.transport()));
+    let given = StopNode::new(&session, Stopper::new(word).over(session.transport()));
     let report = match given {
         Ok(mut stop_node) => tokio::select! {
             report = stop_node.run(robots, interrupt) => report,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_core::printable::one_line;
-use rsrs_experiment_runner::stop::{Holding, StopReport, command_all};
+use rsrs_experiment_runner::stop::{Holding, StopReport, command_all, join};
 use rsrs_fleet::e_stop::Cause;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_fleet::stopper::{RobotAcknowledgement, StopCommand, StopOutcome};
@@ -98,7 +98,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let network = chosen_network(&arguments.interface, Member::Stop)?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled)?;
     let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
-    let given = runtime()?.block_on(command_all(word, &robots, &network, interrupted()))?;
+    let given = runtime()?
+        .block_on(async { command_all(join(&network)?, word, &robots, interrupted()).await })?;
     let summary = summary(word, &given);
     report(arguments.format, &summary, words(word, &summary))?;
     let named = if robots.is_empty() { Named::Nobody } else { Named::ByFleetFile };

@@ -7,7 +7,7 @@ use rsrs_experiment_runner::stop::StopReport;
 use rsrs_fleet::observation::{Condition, SwarmOrder};
 use rsrs_fleet::stopper::StopOutcome;
 use rsrs_operate::watch::live::LiveFleet;
-use rsrs_operate::watch::stop::StopUnderWay;
+use rsrs_operate::watch::stop::{StandingStop, StopUnderWay};
 use rsrs_pipeline::error::in_one_line;
 use rsrs_ros::ros_args::OtherMiddleware;
 use rsrs_ros::session::SessionOptions;
@@ -36,6 +36,12 @@ pub struct Fleet {
     pub other_middleware: Option<OtherMiddleware>,
 }
 
+impl Fleet {
+    fn standing_stop(&self) -> anyhow::Result<Option<StandingStop>> {
+        self.stop.as_ref().ok().map(|network| StandingStop::start(network.clone())).transpose()
+    }
+}
+
 /// Shows a fleet until a person has seen enough.
 ///
 /// # Arguments
@@ -56,6 +62,7 @@ pub fn view(
 ) -> anyhow::Result<Option<StopResult>> {
     let mut viewer = Viewer {
         live: LiveFleet::join(fleet.network.clone(), fleet.robots.clone())?,
+        standing: fleet.standing_stop()?,
         fleet,
         look,
         stop: None,
@@ -70,8 +77,9 @@ pub fn view(
         viewer.outcome = Some(StopResult::of(stop.wait()));
     }
     let outcome = viewer.outcome;
+    let stop_left = viewer.standing.map_or(Ok(()), StandingStop::leave);
     let left = viewer.live.leave();
-    shown.and(left).map(|()| outcome)
+    shown.and(stop_left).and(left).map(|()| outcome)
 }
 
 /// What came of a stop.
@@ -119,6 +127,8 @@ struct Viewer<'a> {
     live: LiveFleet,
     fleet: &'a Fleet,
     look: Look,
+    /// None while a stop is under way, or if nobody may stop from here.
+    standing: Option<StandingStop>,
     stop: Option<StopUnderWay>,
     outcome: Option<StopResult>,
     /// Order parameters, and when they were computed.
@@ -141,6 +151,8 @@ impl Viewer<'_> {
             if self.stop.as_ref().is_some_and(StopUnderWay::is_over) {
                 let stop = self.stop.take();
                 self.outcome = stop.map(|stop| StopResult::of(stop.wait()));
+                // Another one: who stays announced as the publisher of a stop holds it after a release.
+                self.standing = self.fleet.standing_stop()?;
             }
             n_rows = self.show(screen)?;
             shown = Instant::now();
@@ -167,17 +179,13 @@ impl Viewer<'_> {
         if self.stop.is_some() {
             return Ok(());
         }
-        match &self.fleet.stop {
-            Ok(network) => {
-                let robots = self.live.observation().robots();
-                let robots = robots.map(|(name, _)| name.to_owned()).collect();
-                self.stop = Some(StopUnderWay::start(network.clone(), robots)?);
-            }
-            Err(reason) => {
-                let text = format!("NOT stopped: {reason}");
-                self.outcome = Some(StopResult { text, is_acknowledged: false });
-            }
+        if let Err(reason) = &self.fleet.stop {
+            let text = format!("NOT stopped: {reason}");
+            self.outcome = Some(StopResult { text, is_acknowledged: false });
         }
+        let robots = self.live.observation().robots();
+        let robots = robots.map(|(name, _)| name.to_owned()).collect();
+        self.stop = self.standing.take().map(|standing| standing.order(robots));
         Ok(())
     }
 

@@ -3,36 +3,71 @@
 use std::thread::JoinHandle;
 
 use anyhow::Context;
-use rsrs_experiment_runner::stop::{StopReport, command_all};
+use rsrs_experiment_runner::stop::{StopReport, command_all, join};
 use rsrs_fleet::stopper::StopCommand;
-use rsrs_ros::session::SessionOptions;
+use rsrs_ros::session::{Session, SessionOptions};
+use tokio::sync::oneshot;
 
 use crate::runtime::runtime;
 
-/// A stop that is under way, on a thread of its own: no drawing delays it.
-pub struct StopUnderWay {
-    thread: JoinHandle<anyhow::Result<StopReport>>,
+/// What comes of a thread that can stop all robots; nothing if nobody ordered it.
+type Stopping = JoinHandle<anyhow::Result<Option<StopReport>>>;
+
+/// Who can stop all robots, on a thread of its own: no drawing delays it.
+///
+/// In a secured fleet it has joined before it is needed. A robot that has authenticated it obeys it at once,
+/// also while a stranger keeps newcomers from being authenticated.
+pub struct StandingStop {
+    /// The robots that should be there.
+    order: oneshot::Sender<Vec<String>>,
+    thread: Stopping,
 }
 
-impl StopUnderWay {
-    /// Starts to stop all robots.
+impl StandingStop {
+    /// Gets ready.
     ///
     /// # Arguments
     ///
     /// * `network` — with the enclave of who may stop, where the fleet is secured.
-    /// * `robots` — those that should be there; others are found by their statuses.
     ///
     /// # Errors
     ///
     /// If the thread cannot be started.
-    pub fn start(network: SessionOptions, robots: Vec<String>) -> anyhow::Result<Self> {
-        let thread = std::thread::Builder::new().name("stop".to_owned()).spawn(move || {
-            let never = std::future::pending();
-            runtime()?.block_on(command_all(StopCommand::Engage, &robots, &network, never))
-        });
-        Ok(Self { thread: thread.context("starting the stop")? })
+    pub fn start(network: SessionOptions) -> anyhow::Result<Self> {
+        let (order, ordered) = oneshot::channel();
+        let thread = std::thread::Builder::new().name("stop".to_owned());
+        let thread = thread.spawn(move || runtime()?.block_on(stop(&network, ordered)));
+        Ok(Self { order, thread: thread.context("starting the stop")? })
     }
 
+    /// Stops all robots.
+    ///
+    /// # Arguments
+    ///
+    /// * `robots` — those that should be there; others are found by their statuses.
+    pub fn order(self, robots: Vec<String>) -> StopUnderWay {
+        // Should the thread have ended, its end tells why.
+        self.order.send(robots).ok();
+        StopUnderWay { thread: self.thread }
+    }
+
+    /// Leaves the network; nobody is stopped.
+    ///
+    /// # Errors
+    ///
+    /// If there are no resources for a thread that waits.
+    pub fn leave(self) -> anyhow::Result<()> {
+        drop(self.order);
+        joined(self.thread).map(drop)
+    }
+}
+
+/// A stop that is under way.
+pub struct StopUnderWay {
+    thread: Stopping,
+}
+
+impl StopUnderWay {
     /// Whether every robot has acknowledged, or the time is up.
     pub fn is_over(&self) -> bool {
         self.thread.is_finished()
@@ -48,6 +83,48 @@ impl StopUnderWay {
     ///
     /// If the stop has panicked, with its panic.
     pub fn wait(self) -> anyhow::Result<StopReport> {
-        self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        Ok(joined(self.thread)?.expect("it was ordered"))
+    }
+}
+
+fn joined(thread: Stopping) -> anyhow::Result<Option<StopReport>> {
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// Waits for the order, as a member of a secured network, and follows it.
+async fn stop(
+    network: &SessionOptions,
+    mut ordered: oneshot::Receiver<Vec<String>>,
+) -> anyhow::Result<Option<StopReport>> {
+    let mut session = None;
+    let order = loop {
+        if session.is_none() && network.enclave.is_some() {
+            // A network that cannot be used now may be there when it has to be.
+            session = join(network).ok();
+        }
+        tokio::select! {
+            order = &mut ordered => break order,
+            () = has_ended(session.as_ref()) => close(session.take()).await,
+        }
+    };
+    let Ok(robots) = order else {
+        close(session).await;
+        return Ok(None);
+    };
+    let session = session.map_or_else(|| join(network), Ok)?;
+    let never = std::future::pending();
+    command_all(session, StopCommand::Engage, &robots, never).await.map(Some)
+}
+
+async fn has_ended(session: Option<&Session>) {
+    match session {
+        Some(session) => drop(session.ended().await),
+        None => std::future::pending().await,
+    }
+}
+
+async fn close(session: Option<Session>) {
+    if let Some(session) = session {
+        session.close().await;
     }
 }
