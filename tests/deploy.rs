@@ -22,15 +22,25 @@ fn house() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Lays the files of the Debian package out below a folder, with the program under test in it.
-fn install(root: &Path) {
+/// What is written of the Debian package.
+fn package() -> Value {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["metadata", "--no-deps", "--format-version=1", "--offline"]).current_dir(house());
     let metadata: Value = serde_json::from_str(&must_run(&mut cargo)).expect("cargo writes JSON");
     let packages = metadata["packages"].as_array().expect("a workspace has packages");
     let package = packages.iter().find(|package| package["name"] == "rsrs").expect("it is ours");
-    let assets = package["metadata"]["deb"]["assets"].as_array().expect("it has assets");
-    for asset in assets {
+    package["metadata"]["deb"].clone()
+}
+
+/// The files of the package that stay as somebody has changed them.
+fn conf_files() -> Vec<String> {
+    serde_json::from_value(package()["conf-files"].clone()).expect("a list of texts")
+}
+
+/// Lays the files of the Debian package out below a folder, with the program under test in it.
+fn install(root: &Path) {
+    let package = package();
+    for asset in package["assets"].as_array().expect("it has assets") {
         let part = |index: usize| asset[index].as_str().expect("three texts");
         let mode = u32::from_str_radix(part(2), 8).expect("an octal mode");
         let sources = sources(part(0));
@@ -116,6 +126,30 @@ fn the_package_is_a_prefix_in_which_ros_finds_the_nodes() {
         let help = must_run(Command::new(prefix.join("lib/rsrs").join(executable)).arg("--help"));
         assert!(help.contains(&format!("Usage: {executable} ")), "{help}");
     }
+}
+
+#[test]
+fn what_the_package_has_in_etc_stays_as_somebody_has_changed_it() {
+    let root = folder();
+    install(root.path());
+    let mut folders = vec![root.path().join("etc")];
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("it was laid out") {
+            let path = entry.expect("readable").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let below = path.strip_prefix(root.path()).expect("it is in it");
+                found.push(format!("/{}", below.display()));
+            }
+        }
+    }
+    let mut conf_files = conf_files();
+
+    found.sort();
+    conf_files.sort();
+    assert_eq!(found, conf_files);
 }
 
 /// A node that a launch file starts.
@@ -258,7 +292,8 @@ impl Laboratory {
         let path = |name: &str| folder.path().join(name);
         install(&path("package"));
         fs::create_dir(path("package/DEBIAN")).expect("writable");
-        fs::write(path("package/DEBIAN/conffiles"), "/etc/rsrs/robot.env\n").expect("writable");
+        let conf_files = conf_files().join("\n") + "\n";
+        fs::write(path("package/DEBIAN/conffiles"), conf_files).expect("writable");
         for script in ["postinst", "prerm", "postrm"] {
             let ours = house().join("launch_configs/deploy/debian").join(script);
             fs::copy(ours, path("package/DEBIAN").join(script)).expect("it is shipped");
@@ -372,7 +407,14 @@ fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
     let before = laboratory.read("robot_1/etc/rsrs/robot.env");
     fs::write(here.join("inventory.yaml"), &inventory).expect("writable");
     let (has_succeeded, printed) = laboratory.play("configure", "-0.000012");
-    assert!(!has_succeeded && printed.contains("robot_1 has a keystore"), "{printed}");
+    assert!(!has_succeeded && printed.contains("one has a keystore"), "{printed}");
+    // And of somebody who has given the robot another name since.
+    let renamed = inventory
+        .replace("{robot: robot_1}", "{robot: robot_9}")
+        .replace("{{ robot }}", "{{ robot | replace('9', '1') }}");
+    fs::write(here.join("inventory.yaml"), renamed).expect("writable");
+    let (has_succeeded, printed) = laboratory.play("configure", "-0.000012");
+    assert!(!has_succeeded && printed.contains("one has a keystore"), "{printed}");
     assert_eq!(laboratory.read("robot_1/etc/rsrs/robot.env"), before);
     let insisting = "ros_domain_id: 7\n    rsrs_insecure: true";
     let insisting = inventory.replace("ros_domain_id: 7", insisting);
