@@ -323,10 +323,11 @@ fn a_run_in_which_the_world_waits_in_vain_is_void_and_tried_again_with_its_seed(
     let folder = place.path().join("out/001_three");
     let length = |file: &str| std::fs::metadata(folder.join(file)).map_or(0, |file| file.len());
     wait_for("the first steps", || length("bag/bag_0.mcap") > 100_000);
-    let node = nodes_of(process.0.id())[0];
+    // Which all of its nodes are in.
+    let pid = process.0.id();
     let namespace = |pid: &str| std::fs::read_link(format!("/proc/{pid}/ns/user")).expect("Linux");
-    let user_namespace = namespace("self") != namespace(&node.to_string());
-    let enter = Confinement { pid: node, user_namespace }.enter_command();
+    let user_namespace = namespace("self") != namespace(&pid.to_string());
+    let enter = Confinement { pid, user_namespace }.enter_command();
     let set_loopback = |state: &str| {
         let line = format!("{enter} ip link set lo {state}");
         let set = Command::new("sh").args(["-c", &line]).status();

@@ -244,7 +244,14 @@ fn the_service_manager_takes_the_unit() {
     let text = fs::read_to_string(unit).expect("the unit is shipped");
     // It looks for the program, which is not installed here.
     let here = folder.path().join(name);
-    fs::write(&here, text.replace("/usr/bin/rsrs", env!("CARGO_BIN_EXE_rsrs"))).expect("writable");
+    let installed = [
+        ("/usr/bin/rsrs", PathBuf::from(env!("CARGO_BIN_EXE_rsrs"))),
+        ("/usr/libexec/rsrs", house().join("launch_configs/deploy/network")),
+    ];
+    let found = installed.iter().fold(text.clone(), |text, (path, here)| {
+        text.replace(path, here.to_str().expect("a path of ours is text"))
+    });
+    fs::write(&here, found).expect("writable");
 
     let output = Command::new("systemd-analyze").args(["verify", "--man=no"]).arg(&here).output();
 

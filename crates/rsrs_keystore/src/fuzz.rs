@@ -23,6 +23,7 @@ fn fuzzed_documents_are_read_or_refused_and_verified_only_if_they_were_signed() 
         domain_id: Some(7),
         now,
         validity: None,
+        readmitted: &[],
     };
     let enclave = create(&request).unwrap().enclaves.remove(0).folder;
     let authority = Authority::read(folder.path()).unwrap();
