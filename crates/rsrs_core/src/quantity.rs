@@ -136,9 +136,9 @@ const fn region(
     Kind::Capability { get, set, ideal: None }
 }
 
-fn mean(gains: impl Iterator<Item = f64>) -> Option<f64> {
+fn mean(gains: impl Iterator<Item = f64>) -> f64 {
     let gains: Vec<f64> = gains.collect();
-    Some(gains.iter().sum::<f64>() / gains.len() as f64)
+    gains.iter().sum::<f64>() / gains.len() as f64
 }
 
 /// A robot of this method is small and slow, in metres per second.
@@ -331,10 +331,13 @@ const ROWS: [Row; 23] = [
         bounds: Bounds::SIZE,
         other_unit: None,
         kind: Kind::Capability {
-            get: |robot| mean(robot.actuation.speed.gain_by_command.iter().map(|gain| gain.mean)),
+            get: |robot| {
+                Some(mean(robot.actuation.speed.gain_by_command.iter().map(|gain| gain.mean)))
+            },
             set: |robot, value| {
-                let gains = &mut robot.actuation.speed.gain_by_command;
-                gains.iter_mut().for_each(|gain| gain.mean = value);
+                for gain in &mut robot.actuation.speed.gain_by_command {
+                    gain.mean = value;
+                }
                 Ok(())
             },
             ideal: Some(1.0),
@@ -348,7 +351,7 @@ const ROWS: [Row; 23] = [
         bounds: Bounds::SIZE,
         other_unit: None,
         kind: Kind::Capability {
-            get: |robot| mean(robot.actuation.turn.means()),
+            get: |robot| Some(mean(robot.actuation.turn.means())),
             set: |robot, value| {
                 let turn = &mut robot.actuation.turn;
                 let driving = turn.driving_gain_by_command.iter_mut().flatten();

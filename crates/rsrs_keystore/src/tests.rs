@@ -326,7 +326,7 @@ fn who_was_revoked_comes_back_by_name_only_and_with_other_keys() {
     let again = create(&request(&keystore, &robots)).unwrap();
     let readmit = |name: &str, domain_id| {
         let readmitted = &[name.to_owned()];
-        create(&KeystoreRequest { readmitted, domain_id, ..request(&keystore, &robots) })
+        create(&KeystoreRequest { domain_id, readmitted, ..request(&keystore, &robots) })
     };
     let nobody = readmit("robot_2", None).unwrap_err();
     let elsewhere = readmit("robot_1", Some(9)).unwrap_err();

@@ -144,7 +144,7 @@ impl Viewer<'_> {
         while !interrupted.load(Ordering::Relaxed) {
             match screen.wait(FRAME.saturating_sub(shown.elapsed()))? {
                 Some(Request::Quit) if self.overlay == Overlay::None => return Ok(()),
-                Some(request) => self.take(request, n_rows)?,
+                Some(request) => self.take(request, n_rows),
                 None => {}
             }
             self.live.update()?;
@@ -160,10 +160,11 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    fn take(&mut self, request: Request, n_rows: usize) -> anyhow::Result<()> {
+    fn take(&mut self, request: Request, n_rows: usize) {
         // A stop is never kept from anybody by what lies over the screen.
         if request == Request::Stop {
-            return self.stop_all();
+            self.stop_all();
+            return;
         }
         if std::mem::replace(&mut self.overlay, Overlay::None) == Overlay::None
             && request == Request::Help
@@ -172,12 +173,11 @@ impl Viewer<'_> {
         }
         let n_robots = self.live.observation().n_robots();
         self.first_row = scrolled(self.first_row, request, (n_rows, n_robots));
-        Ok(())
     }
 
-    fn stop_all(&mut self) -> anyhow::Result<()> {
+    fn stop_all(&mut self) {
         if self.stop.is_some() {
-            return Ok(());
+            return;
         }
         if let Err(reason) = &self.fleet.stop {
             let text = format!("NOT stopped: {reason}");
@@ -186,7 +186,6 @@ impl Viewer<'_> {
         let robots = self.live.observation().robots();
         let robots = robots.map(|(name, _)| name.to_owned()).collect();
         self.stop = self.standing.take().map(|standing| standing.order(robots));
-        Ok(())
     }
 
     /// What keeps robots from being found, while none is.

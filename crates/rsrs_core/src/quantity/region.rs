@@ -25,6 +25,7 @@ pub fn scale(robot: &RobotProfile) -> Option<f64> {
 }
 
 /// A polygon keeps its shape.
+#[expect(clippy::unnecessary_wraps, reason = "a row of the table takes functions of one shape")]
 pub fn set_range(robot: &mut RobotProfile, range_m: f64) -> Refused {
     if let Some(cone) = &mut robot.sensing.cone {
         cone.range_m = range_m;
@@ -52,6 +53,7 @@ pub fn set_scale(robot: &mut RobotProfile, scale: f64) -> Refused {
 }
 
 /// A cone that is turned becomes a polygon ([`shape::turned_cone`]).
+#[expect(clippy::unnecessary_wraps, reason = "a row of the table takes functions of one shape")]
 pub fn turn(robot: &mut RobotProfile, turn_rad: f64) -> Refused {
     let sensing = &mut robot.sensing;
     if turn_rad == 0.0 {
