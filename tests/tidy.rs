@@ -117,12 +117,14 @@ const CORE: [&str; 15] = [
     "comparison",
 ];
 /// Crates whose rooms name each other in one direction.
-const WITHOUT_CIRCLES: [&str; 12] = [
+const WITHOUT_CIRCLES: [&str; 14] = [
     "bags",
     "crates/rsrs",
     "crates/rsrs_fleet",
+    "crates/rsrs_keystore",
     "crates/rsrs_operate",
     "crates/rsrs_pipeline",
+    "crates/rsrs_ros",
     "crates/rsrs_sim",
     "crates/rsrs_view",
     "msgs",

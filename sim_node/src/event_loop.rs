@@ -21,8 +21,9 @@ use rsrs_msgs::simulation_interfaces::{Result as Outcome, StepSimulationResponse
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::{ClockPublisher, wall_time};
+use rsrs_ros::complaints::Complaints;
 use rsrs_ros::e_stop::{EStopMessage, LocksPublisher};
-use rsrs_ros::logging::{Complaints, Level};
+use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::services::{Responder, Service};

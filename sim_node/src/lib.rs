@@ -22,10 +22,11 @@ mod virtual_pose_publisher;
 pub use parameters::NODE;
 
 use anyhow::Context;
+use rsrs_ros::environment::Environment;
 use rsrs_ros::node_arguments::{
     AFTER_HELP, NodeArguments, NodeFlags, Part, Program, has_helped, split,
 };
-use rsrs_ros::ros_args::{Environment, TopicRules};
+use rsrs_ros::ros_args::TopicRules;
 
 /// Is the world behind the topics of a fleet, in lockstep or in real time.
 #[derive(clap::Parser)]

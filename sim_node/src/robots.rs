@@ -18,7 +18,7 @@ use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
-use rsrs_ros::logging::Complaints;
+use rsrs_ros::complaints::Complaints;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 
 use crate::frames::{FRAME, base_link, rotation};

@@ -1,6 +1,7 @@
 //! The network in which robots are.
 
-use rsrs_ros::ros_args::{Environment, OtherMiddleware, RosArgs};
+use rsrs_ros::environment::Environment;
+use rsrs_ros::ros_args::{OtherMiddleware, RosArgs};
 use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 

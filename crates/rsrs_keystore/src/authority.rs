@@ -8,13 +8,16 @@ use p256::pkcs8::DecodePrivateKey;
 use x509_cert::Certificate;
 use x509_cert::der::DecodePem;
 
+use crate::error::KeystoreError;
+use crate::files;
 use crate::governance::Governance;
 use crate::issue::{Issuer, NewMember, to_pem};
 use crate::layout::{
-    CERTIFICATE, ENCLAVES, GOVERNANCE, IDENTITY_CA, KEY, PERMISSIONS_CA, PRIVATE, PUBLIC,
+    CERTIFICATE, ENCLAVES, GOVERNANCE, GOVERNANCE_TEXT, IDENTITY_CA, KEY, PERMISSIONS_CA, PRIVATE,
+    PUBLIC,
 };
+use crate::signature::{self, Pair};
 use crate::signed_document::signed_text;
-use crate::{KeystoreError, files, signature};
 
 /// The names of the authority's own files, to which the others are links.
 const CA_CERTIFICATE: &str = "ca.cert.pem";
@@ -24,12 +27,6 @@ const IDENTITY_CA_KEY: &str = "identity_ca.key.pem";
 const PERMISSIONS_CA_KEY: &str = "permissions_ca.key.pem";
 /// What it is called.
 const NAME: &str = "rsrsCA";
-
-/// A certificate and the key that belongs to it.
-pub(crate) struct Pair {
-    pub(crate) certificate: Certificate,
-    pub(crate) key: SigningKey,
-}
 
 /// Who signs: a lab's own keystore may have one authority for identities and one for permissions.
 pub(crate) struct Authority {
@@ -140,7 +137,19 @@ impl Authority {
 
     /// Signs a document.
     pub(crate) fn sign(&self, text: &str) -> Result<String, KeystoreError> {
-        signature::sign(&self.permissions, text)
+        signature::sign(&self.permissions, text).map_err(KeystoreError::cryptography("a signature"))
+    }
+
+    /// Writes the governance of a keystore, and signs it.
+    pub(crate) fn write_governance(
+        &self,
+        keystore: &Path,
+        governance: &Governance,
+    ) -> Result<(), KeystoreError> {
+        let enclaves = keystore.join(ENCLAVES);
+        let text = governance.to_xml();
+        files::write_public(&enclaves.join(GOVERNANCE_TEXT), &text)?;
+        files::write_public(&enclaves.join(GOVERNANCE), &self.sign(&text)?)
     }
 }
 

@@ -6,11 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use jiff::Timestamp;
-use jiff::civil::DateTime;
-use jiff::tz::TimeZone;
-
 use crate::certificate::{self, CertificateFacts};
+use crate::dates::{date, moment};
 use crate::files::{self, mode_for_others};
 use crate::governance::{Governance, Weakness};
 use crate::layout::{
@@ -167,12 +164,6 @@ fn expired(file: &'static str, facts: &CertificateFacts, now: Duration) -> Optio
     (now > facts.not_after).then(|| EnclaveProblem::Validity { file, holds: holds() })
 }
 
-/// A moment as text.
-pub(crate) fn date(since_1970: Duration) -> String {
-    let seconds = i64::try_from(since_1970.as_secs()).unwrap_or(i64::MAX);
-    Timestamp::from_second(seconds).map_or_else(|_| "no date".to_owned(), |date| date.to_string())
-}
-
 /// Files that do not belong together: nobody would authenticate who has them.
 fn strangers(texts: &BTreeMap<&'static str, String>) -> Vec<EnclaveProblem> {
     let asked = |check: fn(&str, &str) -> Option<bool>, other| {
@@ -230,31 +221,11 @@ fn of_permissions(
         .or_else(|| (!is_there).then_some(EnclaveProblem::WrongDomain { domain_id }))
 }
 
-/// A date as XML has it, since 1970; without a time zone it is in UTC.
-pub(crate) fn moment(text: &str) -> Option<Duration> {
-    let in_utc = || {
-        let civil: DateTime = text.parse().ok()?;
-        Some(civil.to_zoned(TimeZone::UTC).ok()?.timestamp())
-    };
-    let timestamp = text.parse::<Timestamp>().ok().or_else(in_utc)?;
-    u64::try_from(timestamp.as_second()).ok().map(Duration::from_secs)
-}
-
 #[cfg(test)]
 mod tests {
     use std::os::unix::fs::PermissionsExt;
 
     use super::*;
-
-    #[test]
-    fn dates_of_xml_are_understood_with_and_without_a_time_zone() {
-        let noon = Some(Duration::from_secs(1_767_268_800));
-
-        assert_eq!(moment("2026-01-01T12:00:00"), noon);
-        assert_eq!(moment("2026-01-01T12:00:00Z"), noon);
-        assert_eq!(moment("2026-01-01T14:00:00+02:00"), noon);
-        assert_eq!(moment("tomorrow"), None);
-    }
 
     #[test]
     fn every_file_that_is_missing_is_named() {

@@ -5,18 +5,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::authority::Authority;
+use crate::error::KeystoreError;
+use crate::files;
 use crate::governance::{Domains, Governance};
 use crate::grant::GrantText;
-use crate::layout::{
-    ENCLAVES, GOVERNANCE, GOVERNANCE_TEXT, IDENTITY_CA, KEY, PERMISSIONS, PERMISSIONS_CA,
-    PERMISSIONS_TEXT, PUBLIC,
-};
-use crate::members::{enclave_of, revoked, write_revoked};
+use crate::issue::from;
+use crate::layout::{ENCLAVES, GOVERNANCE, KEY, PERMISSIONS, PERMISSIONS_TEXT};
+use crate::revocations::{enclave_of, revoked, write_revoked};
 use crate::roles::Role;
-use crate::{KeystoreError, files};
-
-/// How clocks may differ: certificates hold from so long ago.
-const CLOCKS_DIFFER: Duration = Duration::from_secs(24 * 3600);
 
 /// How long an authority holds that nobody asked for otherwise, as in SROS2.
 pub const USUAL_VALIDITY: Duration = Duration::from_secs(3650 * 24 * 3600);
@@ -105,7 +101,7 @@ pub fn create(request: &KeystoreRequest) -> Result<MadeKeystore, KeystoreError> 
     } else {
         let domain_id = request.domain_id.unwrap_or(0);
         let domains = Domains { first: domain_id, last: domain_id };
-        write_governance(&authority, folder, &Governance::recommended(domains))?;
+        authority.write_governance(folder, &Governance::recommended(domains))?;
         domain_id
     };
     let is_gone = |role: &Role| gone.contains(&role.enclave());
@@ -117,11 +113,6 @@ pub fn create(request: &KeystoreRequest) -> Result<MadeKeystore, KeystoreError> 
         write_revoked(folder, &gone)?;
     }
     Ok(MadeKeystore { domain_id, enclaves, left_out: left_out.iter().map(Role::enclave).collect() })
-}
-
-/// From when certificates hold that are made now.
-pub(crate) fn from(now: Duration) -> Duration {
-    now.saturating_sub(CLOCKS_DIFFER)
 }
 
 /// The domain that a governance is for, which must be the one that was asked for, if any was.
@@ -152,28 +143,6 @@ fn check_empty(folder: &Path) -> Result<(), KeystoreError> {
     if is_empty { Ok(()) } else { Err(KeystoreError::HasFiles { folder: folder.to_owned() }) }
 }
 
-/// Writes the governance of a keystore, and signs it.
-pub(crate) fn write_governance(
-    authority: &Authority,
-    folder: &Path,
-    governance: &Governance,
-) -> Result<(), KeystoreError> {
-    let enclaves = folder.join(ENCLAVES);
-    let text = governance.to_xml();
-    files::write_public(&enclaves.join(GOVERNANCE_TEXT), &text)?;
-    files::write_public(&enclaves.join(GOVERNANCE), &authority.sign(&text)?)
-}
-
-/// Links what all enclaves share into one.
-pub(crate) fn link_shared(folder: &Path, name: &str) -> Result<(), KeystoreError> {
-    // Up to the folder of all enclaves, through those of a namespace.
-    let up: PathBuf = name.trim_start_matches('/').split('/').map(|_| "..").collect();
-    for file in [IDENTITY_CA, PERMISSIONS_CA] {
-        files::link(&up.join("..").join(PUBLIC).join(file), &folder.join(file))?;
-    }
-    files::link(&up.join(GOVERNANCE), &folder.join(GOVERNANCE))
-}
-
 /// Makes one enclave, or writes the permissions of one that is there anew.
 fn enclave(
     authority: &Authority,
@@ -189,7 +158,7 @@ fn enclave(
     if is_new {
         authority.issue(&folder, &name, holds)?;
     }
-    link_shared(&folder, &name)?;
+    files::link_shared(&folder, &name)?;
     let grant = GrantText { role, domain_id, holds };
     let text = grant.to_xml(request.robots)?;
     files::write_public(&folder.join(PERMISSIONS_TEXT), &text)?;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rsrs_core::help::Help;
 
-use crate::check::date;
+use crate::dates::date;
 use crate::governance::{Domains, GovernanceError};
 use crate::signature::ForgedDocument;
 use crate::signed_document::NotSigned;

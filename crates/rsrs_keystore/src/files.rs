@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempDir};
 
-use crate::KeystoreError;
+use crate::error::KeystoreError;
+use crate::layout::{GOVERNANCE, IDENTITY_CA, PERMISSIONS_CA, PUBLIC};
 
 /// Read and written by their owner alone.
 pub(crate) const PRIVATE_MODE: u32 = 0o600;
@@ -135,6 +136,16 @@ pub(crate) fn link(to: &Path, path: &Path) -> Result<(), KeystoreError> {
         return Ok(());
     }
     symlink(to, path).map_err(KeystoreError::file("link", path))
+}
+
+/// Links what all enclaves share into one.
+pub(crate) fn link_shared(folder: &Path, name: &str) -> Result<(), KeystoreError> {
+    // Up to the folder of all enclaves, through those of a namespace.
+    let up: PathBuf = name.trim_start_matches('/').split('/').map(|_| "..").collect();
+    for file in [IDENTITY_CA, PERMISSIONS_CA] {
+        link(&up.join("..").join(PUBLIC).join(file), &folder.join(file))?;
+    }
+    link(&up.join(GOVERNANCE), &folder.join(GOVERNANCE))
 }
 
 /// All private keys of a keystore, also behind links and in copies of other names; each once.

@@ -2,10 +2,8 @@
 
 use std::time::Duration;
 
-use jiff::Timestamp;
-use jiff::tz::TimeZone;
-
-use crate::KeystoreError;
+use crate::dates::xml_date;
+use crate::error::KeystoreError;
 use crate::governance::Domains;
 use crate::roles::{Rights, Role};
 
@@ -28,8 +26,8 @@ impl GrantText<'_> {
             self.role.rights(robots);
         let name = self.role.enclave();
         let (from, to) = self.holds;
-        let validity = date(from)
-            .zip(date(to))
+        let validity = xml_date(from)
+            .zip(xml_date(to))
             .ok_or(KeystoreError::Validity { from_s: from.as_secs(), to_s: to.as_secs() });
         let (not_before, not_after) = validity?;
         let domains = Domains { first: self.domain_id, last: self.domain_id };
@@ -67,10 +65,4 @@ fn topics(kind: &str, names: &[String]) -> String {
     let line = |name: &String| format!("            <topic>{name}</topic>\n");
     let lines = names.iter().map(line).collect::<Vec<_>>().concat();
     format!("        <{kind}>\n          <topics>\n{lines}          </topics>\n        </{kind}>\n")
-}
-
-/// A date in UTC, as XML has it.
-pub(crate) fn date(since_1970: Duration) -> Option<String> {
-    let timestamp = Timestamp::from_second(i64::try_from(since_1970.as_secs()).ok()?).ok()?;
-    Some(timestamp.to_zoned(TimeZone::UTC).datetime().to_string())
 }

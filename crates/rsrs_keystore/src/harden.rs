@@ -3,9 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::KeystoreError;
 use crate::authority::Authority;
-use crate::create::write_governance;
+use crate::error::KeystoreError;
 use crate::files;
 
 /// What was changed in a keystore.
@@ -33,7 +32,7 @@ pub fn harden(folder: &Path) -> Result<Hardened, KeystoreError> {
     let cured: BTreeSet<String> =
         governance.all_weaknesses().iter().map(ToString::to_string).collect();
     if !cured.is_empty() {
-        write_governance(&authority, folder, &governance.hardened())?;
+        authority.write_governance(folder, &governance.hardened())?;
     }
     let mut keys_made_private = Vec::new();
     for key in files::keys_in(folder)? {

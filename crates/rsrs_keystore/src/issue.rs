@@ -20,10 +20,18 @@ use x509_cert::serial_number::SerialNumber;
 use x509_cert::spki::{SubjectPublicKeyInfo, SubjectPublicKeyInfoRef};
 use x509_cert::time::{Time, Validity};
 
-use crate::KeystoreError;
+use crate::error::KeystoreError;
 
 /// Bytes of a serial number; the first bit stays zero.
 const SERIAL_BYTES: usize = 16;
+
+/// How clocks may differ: certificates hold from so long ago.
+const CLOCKS_DIFFER: Duration = Duration::from_secs(24 * 3600);
+
+/// From when certificates hold that are made now.
+pub(crate) fn from(now: Duration) -> Duration {
+    now.saturating_sub(CLOCKS_DIFFER)
+}
 
 /// Who signs a certificate.
 pub(crate) struct Issuer<'a> {

@@ -1,19 +1,19 @@
 //! The members of a keystore that is there: until when they hold, more time for all, and one fewer.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::authority::{self, Authority};
 use crate::certificate;
-use crate::check::moment;
-use crate::create::{from, link_shared, write_governance};
+use crate::dates::{moment, xml_date};
+use crate::error::KeystoreError;
+use crate::files;
 use crate::governance::Domains;
-use crate::grant::date;
-use crate::issue::NewMember;
-use crate::layout::{CERTIFICATE, ENCLAVES, KEY, PERMISSIONS, PERMISSIONS_TEXT, PRIVATE, REVOKED};
+use crate::issue::{NewMember, from};
+use crate::layout::{CERTIFICATE, ENCLAVES, KEY, PERMISSIONS, PERMISSIONS_TEXT};
 use crate::permissions::Permissions;
-use crate::{KeystoreError, files};
+use crate::revocations::{enclave_of, revoked, write_revoked};
 
 /// A keystore, as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -155,12 +155,12 @@ pub fn revoke(
     let authority = Authority::create(new.path(), holds)?;
     let folders = new.path().join(ENCLAVES);
     files::make_folder(&folders)?;
-    write_governance(&authority, new.path(), &governance)?;
+    authority.write_governance(new.path(), &governance)?;
     for (enclave, folder) in enclaves.iter().filter(|(enclave, _)| **enclave != gone) {
         let made = folders.join(enclave.trim_start_matches('/'));
         files::make_folder(&made)?;
         authority.issue(&made, enclave, holds)?;
-        link_shared(&made, enclave)?;
+        files::link_shared(&made, enclave)?;
         let text = before.signed_text(&folder.join(PERMISSIONS))?;
         write_permissions(&authority, &made, &text, holds)?;
     }
@@ -171,29 +171,6 @@ pub fn revoke(
     files::rename(keystore, &old)?;
     files::rename(&new.keep(), keystore)?;
     Ok(old)
-}
-
-/// The enclaves that were revoked.
-pub(crate) fn revoked(keystore: &Path) -> Result<BTreeSet<String>, KeystoreError> {
-    let path = keystore.join(PRIVATE).join(REVOKED);
-    if !path.exists() {
-        return Ok(BTreeSet::new());
-    }
-    Ok(files::read(&path)?.lines().map(str::to_owned).collect())
-}
-
-/// Writes them.
-pub(crate) fn write_revoked(
-    keystore: &Path,
-    enclaves: &BTreeSet<String>,
-) -> Result<(), KeystoreError> {
-    let lines: String = enclaves.iter().flat_map(|enclave| [enclave.as_str(), "\n"]).collect();
-    files::write_public(&keystore.join(PRIVATE).join(REVOKED), &lines)
-}
-
-/// The enclave that a person names with or without the stroke before it.
-pub(crate) fn enclave_of(name: &str) -> String {
-    format!("/{}", name.trim_start_matches('/'))
 }
 
 fn authority_of(keystore: &Path) -> Result<Authority, KeystoreError> {
@@ -227,8 +204,8 @@ fn write_permissions(
     text: &str,
     (from, to): (Duration, Duration),
 ) -> Result<(), KeystoreError> {
-    let validity = date(from)
-        .zip(date(to))
+    let validity = xml_date(from)
+        .zip(xml_date(to))
         .ok_or(KeystoreError::Validity { from_s: from.as_secs(), to_s: to.as_secs() });
     let (not_before, not_after) = validity?;
     let text = with_content(text, "not_before", &not_before);

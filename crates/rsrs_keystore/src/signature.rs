@@ -5,18 +5,18 @@ use cms::content_info::{CmsVersion, ContentInfo};
 use cms::signed_data::{
     CertificateSet, EncapsulatedContentInfo, SignedData, SignerIdentifier, SignerInfo, SignerInfos,
 };
-use p256::ecdsa::DerSignature;
 use p256::ecdsa::signature::{Signer, Verifier};
+use p256::ecdsa::{DerSignature, SigningKey};
 use p256::elliptic_curve::Generate;
 use sha2::{Digest, Sha256};
+use x509_cert::Certificate;
 use x509_cert::attr::{Attribute, Attributes};
 use x509_cert::der::asn1::{ObjectIdentifier, OctetString, SetOfVec};
 use x509_cert::der::pem::{LineEnding, decode_vec, encode_string};
 use x509_cert::der::{Any, Decode, Encode, Tagged};
 use x509_cert::spki::AlgorithmIdentifierOwned;
 
-use crate::authority::Pair;
-use crate::{KeystoreError, signed_document};
+use crate::signed_document;
 
 /// `id-data`, RFC 5652.
 const DATA: ObjectIdentifier = ObjectIdentifier::new_unwrap("1.2.840.113549.1.7.1");
@@ -32,20 +32,21 @@ const SHA256: ObjectIdentifier = ObjectIdentifier::new_unwrap("2.16.840.1.101.3.
 pub(crate) const ECDSA_WITH_SHA256: ObjectIdentifier =
     ObjectIdentifier::new_unwrap("1.2.840.10045.4.3.2");
 
+/// A certificate and the key that belongs to it.
+pub(crate) struct Pair {
+    pub(crate) certificate: Certificate,
+    pub(crate) key: SigningKey,
+}
+
 /// What the libraries can fail at.
 #[derive(Debug, thiserror::Error)]
-enum SignatureError {
+pub(crate) enum SignatureError {
     #[error(transparent)]
     Der(#[from] x509_cert::der::Error),
     #[error("{0}")]
     Pem(x509_cert::der::pem::Error),
     #[error(transparent)]
     Signature(#[from] p256::ecdsa::Error),
-}
-
-/// Signs a text.
-pub(crate) fn sign(signer: &Pair, text: &str) -> Result<String, KeystoreError> {
-    multipart(signer, text).map_err(KeystoreError::cryptography("a signature"))
 }
 
 /// Why a document is not what an authority has signed.
@@ -104,8 +105,8 @@ fn wrapped(base64: &str) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// The two parts: the text, and the signature.
-fn multipart(signer: &Pair, text: &str) -> Result<String, SignatureError> {
+/// Signs a text: a document of two parts, the text and the signature.
+pub(crate) fn sign(signer: &Pair, text: &str) -> Result<String, SignatureError> {
     let text = text.trim_end();
     let part = format!("Content-Type: text/plain\n\n{text}\n");
     // What is signed has the line ends of mail.

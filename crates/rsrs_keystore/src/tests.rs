@@ -9,12 +9,13 @@ use rsrs_core::help::Help;
 
 use crate::authority::Authority;
 use crate::check::problems_of;
-use crate::create::{KeystoreRequest, MadeEnclave, create, write_governance};
+use crate::create::{KeystoreRequest, MadeEnclave, create};
+use crate::error::KeystoreError;
+use crate::files;
 use crate::governance::{Domains, Governance, Switch};
 use crate::harden::{Hardened, harden};
 use crate::layout::KEY;
 use crate::members::{renew, revoke, show};
-use crate::{KeystoreError, files};
 
 /// Noon of a day in 2026.
 const NOW: Duration = Duration::new(1_767_268_800, 600_000_000);
@@ -165,7 +166,7 @@ fn a_keystore_of_sros2_is_hardened_once() {
     let of_sros2 = text.replace("<data_protection_kind>NONE", "<data_protection_kind>ENCRYPT");
     let authority = Authority::read(folder.path()).unwrap();
     let governance = Governance::parse(&of_sros2).unwrap();
-    write_governance(&authority, folder.path(), &governance).unwrap();
+    authority.write_governance(folder.path(), &governance).unwrap();
     let key = enclave.join(KEY);
     std::fs::set_permissions(&key, std::fs::Permissions::from_mode(0o644)).unwrap();
     let before = texts(&enclave, 7, NOW);
@@ -533,7 +534,7 @@ fn a_rule_that_another_one_goes_before_in_some_domains_is_hardened_too() {
     let mut weak = Governance::recommended(Domains { first: 5, last: 20 }).rules.remove(0);
     weak.unauthenticated_participants = Switch::On;
     let both = Governance { rules: vec![strong, weak] };
-    write_governance(&authority, folder.path(), &both).unwrap();
+    authority.write_governance(folder.path(), &both).unwrap();
 
     let hardened = harden(folder.path()).unwrap();
 

@@ -7,22 +7,27 @@
 //! * [`parameters`] — the six parameter services for many nodes, and a client for them.
 //! * [`services`] — services of any other type, and a client.
 //! * [`clock`] — simulated time on `/clock`, wall-clock time, time since boot.
-//! * [`ros_args`] — `--ros-args`, parameter files, `ROS_DOMAIN_ID` and its kin.
+//! * [`environment`] and [`ros_args`] — variables, `--ros-args`, parameter files, `ROS_DOMAIN_ID` and its kin.
+//! * [`network`] — which network to join, by those.
 //! * [`confine`] and [`interfaces`] — where the packets may go.
 //! * [`security`] — which enclave of a keystore a process has.
-//! * [`shutdown`], [`logging`] and [`printing`] — how a node ends, what it logs, and who prints it.
+//! * [`shutdown`], [`logging`], [`complaints`] and [`printing`] — how a node ends, what it logs, and who prints it.
 //! * [`e_stop`] — the three topics of the e-stop.
 //!
 //! What it does not do: lifecycle nodes, actions, discovery servers, static peers.
 
 mod boot_time;
 pub mod clock;
+pub mod complaints;
 pub mod confine;
 pub mod e_stop;
+pub mod environment;
 pub mod interfaces;
 mod kernel;
 pub mod logging;
+pub mod network;
 pub mod node_arguments;
+mod parameter_value;
 pub mod parameters;
 pub mod printing;
 pub mod ros_args;

@@ -5,8 +5,10 @@ use std::io;
 use clap::{CommandFactory, Parser};
 use rsrs_core::help::Help;
 
+use crate::environment::Environment;
 use crate::logging::Level;
-use crate::ros_args::{Environment, NetworkError, RosArgs, RosArgsError, START, TopicRules};
+use crate::network::NetworkError;
+use crate::ros_args::{RosArgs, RosArgsError, START, TopicRules};
 use crate::security::{Member, PermissiveStrategy};
 use crate::session::SessionOptions;
 

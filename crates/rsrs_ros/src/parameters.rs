@@ -8,10 +8,9 @@ mod client;
 mod server;
 mod service;
 mod store;
-mod value;
 
+pub use crate::parameter_value::{Descriptor, ParameterKind, ParameterValue};
 pub use crate::services::Mapping;
 pub use client::{ClientOptions, ParameterClient, ParameterClientError};
 pub use server::{NodeParameters, ParameterServer, ParameterServerError};
 pub use store::{Arming, Refusal, Store};
-pub use value::{Descriptor, ParameterKind, ParameterValue};

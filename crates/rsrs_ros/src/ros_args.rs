@@ -7,22 +7,20 @@
 
 mod discovery;
 mod error;
-mod network;
 mod overrides;
 mod remap;
 mod yaml;
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
-use std::io;
 use std::path::Path;
 
+use crate::environment::Environment;
 use crate::logging::{self, Level};
-use crate::parameters::ParameterValue;
+use crate::parameter_value::ParameterValue;
 
+pub(crate) use discovery::USUAL_KEYSTORE;
 pub use discovery::{DiscoveryRange, Note, OtherMiddleware};
 pub use error::RosArgsError;
-pub use network::NetworkError;
 use overrides::Overrides;
 use remap::Remaps;
 pub use remap::TopicRules;
@@ -38,63 +36,6 @@ const WITHOUT_EFFECT: [(&str, &str); 2] = [
     ("--log-file-name", "log lines go to standard error and /rosout"),
 ];
 
-/// What the names of variables begin with that set something for a node.
-const PREFIXES: [&str; 3] = ["ROS_", "RMW_", "RSRS_"];
-
-/// What a process sees of its surroundings: variables and files.
-#[derive(Clone, Debug)]
-pub struct Environment {
-    variables: BTreeMap<String, String>,
-    /// Variables of ROS 2 and of ours whose values are not UTF-8.
-    no_text: Vec<String>,
-    read_file: fn(&Path) -> io::Result<String>,
-}
-
-impl Environment {
-    /// The real one.
-    pub fn of_this_process() -> Self {
-        Self::of(std::env::vars_os())
-    }
-
-    fn of(given: impl Iterator<Item = (OsString, OsString)>) -> Self {
-        let (mut variables, mut no_text) = (BTreeMap::new(), Vec::new());
-        for (name, value) in given {
-            let Ok(name) = name.into_string() else { continue };
-            match value.into_string() {
-                Ok(value) => drop(variables.insert(name, value)),
-                Err(_) if PREFIXES.iter().any(|of_ros| name.starts_with(of_ros)) => {
-                    no_text.push(name);
-                }
-                Err(_) => {}
-            }
-        }
-        Self { variables, no_text, read_file: rsrs_files::read_text }
-    }
-
-    /// Refuses values that cannot be read: who set one does not want to go without it.
-    ///
-    /// # Errors
-    ///
-    /// [`RosArgsError::NoText`].
-    pub fn check(&self) -> Result<(), RosArgsError> {
-        match self.no_text.first() {
-            Some(variable) => Err(RosArgsError::NoText { variable: variable.clone() }),
-            None => Ok(()),
-        }
-    }
-
-    /// One made up.
-    pub fn new(variables: &[(&str, &str)], read_file: fn(&Path) -> io::Result<String>) -> Self {
-        let owned = |&(name, value): &(&str, &str)| (name.to_owned(), value.to_owned());
-        Self { variables: variables.iter().map(owned).collect(), no_text: Vec::new(), read_file }
-    }
-
-    /// The value of a variable; `None` if it is not set.
-    pub fn variable(&self, name: &str) -> Option<&str> {
-        self.variables.get(name).map(String::as_str)
-    }
-}
-
 /// The ROS arguments of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RosArgs {
@@ -109,9 +50,9 @@ pub struct RosArgs {
     /// Whether log lines go to standard error.
     to_stderr: bool,
     /// The variable that keeps this program on this machine.
-    localhost: Option<&'static str>,
+    pub(crate) localhost: Option<&'static str>,
     /// The name of the enclave, if one is given.
-    enclave: Option<String>,
+    pub(crate) enclave: Option<String>,
     remaps: Remaps,
     overrides: Overrides,
     log_levels: Vec<(Option<String>, Level)>,
@@ -296,7 +237,7 @@ impl RosArgs {
 
 #[cfg(test)]
 mod tests {
-    use std::os::unix::ffi::OsStringExt;
+    use std::io;
 
     use rsrs_core::help::Help;
 
@@ -371,20 +312,6 @@ mod tests {
         let error = parse("--ros-args --params-file missing.yaml").unwrap_err();
 
         assert_eq!(error.to_string(), "parameter file `missing.yaml` cannot be read");
-    }
-
-    #[test]
-    fn a_variable_of_ros_that_is_no_text_is_an_error_and_never_as_if_it_were_not_set() {
-        let no_text = || OsString::from_vec(b"tr\xffue".to_vec());
-        let parsed = |name: &str| {
-            let environment = Environment::of([(name.into(), no_text())].into_iter());
-            RosArgs::parse(&[], &environment).map(|_| ()).map_err(|error| error.to_string())
-        };
-
-        for name in ["ROS_SECURITY_ENABLE", "ROS_SECURITY_KEYSTORE", "RSRS_INTERFACE"] {
-            assert_eq!(parsed(name), Err(format!("the value of {name} is not UTF-8")));
-        }
-        assert_eq!(parsed("LS_COLORS"), Ok(()));
     }
 
     #[test]

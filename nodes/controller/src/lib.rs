@@ -14,10 +14,11 @@ pub use parameters::NAMES;
 pub use rsrs_fleet::parameters::controller::NODE;
 
 use anyhow::Context;
+use rsrs_ros::environment::Environment;
 use rsrs_ros::node_arguments::{
     AFTER_HELP, NodeArguments, NodeFlags, Part, Program, has_helped, split,
 };
-use rsrs_ros::ros_args::{Environment, TopicRules};
+use rsrs_ros::ros_args::TopicRules;
 
 /// Decides what a robot does: detections in, velocity commands out.
 ///

@@ -6,9 +6,10 @@ use rsrs_core::quantity::Cell;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::Backend;
+use rsrs_ros::environment::Environment;
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::{AFTER_HELP, NodeArgumentsError, split};
-use rsrs_ros::ros_args::{Environment, RosArgs, TopicRules};
+use rsrs_ros::ros_args::{RosArgs, TopicRules};
 use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 

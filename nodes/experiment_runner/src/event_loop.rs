@@ -24,7 +24,8 @@ use rsrs_msgs::rsrs::{Recorded, RunLease};
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
-use rsrs_ros::logging::{Complaints, Level};
+use rsrs_ros::complaints::Complaints;
+use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer};
 use rsrs_ros::session::{
     NodeHandle, Publisher, ReceivedRaw, Session, SessionEnded, SessionOptions,

@@ -26,8 +26,8 @@ pub use report::{Progress, RunReport};
 
 use anyhow::{Context, bail};
 use rsrs_fleet::record::{Ending, EndingKind};
+use rsrs_ros::environment::Environment;
 use rsrs_ros::node_arguments::has_helped;
-use rsrs_ros::ros_args::Environment;
 use rsrs_ros::shutdown;
 
 use arguments::{Flags, RunnerArguments};

@@ -11,11 +11,12 @@ use rsrs_fleet::parameters::gate::{
     DETECTION_THRESHOLD, NODE, SERIAL_BAUD as BAUD, SERIAL_PORT as PORT,
 };
 use rsrs_fleet::parameters::{Value, of_gate};
+use rsrs_ros::environment::Environment;
 use rsrs_ros::node_arguments::{
     AFTER_HELP, NodeArguments, NodeArgumentsError, NodeFlags, Part, Program, split,
 };
 use rsrs_ros::parameters::ParameterValue;
-use rsrs_ros::ros_args::{Environment, TopicRules};
+use rsrs_ros::ros_args::TopicRules;
 
 use crate::driver::DriverKind;
 use crate::parameters;

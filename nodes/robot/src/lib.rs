@@ -24,8 +24,8 @@ pub use rsrs_fleet::parameters::gate::NODE;
 
 use anyhow::Context;
 use arguments::Flags;
+use rsrs_ros::environment::Environment;
 use rsrs_ros::node_arguments::has_helped;
-use rsrs_ros::ros_args::Environment;
 
 /// Runs the node until SIGINT or SIGTERM; the wheels stop first.
 ///

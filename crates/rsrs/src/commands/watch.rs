@@ -5,8 +5,8 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use rsrs_fleet::fleet_file::FleetFile;
+use rsrs_ros::environment::Environment;
 use rsrs_ros::logging::{self, Level};
-use rsrs_ros::ros_args::Environment;
 use rsrs_ros::security::Member;
 
 use crate::failure::Outcome;

@@ -2,7 +2,7 @@
 
 use anstream::ColorChoice;
 use ratatui::style::{Color, Modifier, Style};
-use rsrs_ros::ros_args::Environment;
+use rsrs_ros::environment::Environment;
 
 /// Whether there are colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

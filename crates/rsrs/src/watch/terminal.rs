@@ -7,7 +7,7 @@ use anyhow::Context;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
 use rsrs_pipeline::error::with_help;
-use rsrs_ros::ros_args::Environment;
+use rsrs_ros::environment::Environment;
 
 use super::keys::{Request, request};
 use super::screen::{View, draw};

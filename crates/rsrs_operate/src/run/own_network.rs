@@ -5,8 +5,8 @@ use std::process::Command;
 use anyhow::{Context, bail};
 use rsrs_core::help::Help;
 use rsrs_ros::confine::{self, ConfineError};
+use rsrs_ros::environment::Environment;
 use rsrs_ros::interfaces::{self, LOOPBACK};
-use rsrs_ros::ros_args::Environment;
 use rsrs_ros::security::SecurityRequest;
 use rsrs_ros::session::SessionOptions;
 

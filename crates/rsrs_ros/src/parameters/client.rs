@@ -11,7 +11,7 @@ use rsrs_msgs::rcl_interfaces as wire;
 use tokio::sync::Semaphore;
 
 use super::service::Service;
-use super::value::ParameterValue;
+use crate::parameter_value::ParameterValue;
 use crate::services::Mapping;
 use crate::services::raw::{self, RawClient};
 use crate::session::{Bytes, NodeHandle, POLL, Session, SessionError, lock};

@@ -11,7 +11,7 @@ use tokio::sync::mpsc;
 
 use super::service::{Reply, Request, Service, answer};
 use super::store::{Arming, Refusal, Setter, Store};
-use super::value::{Descriptor, ParameterValue};
+use crate::parameter_value::{Descriptor, ParameterValue};
 use crate::services::raw;
 use crate::session::{NodeHandle, Publisher, Session, SessionError, Task, lock};
 

@@ -5,7 +5,7 @@ use rsrs_msgs::cdr::{self, ByteOrder};
 use rsrs_msgs::rcl_interfaces as wire;
 
 use super::store::{Refusal, Setter, Store};
-use super::value::ParameterValue;
+use crate::parameter_value::ParameterValue;
 
 /// One of the services.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -163,8 +163,8 @@ fn result(outcome: Result<(), Refusal>) -> wire::SetParametersResult {
 mod tests {
     use rsrs_msgs::RosMessage;
 
-    use super::super::value::{Descriptor, ParameterKind};
     use super::*;
+    use crate::parameter_value::{Descriptor, ParameterKind};
     use crate::services::mapping::{Mapping, understood};
 
     const RUSTDDS: [u8; 2] = [0x01, 0x12];

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::value::{Descriptor, ParameterKind, ParameterValue};
+use crate::parameter_value::{Descriptor, ParameterKind, ParameterValue};
 
 /// Why a parameter is not set. The texts are shown by other tools.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

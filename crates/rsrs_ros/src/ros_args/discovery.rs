@@ -3,7 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use super::{Environment, RosArgsError};
+use super::RosArgsError;
+use crate::environment::Environment;
 use crate::logging::Level;
 
 /// How far to look for others (`ROS_AUTOMATIC_DISCOVERY_RANGE`).
@@ -21,7 +22,7 @@ pub enum DiscoveryRange {
 }
 
 /// Where a robot has its keystore, as the playbook and the pages have it.
-pub(super) const USUAL_KEYSTORE: &str = "/etc/rsrs/keystore";
+pub(crate) const USUAL_KEYSTORE: &str = "/etc/rsrs/keystore";
 
 /// Something in the environment or the arguments that a person may not expect to be as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use rsrs_core::help::Help;
 
+use crate::environment::NoText;
 use crate::logging::NoSuchLevel;
 
 /// Why arguments or environment are not understood.
@@ -113,11 +114,8 @@ pub enum RosArgsError {
         nodes: String,
     },
     /// A variable whose value is no text.
-    #[error("the value of {variable} is not UTF-8")]
-    NoText {
-        /// Its name.
-        variable: String,
-    },
+    #[error(transparent)]
+    NoText(#[from] NoText),
     /// `ROS_DOMAIN_ID` is no domain.
     #[error("ROS_DOMAIN_ID is `{found}`, expected a number from 0 to 232, best below 102")]
     Domain {

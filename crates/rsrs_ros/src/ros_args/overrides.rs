@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::RosArgsError;
 use super::yaml::Yaml;
-use crate::parameters::ParameterValue;
+use crate::parameter_value::ParameterValue;
 
 /// The key under which a node's parameters stand in a file.
 const PARAMETERS: &str = "ros__parameters";

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
-use crate::parameters::ParameterValue;
+use crate::parameter_value::ParameterValue;
 
 /// YAML of any shape.
 #[derive(Clone, Debug, PartialEq)]

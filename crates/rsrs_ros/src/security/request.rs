@@ -7,7 +7,7 @@ use rsrs_keystore::check::{ENDS_SOON, EnclaveProblem, ends_at, problems_of};
 use rsrs_keystore::layout::ENCLAVES;
 
 use super::{Enclave, IS_BUILT_IN, SecurityError};
-use crate::ros_args::Environment;
+use crate::environment::Environment;
 
 /// What to do where there is no enclave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use rsrs_core::help::Help;
 
-use super::discovery::USUAL_KEYSTORE;
-use super::{Environment, Note, RosArgs};
+use crate::environment::Environment;
 use crate::interfaces::{self, InterfaceError, LOOPBACK};
+use crate::ros_args::{Note, RosArgs, USUAL_KEYSTORE};
 use crate::security::{Enclave, Member, SecurityError, SecurityRequest};
 use crate::session::SessionOptions;
 use crate::wall_time::since_1970;
