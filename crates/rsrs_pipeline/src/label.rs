@@ -399,7 +399,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
             return without_label(recorded, none, labels, lost_robots);
         }
     };
-    let certainty = Certainty::of(trajectory, &bodies, &verdict, &rules);
+    let certainty = Certainty::of(&verdict, &rules);
     let reason = Reason::of(trajectory, &bodies, &verdict, &rules);
     let counts_without_lost = record.as_ref().zip(ending.as_ref()).and_then(|(record, ending)| {
         let is_asked = ending.kind == EndingKind::Completed && !ending.lost.is_empty();

@@ -3,9 +3,8 @@
 use serde::Serialize;
 
 use crate::judge::order::OrderParameters;
-use crate::judge::phase::{LastWindow, Phase, Verdict};
+use crate::judge::phase::{Phase, Verdict, n_good};
 use crate::judge::rule::{Condition, NONE, Needs, Rules};
-use crate::judge::trajectory::{Bodies, Trajectory};
 
 pub use crate::judge::rule::Parameter;
 
@@ -60,16 +59,10 @@ impl Certainty {
     ///
     /// # Arguments
     ///
-    /// * `trajectory`, `bodies` — what was judged.
-    /// * `verdict` — that of [`crate::judge::phase::label_with`] for them.
+    /// * `verdict` — that of [`crate::judge::phase::label_with`].
     /// * `rules` — those of the verdict.
-    ///
-    /// # Panics
-    ///
-    /// If the verdict is of another, longer trajectory.
-    pub fn of(trajectory: &Trajectory, bodies: &Bodies, verdict: &Verdict, rules: &Rules) -> Self {
-        let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
-        let (n_good, n_blocks) = (window.n_good(rules), window.blocks.len());
+    pub fn of(verdict: &Verdict, rules: &Rules) -> Self {
+        let (n_good, n_blocks) = (n_good(&verdict.blocks, rules), verdict.blocks.len());
         // Where the whole window is not in the wanted phase, its blocks would change together with it.
         let is_whole = rules.is_wanted(&verdict.evidence);
         let blocks = if is_whole { (n_good, n_blocks) } else { (0, 0) };
@@ -85,7 +78,7 @@ impl Certainty {
         Self {
             nearest: nearest(&margins, verdict.phase, decided),
             is_settled,
-            confidence: confidence(&window.blocks, verdict.phase, rules),
+            confidence: confidence(&verdict.blocks, verdict.phase, rules),
             margins,
             steady: n_good as f64 / n_blocks as f64,
         }

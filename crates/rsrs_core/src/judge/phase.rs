@@ -131,12 +131,14 @@ impl fmt::Display for Phase {
 }
 
 /// The verdict of the judge on one run.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// What the swarm settled into.
     pub phase: Phase,
     /// The order parameters of the last [`WINDOW_S`].
     pub evidence: OrderParameters,
+    /// Those of each of its blocks of [`BLOCK_S`] by itself.
+    pub blocks: Vec<OrderParameters>,
     /// Number of robots.
     pub n_robots: usize,
     /// Time that was recorded, in seconds.
@@ -234,6 +236,7 @@ pub fn label_with(
     Ok(Verdict {
         phase: window.phase(rules),
         evidence: window.whole,
+        blocks: window.blocks,
         n_robots: trajectory.n_robots,
         duration_s: trajectory.duration_s(),
     })
@@ -269,15 +272,15 @@ impl LastWindow {
         (0..S::Number::LANES).map(of_lane).collect()
     }
 
-    /// How many blocks satisfy the rule of the wanted phase by themselves.
-    pub fn n_good(&self, rules: &Rules) -> usize {
-        self.blocks.iter().filter(|evidence| rules.is_wanted(evidence)).count()
-    }
-
     /// What the run settled into.
     pub fn phase(&self, rules: &Rules) -> Phase {
-        rules.lasting(rules.phase(&self.whole), self.n_good(rules), self.blocks.len())
+        rules.lasting(rules.phase(&self.whole), n_good(&self.blocks, rules), self.blocks.len())
     }
+}
+
+/// How many blocks satisfy the rule of the wanted phase by themselves.
+pub(crate) fn n_good(blocks: &[OrderParameters], rules: &Rules) -> usize {
+    blocks.iter().filter(|evidence| rules.is_wanted(evidence)).count()
 }
 
 /// When a run that ended in the wanted phase of its behaviour began to: the start of the first three

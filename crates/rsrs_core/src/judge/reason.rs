@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::judge::behaviour::Behaviour;
 use crate::judge::order::{OrderParameters, centre};
-use crate::judge::phase::{BLOCK_S, LastWindow, Phase, Verdict, samples_in, window};
+use crate::judge::phase::{BLOCK_S, Phase, Verdict, n_good, samples_in, window};
 use crate::judge::rule::{Condition, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
 
@@ -65,14 +65,9 @@ impl Reason {
     /// * `trajectory`, `bodies` — what was judged.
     /// * `verdict` — that of [`crate::judge::phase::label_with`] for them.
     /// * `rules` — those of the verdict.
-    ///
-    /// # Panics
-    ///
-    /// If the verdict is of another, longer trajectory.
     pub fn of(trajectory: &Trajectory, bodies: &Bodies, verdict: &Verdict, rules: &Rules) -> Self {
-        let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
-        let (n_good, n_blocks) = (window.n_good(rules), window.blocks.len());
-        let does_not_last = window.phase(rules) != rules.phase(&window.whole);
+        let (n_good, n_blocks) = (n_good(&verdict.blocks, rules), verdict.blocks.len());
+        let does_not_last = verdict.phase != rules.phase(&verdict.evidence);
         Self {
             rules: decisive(rules, verdict.phase, &verdict.evidence),
             broken_blocks: does_not_last.then_some((n_blocks - n_good, n_blocks)),

@@ -118,6 +118,7 @@ impl<S: Simd> Engine for UnitEngine<S> {
         let verdict = |window: LastWindow| Verdict {
             phase: window.phase(&rules),
             evidence: window.whole,
+            blocks: window.blocks,
             n_robots: conditions.robots,
             duration_s: n_samples as f64 * conditions.period_s,
         };
