@@ -14,6 +14,7 @@ use crate::terminal::Terminal;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use rsrs_ros::confine::Confinement;
+use rsrs_testing::environment::number;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -246,7 +247,7 @@ fn a_campaign_that_is_killed_at_any_moment_loses_nothing_that_was_finished() {
         ["001_three", "002_three"]
             .map(|name| std::fs::read(out.join(name).join("manifest.json")).ok())
     };
-    let kills = std::env::var("RSRS_KILLS").map_or(KILLS, |n| n.parse().expect("a number"));
+    let kills = number("RSRS_KILLS").unwrap_or(KILLS);
 
     let mut finished = manifests();
     for kill in 0..kills {

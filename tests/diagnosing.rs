@@ -4,6 +4,7 @@ use std::path::Path;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
+use rsrs_testing::environment::number;
 use serde_json::Value;
 
 use crate::command::{code, json, repository, rsrs, stderr, stdout};
@@ -266,7 +267,7 @@ fn what_cannot_be_diagnosed_is_refused_with_what_to_do() {
 
 #[test]
 fn defects_that_are_planted_in_sound_robots_are_named() {
-    let n_robots: usize = std::env::var("RSRS_DEFECTS").map_or(2, |n| n.parse().expect("a number"));
+    let n_robots: usize = number("RSRS_DEFECTS").unwrap_or(2);
     let mut generator = ChaCha8Rng::seed_from_u64(17);
     let mut others = Vec::new();
 

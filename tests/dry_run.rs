@@ -28,6 +28,7 @@ use rsrs_msgs::topics;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::sweep::{Runs, Watch, sweep};
+use rsrs_testing::environment::number;
 
 /// Far longer than it takes on a busy machine.
 const TIMEOUT: Duration = Duration::from_secs(300);
@@ -65,7 +66,7 @@ const DRY_RUNS: usize = 2;
 #[test]
 fn dry_runs_one_after_the_other_all_end_in_a_verdict() {
     let folder = tempfile::tempdir().unwrap();
-    let n_runs = std::env::var("RSRS_DRY_RUNS").map_or(DRY_RUNS, |n| n.parse().expect("a number"));
+    let n_runs = number("RSRS_DRY_RUNS").unwrap_or(DRY_RUNS);
 
     for run in 0..n_runs {
         let name = format!("loop_{run}");

@@ -26,6 +26,7 @@ use rsrs_fleet::record::ENDING;
 use rsrs_ros::session::Session;
 #[cfg(feature = "security")]
 use rsrs_ros::session::SessionOptions;
+use rsrs_testing::environment::number;
 use rsrs_testing::network::{TIMEOUT, in_own_network, session};
 
 const KILLS: u64 = 20;
@@ -330,17 +331,11 @@ async fn tracking(session: Session, body: fn()) {
     session.close().await;
 }
 
-/// The value of a variable that sets how much is tested.
-fn number(name: &str, default: u64) -> u64 {
-    let text = std::env::var(name).ok();
-    text.map_or(default, |text| text.parse().expect("the variable is a whole number"))
-}
-
 fn kill_again_and_again() {
-    let mut generator = ChaCha8Rng::seed_from_u64(number("RSRS_SEED", 1));
+    let mut generator = ChaCha8Rng::seed_from_u64(number("RSRS_SEED").unwrap_or(1));
     let mut fleet = FleetUnderTest::new();
 
-    for round in 0..number("RSRS_NODE_KILLS", KILLS) {
+    for round in 0..number("RSRS_NODE_KILLS").unwrap_or(KILLS) {
         let (victim, moment) = (Victim::draw(&mut generator), Moment::draw(&mut generator));
         let what = format!("round {round}, {victim:?}, {moment:?}");
         let ((mut run, bag), after) = match moment {
@@ -367,7 +362,7 @@ fn kill_again_and_again() {
 fn freeze_again_and_again() {
     let mut fleet = FleetUnderTest::new();
 
-    for round in 0..number("RSRS_NODE_FREEZES", FREEZES) {
+    for round in 0..number("RSRS_NODE_FREEZES").unwrap_or(FREEZES) {
         let victim = Victim::in_turn(round);
         let what = format!("round {round}, {victim:?}");
         let (mut run, bag) = fleet.start_driving();

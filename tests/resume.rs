@@ -10,6 +10,8 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Instant, SystemTime};
 
+use rsrs_testing::environment::number;
+
 use crate::work::{RSRS, SweepFolder, bytes, code, contents, stderr};
 
 /// Moments at which sweeps are killed, where nothing else is asked for.
@@ -34,7 +36,7 @@ fn kill_and_compare(place: &SweepFolder, arguments: &[&str]) {
     let takes = begun.elapsed();
     assert_eq!(code(&whole), 0, "{}", stderr(&whole));
     let expected = contents(&place.path("whole"));
-    let kills = std::env::var("RSRS_KILLS").map_or(KILLS, |n| n.parse().expect("a number"));
+    let kills = number("RSRS_KILLS").unwrap_or(KILLS);
     let mut moments = Moments(7);
 
     let mut killed = 0;

@@ -21,6 +21,7 @@ use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::session::{Publisher, Received, Session, Subscription};
+use rsrs_testing::environment::number;
 use rsrs_testing::network::{in_own_network, session};
 
 const N_ROBOTS: usize = 6;
@@ -35,8 +36,7 @@ const LOCKSTEP_STEPS: u64 = 15;
 const READING: Duration = Duration::from_millis(100);
 
 fn n_robots() -> usize {
-    let text = std::env::var("RSRS_ROBOT_PROCESSES").ok();
-    text.map_or(N_ROBOTS, |text| text.parse().expect("the variable is a whole number"))
+    number("RSRS_ROBOT_PROCESSES").unwrap_or(N_ROBOTS)
 }
 
 /// An experiment of so many robots, and the names of the robots.

@@ -12,6 +12,7 @@ use rsrs_keystore::create::{KeystoreRequest, create};
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::security::{Enclave, Member, SecurityRequest, Strategy};
 use rsrs_ros::session::{Session, SessionOptions};
+use rsrs_testing::environment::number;
 use rsrs_testing::network::{eventually, in_own_network};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -27,11 +28,6 @@ const DOMAIN: u16 = 42;
 const APART: Duration = Duration::from_secs(1);
 /// For the search, the run, and a busy machine.
 const TIMEOUT: Duration = Duration::from_secs(180);
-
-fn number(variable: &str, default: u64) -> u64 {
-    let text = std::env::var(variable).ok();
-    text.map_or(default, |text| text.parse().expect("the variable is a whole number"))
-}
 
 /// A keystore of the shipped fleet.
 fn keystore(folder: &Path) {
@@ -89,7 +85,7 @@ fn start_robot(keystore: &Path, name: &str, socket: &Socket) -> Process {
 fn nine_secured_robots_and_a_runner_record_an_experiment_without_loss() {
     let name = "secured_fleet::nine_secured_robots_and_a_runner_record_an_experiment_without_loss";
     in_own_network(name, async || {
-        for _ in 0..number("RSRS_SECURED_RUNS", 1) {
+        for _ in 0..number("RSRS_SECURED_RUNS").unwrap_or(1) {
             record_an_experiment().await;
         }
     });
@@ -99,7 +95,7 @@ async fn record_an_experiment() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let keys = folder.path().join("keystore");
     keystore(&keys);
-    let duration_s = number("RSRS_SECURED_S", 20);
+    let duration_s = number("RSRS_SECURED_S").unwrap_or(20);
     let changes = [
         ("time: lockstep", "time: real_time"),
         ("pose: odom", "pose: pose"),

@@ -94,24 +94,30 @@ impl RunSummary {
     }
 }
 
-/// Runs a plan against a simulated fleet that is there already.
+/// Runs a plan against a simulated fleet that is there already. Nodes of a run that was not completed are
+/// started anew first: it may be one of them that it was not completed for.
 ///
 /// # Errors
 ///
-/// If the network cannot be used.
+/// If the network cannot be used, or a node can neither be ended nor started.
 pub async fn on_simulated_fleet(
     plan: &Plan,
     network: &OwnNetwork,
     fleet: &mut SimulatedFleet,
     operator: &dyn Operator,
 ) -> anyhow::Result<RunSummary> {
+    if !fleet.has_completed {
+        fleet.restart(network, plan).await?;
+    }
     let stop = async {
         tokio::select! {
             reason = operator.stop_requested() => reason,
             reason = fleet.ended() => reason,
         }
     };
-    watched(plan, &network.session, stop, operator).await
+    let summary = watched(plan, &network.session, stop, operator).await?;
+    fleet.has_completed = summary.ending == EndingKind::Completed.key();
+    Ok(summary)
 }
 
 /// Runs a plan, and shows how far it is.

@@ -19,8 +19,8 @@ use rsrs_sim::reachable_set::{ReachOptions, smallest_factors, validate as contai
 use crate::error::{helped, with_help};
 use crate::measure::trial_files::{Trajectories, table, trajectories};
 use crate::provenance::Provenance;
-use crate::sweep::folder;
 use crate::sweep::source::ResolvedSweep;
+use crate::sweep::{Draw, folder};
 use crate::wording::names;
 use file::{Judged, ValidationReport};
 
@@ -70,6 +70,7 @@ struct Case {
 /// * `sweep` — a sweep file, or the folder of a sweep.
 /// * `output` — folder for `validation.json` and the pictures; `None` takes the folder of the sweep, if
 ///   it is one, whose diagram then notes the answer, too.
+/// * `draw` — draws that diagram.
 ///
 /// # Errors
 ///
@@ -78,6 +79,7 @@ pub fn validate(
     sweep: &Path,
     options: &Options,
     output: Option<&Path>,
+    draw: Draw,
 ) -> anyhow::Result<ValidationReport> {
     let swept = if sweep.is_dir() { Some(folder::read(sweep)?) } else { None };
     let source = match &swept {
@@ -90,6 +92,9 @@ pub fn validate(
     if let Some(folder) = output.or(beside_sweep) {
         drawings::write(folder, &case, &answer)?;
         answer.write(folder)?;
+    }
+    if let (Some(swept), None) = (&swept, output) {
+        draw(sweep, swept)?;
     }
     Ok(answer)
 }

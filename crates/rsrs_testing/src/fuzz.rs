@@ -21,6 +21,8 @@ use std::time::{Duration, Instant};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
+use crate::environment::number;
+
 pub use mutation::{base64, behind, bytes, cdr, text};
 
 /// No input may take so long, on a machine that is busy with other tests.
@@ -99,11 +101,6 @@ impl Harness<'_> {
 /// For how long a harness runs: 5 s, if `RSRS_FUZZ_S` does not say otherwise.
 pub fn duration() -> Duration {
     Duration::from_secs(number("RSRS_FUZZ_S").unwrap_or(5))
-}
-
-fn number(variable: &str) -> Option<u64> {
-    let text = std::env::var(variable).ok()?;
-    Some(text.parse().unwrap_or_else(|_| panic!("{variable} is `{text}`, expected a whole number")))
 }
 
 fn files_in(folder: &Path) -> Vec<Vec<u8>> {

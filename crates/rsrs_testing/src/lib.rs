@@ -4,6 +4,7 @@
 
 pub mod conditions;
 pub mod draw;
+pub mod environment;
 pub mod fuzz;
 #[cfg(feature = "network")]
 pub mod network;

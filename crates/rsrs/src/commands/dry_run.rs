@@ -34,7 +34,7 @@ use rsrs_pipeline::compare;
 use rsrs_pipeline::compare::prediction::CHOSEN;
 use rsrs_pipeline::compare::report::Report as Comparison;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::files::{write_file, write_svg_and_png};
 use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
 use rsrs_pipeline::picture::{self, DiagramOptions};
 use rsrs_pipeline::sweep::result::SweepResult;
@@ -278,7 +278,6 @@ impl DryRun<'_> {
             ))?;
             summary.bag = keep_aside(&plan.bag)?;
             summaries.push(summary);
-            fleet.restart(&self.network, &plan).await?;
         }
     }
 
@@ -296,10 +295,8 @@ impl DryRun<'_> {
             ..DiagramOptions::default()
         };
         let svg = picture::of_sweep(result, &options)?;
-        let path = self.folder.join("diagram.png");
-        write_file(&path, &rsrs_view::raster::png(&svg, rsrs_view::raster::PNG_WIDTH_PX)?)?;
-        write_file(&self.folder.join("diagram.svg"), svg.as_bytes())?;
-        Ok(path)
+        write_svg_and_png(&self.folder, "diagram", &svg)?;
+        Ok(self.folder.join("diagram.png"))
     }
 
     fn files(&self, bags: &[PathBuf]) -> String {

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use rsrs_core::quantity::Cell;
 use rsrs_pipeline::picture;
-use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::validate::file::ValidationReport;
 use rsrs_pipeline::validate::{Options, StandIn, validate};
 use rsrs_sim::reachable_set::ReachOptions;
@@ -81,10 +80,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             ..usual
         },
     };
-    let answer = validate(&arguments.sweep, &options, arguments.output.as_deref())?;
-    if arguments.output.is_none() && arguments.sweep.is_dir() {
-        picture::into_folder(&arguments.sweep, &folder::read(&arguments.sweep)?)?;
-    }
+    let output = arguments.output.as_deref();
+    let answer = validate(&arguments.sweep, &options, output, picture::into_folder)?;
     report(arguments.format, &answer, words(&answer))?;
     Ok(if answer.is_harsher { Outcome::Done } else { Outcome::NegativeAnswer })
 }

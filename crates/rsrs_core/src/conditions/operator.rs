@@ -30,7 +30,7 @@ pub struct OperatorConditions {
 #[error("{aspect} is {found}, expected {expected} as simulated")]
 pub struct Incomparable {
     /// What differs.
-    pub aspect: &'static str,
+    pub aspect: String,
     /// In the run, with unit.
     pub found: String,
     /// In the simulation, with unit.
@@ -62,14 +62,30 @@ impl OperatorConditions {
         }
     }
 
+    /// What the operator has set on an axis; `None` for what a robot is rather than set to.
+    pub fn setting(&self, axis: Axis) -> Option<f64> {
+        let undetected = decide(false, self.controller);
+        Some(match axis {
+            Axis::Speed => self.controller.speed_m_s,
+            Axis::TurnRate => self.controller.turn_rate_rad_s,
+            Axis::UndetectedSpeed => undetected.speed_m_s,
+            Axis::UndetectedTurnRate => undetected.turn_rate_rad_s,
+            Axis::Robots => self.robots as f64,
+            Axis::PlacementRadius => self.placement.radius_m(),
+            Axis::Arena => self.arena.side_m,
+            _ => return None,
+        })
+    }
+
     /// Refuses a run whose circumstances differ from these.
     ///
     /// # Errors
     ///
     /// [`Incomparable`], the first difference.
     pub fn admit(&self, run: &Self) -> Result<(), Incomparable> {
-        let refuse =
-            |aspect, found: String, expected: String| Err(Incomparable { aspect, found, expected });
+        let refuse = |aspect: &str, found: String, expected: String| {
+            Err(Incomparable { aspect: aspect.to_owned(), found, expected })
+        };
         if run.robots != self.robots {
             return refuse("the number of robots", run.robots.to_string(), self.robots.to_string());
         }
@@ -85,34 +101,22 @@ impl OperatorConditions {
         if found != expected {
             return refuse("the placement", found.to_owned(), expected.to_owned());
         }
-        let [run_undetected, own_undetected] =
-            [run.controller, self.controller].map(|controller| decide(false, controller));
-        for (aspect, unit, found, expected) in [
-            ("the speed", "m/s", run.controller.speed_m_s, self.controller.speed_m_s),
-            (
-                "the turning rate",
-                "rad/s",
-                run.controller.turn_rate_rad_s,
-                self.controller.turn_rate_rad_s,
-            ),
-            (
-                "the speed without detection",
-                "m/s",
-                run_undetected.speed_m_s,
-                own_undetected.speed_m_s,
-            ),
-            (
-                "the turning rate without detection",
-                "rad/s",
-                run_undetected.turn_rate_rad_s,
-                own_undetected.turn_rate_rad_s,
-            ),
-            ("the placement radius", "m", run.placement.radius_m(), self.placement.radius_m()),
-            ("the side of the arena", "m", run.arena.side_m, self.arena.side_m),
-            ("the duration", "s", run.duration_s, self.duration_s),
-        ] {
+        let settings = Axis::ALL
+            .into_iter()
+            .filter(|axis| !axis.is_count())
+            .filter_map(|axis| {
+                let values = [run, self].map(|conditions| conditions.setting(axis));
+                let [Some(found), Some(expected)] = values else { return None };
+                Some((axis.name(), axis.unit(), found, expected))
+            })
+            .chain([("duration", "s", run.duration_s, self.duration_s)]);
+        for (name, unit, found, expected) in settings {
             if (found - expected).abs() > SAME * expected.abs() {
-                return refuse(aspect, format!("{found} {unit}"), format!("{expected} {unit}"));
+                return refuse(
+                    &format!("the {name}"),
+                    format!("{found} {unit}"),
+                    format!("{expected} {unit}"),
+                );
             }
         }
         if !is_same_start(&run.placement, &self.placement) {

@@ -41,14 +41,14 @@ use fleet::{LAST_RUNNER, Story, Verbosity};
 use network::Node;
 use rsrs_fleet::runner::Outcome;
 use rsrs_fleet::stopper::StopOutcome;
+use rsrs_testing::environment::number;
 use scenario::{Body, Happening, Scenario};
 
 const SEEDS: u64 = 5_000;
 
 /// How many seeds to play: as many as usual, or as the environment asks for.
 fn number_of_seeds(usual: u64) -> u64 {
-    let text = std::env::var("RSRS_SEEDS").ok();
-    text.map_or(usual, |text| text.parse().expect("RSRS_SEEDS is a whole number"))
+    number("RSRS_SEEDS").unwrap_or(usual)
 }
 
 /// Plays so many seeds on all processors, or the one that the environment asks for.
@@ -61,8 +61,7 @@ fn play_seeds(
     draw: impl Fn(u64) -> Scenario + Sync,
     count: impl Fn(&Story) -> Vec<bool> + Sync,
 ) -> Vec<u64> {
-    if let Ok(seed) = std::env::var("RSRS_SEED") {
-        let seed = seed.parse().expect("RSRS_SEED is a whole number");
+    if let Some(seed) = number("RSRS_SEED") {
         let scenario = draw(seed);
         let (violation, story) = match fleet::play(scenario.clone(), Verbosity::Everything) {
             Ok(story) => ("no violation".to_owned(), story),

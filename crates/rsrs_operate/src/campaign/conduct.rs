@@ -267,12 +267,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
             *fleet = Some(Box::new(SimulatedFleet::start(network, plan)?));
         }
         let nodes = fleet.as_mut().expect("it was started above");
-        let summary = on_simulated_fleet(plan, network, nodes, self.operator).await?;
-        // It may be one of the nodes that a run was not completed for; the next one starts them anew.
-        if let Some(mut nodes) = fleet.take_if(|_| summary.ending != EndingKind::Completed.key()) {
-            nodes.stop().await?;
-        }
-        Ok(summary)
+        on_simulated_fleet(plan, network, nodes, self.operator).await
     }
 
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.

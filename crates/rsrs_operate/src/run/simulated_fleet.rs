@@ -12,6 +12,10 @@ pub struct SimulatedFleet {
     robots: Vec<String>,
     /// Greatest commands that the controllers take, in m/s and rad/s.
     limits: [f64; 2],
+    /// ROS arguments of the controllers beyond their limits.
+    reaction: &'static [&'static str],
+    /// Whether the last run that they were there for was completed, or there was none.
+    pub(super) has_completed: bool,
 }
 
 /// ROS arguments of controllers that turn one way whatever is detected: for trials.
@@ -36,7 +40,11 @@ impl SimulatedFleet {
         Self::start_with(network, plan, &CONSTANT)
     }
 
-    fn start_with(network: &OwnNetwork, plan: &Plan, reaction: &[&str]) -> anyhow::Result<Self> {
+    fn start_with(
+        network: &OwnNetwork,
+        plan: &Plan,
+        reaction: &'static [&'static str],
+    ) -> anyhow::Result<Self> {
         let robots = &plan.record.robots;
         let start = |name, parameters: &[&str]| {
             NodeProcess::start(name, robots, parameters, |command| {
@@ -51,6 +59,8 @@ impl SimulatedFleet {
             controllers: start("controller", &of_controllers)?,
             robots: robots.clone(),
             limits: plan.limits,
+            reaction,
+            has_completed: true,
         })
     }
 
@@ -89,9 +99,13 @@ impl SimulatedFleet {
     /// # Errors
     ///
     /// As [`SimulatedFleet::stop`] and [`SimulatedFleet::start`].
-    pub async fn restart(&mut self, network: &OwnNetwork, plan: &Plan) -> anyhow::Result<()> {
+    pub(super) async fn restart(
+        &mut self,
+        network: &OwnNetwork,
+        plan: &Plan,
+    ) -> anyhow::Result<()> {
         self.stop().await?;
-        *self = Self::start(network, plan)?;
+        *self = Self::start_with(network, plan, self.reaction)?;
         Ok(())
     }
 }

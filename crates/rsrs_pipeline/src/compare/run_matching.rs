@@ -9,7 +9,6 @@ use rsrs_bags::Bag;
 use rsrs_core::conditions::operator::OperatorConditions;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::quantity::{Axis, Cell};
-use rsrs_core::robot::controller::decide;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobot, PausedRobot};
@@ -283,7 +282,8 @@ impl<'a> RunMatcher<'a> {
 
     /// The values of a run on the swept axes.
     fn cell(&self, run: &OperatorConditions) -> Cell {
-        let settings = self.diagram.axes.iter().filter_map(|axis| Some((*axis, set(*axis, run)?)));
+        let settings =
+            self.diagram.axes.iter().filter_map(|axis| Some((*axis, run.setting(*axis)?)));
         Cell::new(settings.chain(self.capabilities.iter().copied()))
             .expect("the axes of a sweep are distinct, and numbers in JSON finite")
     }
@@ -294,20 +294,6 @@ fn incomplete(bag: &Bag) -> Option<String> {
     let recover = || format!("`rsrs bag recover {}` saves what can be saved", quoted(bag.path()));
     let broken = recorded_run::break_in(bag).map(|broken| format!("{broken}; {}", recover()));
     broken.or_else(|| recorded_run::lack_in(bag))
-}
-
-/// What the operator of a run has set on an axis; `None` for what a robot is rather than set to.
-fn set(axis: Axis, run: &OperatorConditions) -> Option<f64> {
-    match axis {
-        Axis::Speed => Some(run.controller.speed_m_s),
-        Axis::TurnRate => Some(run.controller.turn_rate_rad_s),
-        Axis::UndetectedSpeed => Some(decide(false, run.controller).speed_m_s),
-        Axis::UndetectedTurnRate => Some(decide(false, run.controller).turn_rate_rad_s),
-        Axis::Robots => Some(run.robots as f64),
-        Axis::PlacementRadius => Some(run.placement.radius_m()),
-        Axis::Arena => Some(run.arena.side_m),
-        _ => None,
-    }
 }
 
 fn single_value(diagram: &PhaseDiagram, axis: Axis) -> anyhow::Result<f64> {

@@ -10,7 +10,7 @@ use rsrs_view::sensor::{self, SensorPicture};
 
 use super::sources::{Paths, Sources};
 use crate::error::{helped, with_help};
-use crate::files::write_file;
+use crate::files::write_svg_and_png;
 
 /// Whether trials of the simulator and of robots may make one profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,10 +88,6 @@ pub fn draw(folder: &Path, fitted: &Fit, name: &str, radius_m: f64) -> anyhow::R
             map.false_positive.value
         ),
     })?;
-    for (picture, svg) in [("speeds", speeds), ("sensor", seen)] {
-        write_file(&folder.join(format!("{picture}.svg")), svg.as_bytes())?;
-        let png = rsrs_view::raster::png(&svg, rsrs_view::raster::PNG_WIDTH_PX)?;
-        write_file(&folder.join(format!("{picture}.png")), &png)?;
-    }
-    Ok(())
+    write_svg_and_png(folder, "speeds", &speeds)?;
+    write_svg_and_png(folder, "sensor", &seen)
 }

@@ -12,7 +12,7 @@ use rsrs_view::sensor::{self, SensorPicture};
 use super::Case;
 use super::file::ValidationReport;
 use super::text::commands;
-use crate::files::write_file;
+use crate::files::write_svg_and_png;
 
 /// Draws the tubes as `reach_1`, `reach_2` …, and the sensor where detections are known; as SVG and
 /// PNG. Of drives whose command changed, which may be many, those outside are drawn.
@@ -29,7 +29,7 @@ pub fn write(folder: &Path, case: &Case, answer: &ValidationReport) -> anyhow::R
             continue;
         }
         let svg = tube_svg(case, answer, index, tube)?;
-        both(folder, &format!("reach_{}", index + 1), &svg)?;
+        write_svg_and_png(folder, &format!("reach_{}", index + 1), &svg)?;
     }
     if let Some(map) = &case.sensor {
         let robot = &case.conditions[0].robot;
@@ -47,7 +47,7 @@ pub fn write(folder: &Path, case: &Case, answer: &ValidationReport) -> anyhow::R
                 robot.false_positive
             ),
         })?;
-        both(folder, "sensor", &svg)?;
+        write_svg_and_png(folder, "sensor", &svg)?;
     }
     Ok(())
 }
@@ -89,10 +89,4 @@ fn tube_svg(
             answer.validation.share * 100.0
         ),
     })?)
-}
-
-fn both(folder: &Path, name: &str, svg: &str) -> anyhow::Result<()> {
-    write_file(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
-    let png = rsrs_view::raster::png(svg, rsrs_view::raster::PNG_WIDTH_PX)?;
-    write_file(&folder.join(format!("{name}.png")), &png)
 }

@@ -19,6 +19,7 @@ use rsrs_core::robot::controller::Command;
 use rsrs_robot_node::driver::Report;
 use rsrs_robot_node::driver::serial::line::{crc, encode};
 use rsrs_robot_node::driver::serial::link::Link;
+use rsrs_testing::environment::number;
 use rsrs_testing::fuzz::{self, Harness};
 
 /// Length of one conversation, in steps of 10 ms.
@@ -321,8 +322,7 @@ fn talk(seed: u64) -> Tally {
 
 #[test]
 fn whatever_the_line_does_the_wheels_get_no_stale_or_wrong_command() {
-    if let Ok(seed) = std::env::var("RSRS_SEED") {
-        let seed = seed.parse().expect("RSRS_SEED is a whole number");
+    if let Some(seed) = number("RSRS_SEED") {
         panic!("seed {seed}: {:?}", talk(seed));
     }
     let end = Instant::now() + fuzz::duration();

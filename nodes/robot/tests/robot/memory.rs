@@ -6,6 +6,7 @@ use std::io::Write;
 use std::time::Duration;
 
 use super::safety::Scene;
+use rsrs_testing::environment::number;
 use rsrs_testing::network::in_own_network;
 
 /// The most that a robot's computer has to spare, in KiB.
@@ -27,8 +28,7 @@ fn resident_kib(pid: u32) -> u64 {
 #[test]
 fn a_driving_node_is_small_and_does_not_grow() {
     in_own_network("memory::a_driving_node_is_small_and_does_not_grow", async || {
-        let watch_s = std::env::var("RSRS_MEMORY_S")
-            .map_or(WATCH_S, |text| text.parse().expect("a whole number of seconds"));
+        let watch_s = number("RSRS_MEMORY_S").unwrap_or(WATCH_S);
         let scene = Scene::commanded(&[]).await;
         let pid = scene.node.0.id();
 
