@@ -262,17 +262,49 @@ impl FleetUnderTest {
 
     /// Watches the wheels until every bound has passed.
     fn judge(&self, victim: Victim, killed: Instant, what: &str) {
+        let waited = self.waits();
         let bounds = (0..N_REAL).map(|robot| victim.bound(robot));
         std::thread::sleep(bounds.max().expect("there are robots"));
         for (robot, micro) in self.micros.iter().enumerate() {
             let bound = victim.bound(robot);
-            assert_eq!(micro.wheels(), (0, 0), "{what}: wheels of {} turn", ROBOTS[robot]);
+            let name = ROBOTS[robot];
+            if micro.wheels() != (0, 0) {
+                let starved = self.waits()[robot].saturating_sub(waited[robot]);
+                let late = Instant::now();
+                while micro.wheels() != (0, 0) && late.elapsed() < TIMEOUT {
+                    std::thread::sleep(LOOK);
+                }
+                let inside = micro.inside();
+                let since = |at: Instant| at.saturating_duration_since(killed);
+                let turned: Vec<_> =
+                    inside.wheels.iter().rev().take(6).map(|it| (since(it.at), *it)).collect();
+                panic!(
+                    "{what}: wheels of {name} turn after {bound:?}, in which its node waited {starved:?} \
+                     for a processor; last command after {:?}, wheels {turned:?}",
+                    inside.commanded.map(since)
+                );
+            }
             let inside = micro.inside();
             let Some(last) = inside.wheels.last() else { continue };
             let took = last.at.saturating_duration_since(killed);
-            assert!(took <= bound, "{what}: {} stood after {took:?}, not {bound:?}", ROBOTS[robot]);
+            assert!(took <= bound, "{what}: {name} stood after {took:?}, not {bound:?}");
         }
     }
+
+    /// For how long all threads of each robot's node have waited for a processor by now.
+    fn waits(&self) -> [Duration; N_REAL] {
+        std::array::from_fn(|robot| waited(self.robots[robot].0.id()))
+    }
+}
+
+/// For how long the threads of a process have waited for a processor while they had something to do.
+fn waited(pid: u32) -> Duration {
+    let Ok(threads) = std::fs::read_dir(format!("/proc/{pid}/task")) else { return Duration::ZERO };
+    let waited = threads.filter_map(|thread| {
+        let text = std::fs::read_to_string(thread.ok()?.path().join("schedstat")).ok()?;
+        Some(Duration::from_nanos(text.split(' ').nth(1)?.parse().ok()?))
+    });
+    waited.sum()
 }
 
 /// A bag of a run that was killed can be read; one of a run that ended is closed.
