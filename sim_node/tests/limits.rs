@@ -80,9 +80,22 @@ fn stays_finite(document: &Value) -> Option<bool> {
 
 #[test]
 fn a_world_at_any_limit_of_its_conditions_stays_finite() {
-    let document = document();
-    for path in numbers(&document, "") {
-        for limit in limits(&document, &path) {
+    for document in [document(), pushing(document())] {
+        at_any_limit(&document);
+    }
+}
+
+/// Robots that push each other, with friction.
+fn pushing(mut document: Value) -> Value {
+    let robot = document["robot"].as_object_mut().expect("it has keys");
+    robot.insert("contact".to_owned(), json!("push"));
+    robot.insert("contact_friction".to_owned(), json!(0.2));
+    document
+}
+
+fn at_any_limit(document: &Value) {
+    for path in numbers(document, "") {
+        for limit in limits(document, &path) {
             let mut document = document.clone();
             set(&mut document, &path, limit);
 
@@ -96,8 +109,9 @@ fn a_world_at_any_limit_of_its_conditions_stays_finite() {
 
 #[test]
 fn a_world_at_all_limits_of_its_conditions_stays_finite() {
-    for end in 0..2 {
-        let mut document = document();
+    for (end, mut document) in
+        [(0, document()), (1, document()), (0, pushing(document())), (1, pushing(document()))]
+    {
         for path in numbers(&document.clone(), "") {
             // At their limits, robots do not fit.
             if path != "/robot/radius_m" && path != "/placement/radius_m" {

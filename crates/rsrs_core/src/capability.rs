@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::conditions::operator::controller_values;
 use crate::conditions::{Conditions, ConditionsError, Settings, SimulatedRobot};
 use crate::quantity::Axis;
+use crate::robot::contact::ContactModel;
 use crate::robot::profile::{RobotProfile, Sees};
 use crate::robot::region::Region;
 use crate::statistics::interval::Interval;
@@ -64,6 +65,7 @@ pub fn violations(
     let mut found: Vec<CapabilityViolation> =
         numbers(&measured, simulated).into_iter().filter_map(Compared::violation).collect();
     found.extend(rotation(&measured.robot, &simulated.robot));
+    found.extend(contact(&measured.robot, &simulated.robot));
     found.extend(region(&measured.robot, &simulated.robot));
     Ok(found)
 }
@@ -150,6 +152,22 @@ fn rotation(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<Cap
         measured: "no".to_owned(),
         simulated: "yes".to_owned(),
         expected: "no",
+    })
+}
+
+/// No contact is worse than another, and what it does to a swarm may be either.
+fn contact(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<CapabilityViolation> {
+    let described = |robot: &SimulatedRobot| match robot.contact {
+        ContactModel::Push => format!("push, with friction {}", robot.contact_friction),
+        other => other.name().to_owned(),
+    };
+    let (measured, simulated) = (described(measured), described(simulated));
+    let capability = "what robots do when they touch";
+    (measured != simulated).then_some(CapabilityViolation {
+        capability,
+        measured,
+        simulated,
+        expected: "the same",
     })
 }
 

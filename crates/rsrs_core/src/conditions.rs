@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::digest::Digest;
 use crate::judge::behaviour::Behaviour;
 use crate::judge::trajectory::Bodies;
+use crate::robot::contact::ContactModel;
 use crate::robot::controller::ControllerParameters;
 use crate::robot::profile::Sees;
 use crate::robot::region::Region;
@@ -142,6 +143,12 @@ pub struct SimulatedRobot {
     pub front_half_angle_rad: f64,
     /// Whether a blocked robot still turns.
     pub rotates_while_blocked: bool,
+    /// What it and its neighbours do when their bodies touch.
+    #[serde(default, skip_serializing_if = "ContactModel::is_usual")]
+    pub contact: ContactModel,
+    /// Coulomb's coefficient of the friction between bodies that push; dimensionless.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub contact_friction: f64,
     /// Gain of the speed, `θᵃ₁`.
     pub speed_gain: GainDistribution,
     /// Gain of the turning rate, `θᵃ₂`.
@@ -166,6 +173,11 @@ pub struct SimulatedRobot {
     pub false_positive: f64,
     /// Steps by which a detection arrives late.
     pub latency_steps: u32,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_none(friction: &f64) -> bool {
+    *friction == 0.0
 }
 
 /// How a gain varies: normal, truncated at three standard deviations; dimensionless.

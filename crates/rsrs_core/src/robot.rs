@@ -1,5 +1,6 @@
 //! The robot: as measured, as made worse, and what it does with what it sees.
 
+pub mod contact;
 pub mod controller;
 pub mod harsher;
 pub mod other_profile;

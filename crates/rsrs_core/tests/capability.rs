@@ -3,6 +3,7 @@
 use rsrs_core::capability::{sensor_violations, violations};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::profile::{RobotProfile, Sees};
 use rsrs_core::robot::region::Region;
 use rsrs_core::trials::fit::{Rate, SensorMap, SensorPoint};
@@ -62,6 +63,8 @@ fn each_better_capability_is_named() {
         ["sensing region"]
     );
     assert_eq!(named(|c| c.robot.sees = Sees::Centre), Vec::<&str>::new());
+    let contact = "what robots do when they touch";
+    assert_eq!(named(|c| c.robot.contact = ContactModel::Push), [contact]);
 }
 
 #[test]

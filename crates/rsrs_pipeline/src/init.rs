@@ -6,6 +6,7 @@ use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::quantity::{Axis, OtherUnit};
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::profile::{MAX_HALF_ANGLE_RAD, RobotProfile};
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
@@ -26,6 +27,8 @@ pub struct Robots {
     pub n_robots: usize,
     /// Radius of the body, in metres.
     pub radius_m: f64,
+    /// What they do when they touch.
+    pub contact: ContactModel,
     /// Fastest safe command, in metres per second.
     pub speed_m_s: f64,
     /// Fastest safe turn, in radians per second.
@@ -212,10 +215,16 @@ fn texts(robots: &Robots, floor: Floor) -> Vec<(&'static str, String)> {
         let values: Vec<String> = values.iter().map(ToString::to_string).collect();
         format!("[{}]", values.join(", "))
     };
+    let friction = match robots.contact {
+        ContactModel::Push => FRICTION,
+        ContactModel::Stop | ContactModel::None => ("", ""),
+    };
     let values = [
         ("@NAME@", name.clone()),
         ("@N_ROBOTS@", n_robots.to_string()),
         ("@RADIUS_M@", robots.radius_m.to_string()),
+        ("@CONTACT@", format!("{}{}", robots.contact.name(), friction.0)),
+        ("@CONTACT_SOURCE@", friction.1.to_owned()),
         ("@SPEED_M_S@", speed_m_s.to_string()),
         ("@LEAST_SPEED_M_S@", least_m_s.to_string()),
         ("@SPEEDS@", listed(&speeds)),
@@ -241,6 +250,12 @@ fn texts(robots: &Robots, floor: Floor) -> Vec<(&'static str, String)> {
         (EXPERIMENT, filled(include_str!("init/experiment.yaml"))),
     ]
 }
+
+/// The friction of bodies that push, in a profile and under its provenance.
+const FRICTION: (&str, &str) = (
+    "\n  contact_friction: 0.0   # between bodies that push each other; at 0 they slide",
+    "\n    body.contact_friction: \"assumed: bodies slide along each other\"",
+);
 
 /// What stands behind the side of an arena that was not given.
 const NEVER_REACHED: &str = "so large that no robot comes to its walls; give yours with --arena";

@@ -24,6 +24,7 @@ use std::ops::Range;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::phase::{self, JudgeError, Verdict, WINDOW_S, samples_in};
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::contact::ContactModel;
 
 use crate::draw::{RunKey, Seed};
 use crate::episode::run_episode_into;
@@ -201,7 +202,7 @@ impl Batch {
     ///
     /// # Panics
     ///
-    /// If the robots are not all alike: the lanes have one robot for all.
+    /// If the robots are not all alike, or do not stop on contact: the lanes have no others.
     pub fn digests(
         &mut self,
         conditions: &Conditions,
@@ -209,7 +210,7 @@ impl Batch {
         replicates: Range<u64>,
         n_steps: u64,
     ) -> Result<Vec<Vec<u64>>, PlacementError> {
-        assert!(conditions.are_robots_alike(), "the lanes have one robot for all");
+        assert!(are_for_lanes(conditions), "the lanes have robots that are alike and stop");
         let runs = runs(conditions, seed, replicates);
         let mut digests = Vec::with_capacity(runs.len());
         for runs in runs.chunks(self.lanes()) {
@@ -223,6 +224,10 @@ impl Batch {
     /// # Errors
     ///
     /// [`PlacementError`] if the robots do not fit where they are to start.
+    ///
+    /// # Panics
+    ///
+    /// As [`Self::digests`].
     pub fn step_only(
         &mut self,
         conditions: &Conditions,
@@ -230,6 +235,7 @@ impl Batch {
         replicates: Range<u64>,
         n_steps: u64,
     ) -> Result<(), PlacementError> {
+        assert!(are_for_lanes(conditions), "the lanes have robots that are alike and stop");
         let runs = runs(conditions, seed, replicates);
         runs.chunks(self.lanes())
             .try_for_each(|runs| self.engine_for(runs.len()).step_only(conditions, runs, n_steps))
@@ -265,10 +271,14 @@ pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
     can_run(conditions, duration_s)
 }
 
+/// Whether the lanes have what these robots are: one kind for all, which stops on contact.
+fn are_for_lanes(conditions: &Conditions) -> bool {
+    conditions.are_robots_alike() && conditions.robot.contact == ContactModel::Stop
+}
+
 /// Whether the lanes can run and judge a cell. What they cannot is left to the reference: it is
 /// what is refused, or far from what robots do.
 fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
-    // Lanes have one robot for all; where they differ, the reference has each.
     let robot = &conditions.robot;
     let fastest = conditions.controller.fastest();
     let n_window = samples_in(WINDOW_S, conditions.period_s);
@@ -279,7 +289,7 @@ fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
         fastest.turn_rate_rad_s * most(robot.turn_gain) + MOST_NORMAL * robot.turn_bias_sd_rad_s;
     let angle_rad = rate_rad_s * conditions.period_s + MOST_NORMAL * robot.heading_noise_sd_rad;
     let way_m = fastest.speed_m_s * most(robot.speed_gain) * conditions.period_s;
-    conditions.are_robots_alike()
+    are_for_lanes(conditions)
         && (1..=MOST_ROBOTS).contains(&conditions.robots)
         && conditions.robots.saturating_mul(n_window) <= MOST_STATES
         && conditions.steps(duration_s) >= n_window as u64

@@ -1,6 +1,7 @@
 //! Contact between bodies, and between a body and the arena's walls.
 
 use rsrs_core::conditions::{Arena, SimulatedRobot, Walls};
+use rsrs_core::robot::contact::ContactModel;
 
 /// When a neighbour keeps a robot from driving on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,16 +13,18 @@ pub struct Contact {
 impl Contact {
     /// The contact of robots of one kind.
     pub fn new(robot: &SimulatedRobot) -> Self {
-        Self::with(robot, robot.radius_m)
+        Self::with(robot, robot)
     }
 
-    /// The contact of a robot with one whose body has another radius, in metres.
-    pub fn with(robot: &SimulatedRobot, other_radius_m: f64) -> Self {
-        let diameter_m = robot.radius_m + other_radius_m;
+    /// The contact of a robot with one of another kind.
+    pub fn with(robot: &SimulatedRobot, other: &SimulatedRobot) -> Self {
+        let diameter_m = robot.radius_m + other.radius_m;
         let front = libm::cos(robot.front_half_angle_rad);
+        let stops = robot.contact == ContactModel::Stop && other.contact != ContactModel::None;
         Self {
             diameter_squared_m2: (diameter_m * diameter_m) as f32,
-            front: (front * front.abs()) as f32,
+            // In front of one that pushes or passes through others there is nobody.
+            front: if stops { (front * front.abs()) as f32 } else { f32::INFINITY },
         }
     }
 
@@ -88,6 +91,16 @@ impl Border {
             Walls::Stop if self.admits(to.0, to.1) => to,
             Walls::Stop => from,
             Walls::Clamp => (self.clamp(to.0), self.clamp(to.1)),
+        }
+    }
+
+    /// Where a body that is pushed to a place in metres is held by the walls, if there are any.
+    pub fn hold(self, to_m: [f64; 2]) -> [f64; 2] {
+        let limit_m = f64::from(self.limit_m);
+        if self.walls == Walls::None {
+            to_m
+        } else {
+            to_m.map(|at_m| at_m.clamp(-limit_m, limit_m))
         }
     }
 

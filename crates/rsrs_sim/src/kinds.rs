@@ -42,7 +42,7 @@ impl Kinds {
         let kind_of = (0..conditions.robots).map(&mut kind).collect();
         let meeting = |robot: &SimulatedRobot, other: &SimulatedRobot| Meeting {
             view: FieldOfView::upon(robot, other.radius_m),
-            contact: Contact::with(robot, other.radius_m),
+            contact: Contact::with(robot, other),
         };
         let meetings = |robot: &&SimulatedRobot| {
             kinds.iter().map(|other| meeting(robot, other)).collect::<Vec<_>>()

@@ -5,7 +5,7 @@
 //! of threads.
 //!
 //! Reading order: the world ([`world`]) and its parts, what a robot sees ([`field_of_view`]), what stops it
-//! ([`contact`]), what disturbs it ([`disturbance`]) and where it starts ([`placement`]); its
+//! ([`contact`]) or pushes it ([`pushing`]), what disturbs it ([`disturbance`]) and where it starts ([`placement`]); its
 //! arithmetic ([`turn`], [`draw`]); one run ([`episode`]), some at once ([`batch`]), and many
 //! ([`sweep`]); and which controllers to run at all ([`exploration`]).
 
@@ -25,6 +25,7 @@ mod grid;
 mod kinds;
 mod numbering;
 pub mod placement;
+pub mod pushing;
 mod robots;
 
 pub mod draw;

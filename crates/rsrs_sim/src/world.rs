@@ -35,6 +35,9 @@
 //! Where robots have profiles of their own, each is sensed for and moved by its own numbers, and two
 //! radii take the place of `2r`: the neighbour's is the one by which a body is seen.
 //!
+//! Where robots push each other, [`crate::pushing`] has the last word on `(x, y)`; where they pass through
+//! each other, or push, nobody is ahead or behind.
+//!
 //! # Source
 //!
 //! `eq:disc_kine`, `eq:disc_func`, `eq:output`, §IV step 2.
@@ -54,6 +57,7 @@ use crate::grid::{self, Grid, REORDERED_EVERY};
 use crate::kinds::{self, Kinds};
 use crate::numbering::Numbering;
 use crate::placement::{self, PlacementError};
+use crate::pushing::Pushing;
 use crate::robots::{Drive, Robots, WorldParameters};
 
 /// A swarm of robots, one step at a time.
@@ -87,6 +91,8 @@ pub struct World {
     grid: Option<Grid>,
     /// Where robots are not all alike; then the rules above are those of nobody, and places are robots.
     kinds: Option<Kinds>,
+    /// Where somebody pushes.
+    pushing: Option<Pushing>,
 }
 
 impl World {
@@ -114,6 +120,7 @@ impl World {
             is_sensed: false,
             grid: grid.flatten(),
             kinds: Kinds::new(conditions),
+            pushing: Pushing::new(conditions),
         })
     }
 
@@ -192,6 +199,9 @@ impl World {
     pub fn advance(&mut self, commands: &[Command]) {
         assert!(self.is_sensed, "every robot senses before any robot moves");
         assert_eq!(commands.len(), self.n_robots(), "one command for each robot");
+        if let Some(pushing) = &mut self.pushing {
+            pushing.begin(&self.robots.x_m, &self.robots.y_m);
+        }
         for (place, robot) in self.numbering.robots().iter().enumerate() {
             let command = commands[*robot as usize];
             let speed_m_s = command.speed_m_s as f32;
@@ -207,6 +217,9 @@ impl World {
                 Some(kinds) => kinds.rules_for(*robot as usize),
             };
             self.robots.advance(rules, place, drive);
+        }
+        if let Some(pushing) = &mut self.pushing {
+            pushing.settle(&mut self.robots.x_m, &mut self.robots.y_m);
         }
         self.step += 1;
         self.is_sensed = false;

@@ -4,6 +4,7 @@ use rsrs_core::conditions::{
     Arena, Conditions, GainDistribution, Placement, SimulatedRobot, Walls,
 };
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::profile::Sees;
 use rsrs_core::robot::region::Region;
@@ -23,6 +24,8 @@ pub fn flockbot_conditions() -> Conditions {
             radius_m: 0.075,
             front_half_angle_rad: 70_f64.to_radians(),
             rotates_while_blocked: true,
+            contact: ContactModel::Stop,
+            contact_friction: 0.0,
             speed_gain: GAIN,
             turn_gain: GAIN,
             turn_bias_sd_rad_s: 0.0,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use rsrs_core::quantity::Axis;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_pipeline::error::{help_of, with_help};
 use rsrs_pipeline::init::{Robots, check_count, check_name, check_number, check_radius, init};
 use rsrs_pipeline::wording::shell::quoted;
@@ -53,6 +54,10 @@ pub struct Arguments {
     /// its walls).
     #[arg(long, value_name = "M")]
     arena: Option<f64>,
+    /// What robots do when they touch: `stop` in place with another one in front, and be moved by nobody;
+    /// `push` each other; or pass through each other, `none` (default: stop).
+    #[arg(long, value_name = "CONTACT")]
+    contact: Option<ContactModel>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -132,6 +137,7 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
             name,
             n_robots,
             radius_m,
+            contact: arguments.contact.unwrap_or_default(),
             speed_m_s,
             turn_rate_rad_s,
             range_m,
@@ -180,6 +186,11 @@ fn ask(
             arguments.radius,
             ("radius of the body, in m", 0.075),
             |radius_m| check_radius(*radius_m),
+        )?,
+        contact: questions.or_ask(
+            arguments.contact,
+            ("what robots do that touch: stop, push each other, or none", ContactModel::Stop),
+            |_| Ok(()),
         )?,
         speed_m_s: questions.or_ask(
             arguments.speed,
@@ -231,6 +242,8 @@ impl<I: BufRead, O: Write> Questions<'_, I, O> {
         if let Some(given) = given {
             return Ok(given);
         }
+        let is_word = usual.to_string().parse::<f64>().is_err();
+        let alone = if is_word { "a word" } else { "a number" };
         loop {
             write!(self.output, "{what} [{usual}]: ")
                 .and_then(|()| self.output.flush())
@@ -252,7 +265,7 @@ impl<I: BufRead, O: Write> Questions<'_, I, O> {
                         format!("{error}{help}")
                     }
                 },
-                Err(_) => format!("`{answer}` is no answer: a number alone is, such as {usual}"),
+                Err(_) => format!("`{answer}` is no answer: {alone} alone is, such as {usual}"),
             };
             writeln!(self.output, "{refusal}").context("asking")?;
         }
@@ -277,7 +290,7 @@ mod tests {
 
     #[test]
     fn what_is_not_given_is_asked_for_until_it_is_answered() {
-        let mut answers = "\nmany\n4\n\n0.2\n\n\n\n\n".as_bytes();
+        let mut answers = "\nmany\n4\n\nshove\npush\n0.2\n\n\n\n\n".as_bytes();
         let mut asked = Vec::new();
 
         let robots =
@@ -287,6 +300,7 @@ mod tests {
             name: "robot".to_owned(),
             n_robots: 4,
             radius_m: 0.075,
+            contact: ContactModel::Push,
             speed_m_s: 0.2,
             turn_rate_rad_s: 2.0,
             range_m: 1.0,
@@ -296,6 +310,8 @@ mod tests {
         };
         assert_eq!(robots, expected);
         let asked = String::from_utf8(asked).expect("it is UTF-8");
+        let no_contact = "`shove` is no answer: a word alone is, such as stop";
+        assert!(asked.contains(no_contact), "{asked}");
         assert!(asked.contains("`many` is no answer") && !asked.contains("detections"), "{asked}");
     }
 
@@ -304,7 +320,8 @@ mod tests {
         let mut answers = "E-Puck 2\ne_puck_2\n0\n6\n35\n3.5 cm\n0.035\n".as_bytes();
         let mut asked = Vec::new();
         let given = ["--speed", "0.1", "--turn-rate", "2", "--range", "1", "--half-angle", "0.2"];
-        let given = [&given[..], &["--period", "0.1", "--arena", "3"]].concat();
+        let given =
+            [&given[..], &["--period", "0.1", "--arena", "3", "--contact", "none"]].concat();
 
         let robots = ask(&arguments(&given), &mut answers, &mut asked).expect("answered");
 

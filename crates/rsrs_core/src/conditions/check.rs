@@ -3,11 +3,13 @@
 use super::{Conditions, GainDistribution, Placement, SimulatedRobot, StartsError, starts};
 use crate::quantity::Bounds;
 use crate::robot::controller::{Command, ControllerParameters};
-use crate::robot::profile::MAX_CORNERS;
+use crate::robot::profile::{MAX_CORNERS, MOST_FRICTION};
 use crate::robot::region::Region;
 
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
+/// Friction between bodies; dimensionless.
+const FRICTION: Bounds = Bounds { least: 0.0, most: MOST_FRICTION };
 /// Robots of a detection trial.
 const PAIR: Bounds = Bounds { least: 0.0, most: 2.0 };
 /// A coordinate of a corner, in metres.
@@ -137,6 +139,7 @@ fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
     for (key, found, bounds) in [
         ("robot.radius_m", robot.radius_m, Bounds::SIZE),
         ("robot.front_half_angle_rad", robot.front_half_angle_rad, FRONT),
+        ("robot.contact_friction", robot.contact_friction, FRICTION),
         ("robot.speed_gain.mean", speed_mean, Bounds::AMOUNT),
         ("robot.speed_gain.robot_sd", speed_sd, Bounds::AMOUNT),
         ("robot.speed_gain.step_sd", speed_step_sd, Bounds::AMOUNT),

@@ -167,6 +167,8 @@ fn simulated_robot(robot: &RobotProfile, controller: ControllerParameters) -> Si
         radius_m: robot.body.radius_m,
         front_half_angle_rad: robot.body.front_half_angle_rad,
         rotates_while_blocked: robot.body.rotates_while_blocked,
+        contact: robot.body.contact,
+        contact_friction: robot.body.contact_friction.unwrap_or_default(),
         speed_gain: GainDistribution {
             mean: speed.gain_at(speed_m_s).mean,
             robot_sd: speed.robot_sd,

@@ -10,8 +10,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::document::{self, DocumentError};
+use crate::robot::contact::ContactModel;
 
-pub use check::{MAX_HALF_ANGLE_RAD, PERIOD_BOUNDS_S};
+pub use check::{MAX_HALF_ANGLE_RAD, MOST_FRICTION, PERIOD_BOUNDS_S};
 pub use origin::TrialOrigin;
 
 /// A robot as it was measured: every capability, with where its number comes from.
@@ -46,6 +47,14 @@ pub struct Body {
     pub front_half_angle_rad: f64,
     /// Whether a robot that cannot drive on still turns.
     pub rotates_while_blocked: bool,
+    /// What robots do when they touch (default: `stop`): stop in place with another one in front, and be
+    /// moved by nobody; push each other, or pass through each other.
+    #[serde(default, skip_serializing_if = "ContactModel::is_usual")]
+    pub contact: ContactModel,
+    /// Coulomb's coefficient of the friction between two bodies that push each other (default: 0, they
+    /// slide); dimensionless.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_friction: Option<f64>,
 }
 
 /// How a robot follows its commands.
@@ -214,6 +223,17 @@ pub enum ProfileError {
     GainTable {
         /// Dotted path of the key.
         key: &'static str,
+    },
+    /// A friction of robots that push nobody.
+    #[error(
+        "body.contact_friction is {found}, and body.contact is {}: only bodies that push have friction",
+        contact.name()
+    )]
+    Friction {
+        /// The friction found.
+        found: f64,
+        /// What the robots do instead.
+        contact: ContactModel,
     },
     /// Both a cone and a polygon, or neither.
     #[error("sensing needs exactly one of `cone` and `polygon_m`")]

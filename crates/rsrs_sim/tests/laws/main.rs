@@ -3,6 +3,7 @@
 mod acceptance;
 mod batch;
 mod blocks;
+mod contact;
 mod few;
 mod golden;
 mod kinds;

@@ -7,6 +7,7 @@ use rsrs_core::judge::plausibility::{
     Axis, Cause, Implausible, Known, NOTED_S, STOOD_S, Unseen, implausible,
 };
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
@@ -156,6 +157,8 @@ fn drawn(index: u64) -> (Conditions, Seen) {
     conditions.robot.yaw_lag_s = if index.is_multiple_of(5) { between(0.0, 0.5) } else { 0.0 };
     conditions.robot.heading_noise_sd_rad = between(0.0, 0.02);
     conditions.robot.rotates_while_blocked = index.is_multiple_of(2);
+    let contacts = [ContactModel::Stop, ContactModel::Push, ContactModel::None];
+    conditions.robot.contact = contacts[which(index / 6, 3)];
     conditions.robot.latency_steps = u32::try_from(whole(between(0.0, 4.0))).expect("small");
     conditions.robot.true_positive = between(0.3, 1.0);
     let late_s = if index.is_multiple_of(7) { between(-1.0, 1.0) } else { between(0.0, 0.2) };

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use rsrs_core::capability::{LostCapability, lost_capabilities};
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::trials::fit::{Details, Fit, Unmeasured};
 use rsrs_pipeline::files::write_file;
@@ -74,6 +75,9 @@ pub struct Arguments {
     /// Radius of a robot's body, in m (default: 0.075).
     #[arg(long, value_name = "M")]
     radius: Option<f64>,
+    /// What robots do when they touch: `stop`, `push` or `none`, as in `rsrs init` (default: stop).
+    #[arg(long, value_name = "CONTACT")]
+    contact: Option<ContactModel>,
     /// Name of the kind of robot.
     #[arg(long)]
     name: String,
@@ -152,5 +156,6 @@ fn unmeasured(arguments: &Arguments) -> anyhow::Result<Unmeasured> {
         unmeasured.radius_m = radius_m;
         unmeasured.radius_source = Some("given to rsrs measure fit".to_owned());
     }
+    unmeasured.contact = arguments.contact.unwrap_or_default();
     Ok(unmeasured)
 }

@@ -1,6 +1,7 @@
 //! Whether a profile can describe a robot: every number against what it can mean.
 
 use super::{MAX_CORNERS, ProfileError, RobotProfile};
+use crate::robot::contact::ContactModel;
 
 impl RobotProfile {
     /// Checks every number against what it can mean.
@@ -11,6 +12,7 @@ impl RobotProfile {
     pub fn check(&self) -> Result<(), ProfileError> {
         positive("body.radius_m", self.body.radius_m)?;
         within("body.front_half_angle_rad", self.body.front_half_angle_rad, 0.0, 3.15)?;
+        self.check_contact()?;
         self.check_actuation()?;
         self.check_sensing()?;
         let period_s = self.computation.period_s;
@@ -22,6 +24,19 @@ impl RobotProfile {
             found: period_s,
             expected: "a time from 0.001 to 2 s",
         })
+    }
+
+    fn check_contact(&self) -> Result<(), ProfileError> {
+        let contact = self.body.contact;
+        let Some(found) = self.body.contact_friction else { return Ok(()) };
+        if contact != ContactModel::Push {
+            return Err(ProfileError::Friction { found, contact });
+        }
+        if (0.0..=MOST_FRICTION).contains(&found) {
+            return Ok(());
+        }
+        let key = "body.contact_friction";
+        Err(ProfileError::OutOfRange { key, found, expected: "a coefficient from 0 to 2" })
     }
 
     fn check_actuation(&self) -> Result<(), ProfileError> {
@@ -80,6 +95,9 @@ impl RobotProfile {
         }
     }
 }
+
+/// Greatest coefficient of friction between two bodies: rubber on rubber has half of it.
+pub const MOST_FRICTION: f64 = 2.0;
 
 /// Shortest and longest control period, in seconds: nobody drives by detections that are rarer.
 pub const PERIOD_BOUNDS_S: [f64; 2] = [0.001, 2.0];

@@ -4,6 +4,7 @@ use super::{
     Actuation, Body, Computation, Cone, Gust, Provenance, RobotProfile, Sees, Sensing,
     SpeedActuation, SpeedGain, TurnActuation, TurnGain,
 };
+use crate::robot::contact::ContactModel;
 
 /// A limit of 0 is none of a profile: robots that only turn, or only drive.
 const LEAST_LIMIT: f64 = 1e-3;
@@ -20,7 +21,13 @@ impl RobotProfile {
         let (most_m_s, most_rad_s) = (most_m_s.max(LEAST_LIMIT), most_rad_s.max(LEAST_LIMIT));
         Self {
             name: "unmeasured".to_owned(),
-            body: Body { radius_m: 1e-3, front_half_angle_rad: 0.0, rotates_while_blocked: true },
+            body: Body {
+                radius_m: 1e-3,
+                front_half_angle_rad: 0.0,
+                rotates_while_blocked: true,
+                contact: ContactModel::Stop,
+                contact_friction: None,
+            },
             actuation: Actuation {
                 speed: SpeedActuation {
                     limits_m_s: [0.0, most_m_s],

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{CommandGain, Drift, Fit, Population, StepNoise, YawLag};
+use crate::robot::contact::ContactModel;
 use crate::robot::harsher::tidy;
 use crate::robot::profile::{
     Actuation, Body, Computation, Gust, Provenance, RobotProfile, Sees, Sensing, SpeedActuation,
@@ -23,6 +24,8 @@ pub struct Unmeasured {
     pub front_half_angle_rad: f64,
     /// Whether a blocked robot still turns.
     pub rotates_while_blocked: bool,
+    /// What robots do when they touch.
+    pub contact: ContactModel,
     /// Time constant of the turning rate, in seconds.
     pub yaw_lag_s: f64,
     /// Correlation time of gusts, in seconds.
@@ -42,6 +45,7 @@ impl Default for Unmeasured {
             radius_source: None,
             front_half_angle_rad: 1.2217,
             rotates_while_blocked: true,
+            contact: ContactModel::Stop,
             yaw_lag_s: 0.0,
             gust_time_constant_s: 2.0,
             latency_steps: 0,
@@ -104,6 +108,8 @@ impl Fit {
                 radius_m: unmeasured.radius_m,
                 front_half_angle_rad: unmeasured.front_half_angle_rad,
                 rotates_while_blocked: unmeasured.rotates_while_blocked,
+                contact: unmeasured.contact,
+                contact_friction: None,
             },
             actuation: self.actuation(&mut sources, unmeasured),
             sensing: self.sensing(&mut sources, unmeasured),
