@@ -204,6 +204,18 @@ pub(crate) fn is_asleep(thread: u32) -> bool {
     })
 }
 
+/// How often and how long a thread of this process has run, and waited for a processor, as the kernel
+/// writes it; `None` if there is no such thread, or the kernel does not count it.
+pub(crate) fn scheduled(thread: u32) -> Option<String> {
+    std::fs::read_to_string(format!("/proc/self/task/{thread}/schedstat")).ok()
+}
+
+/// The identity of this thread.
+pub(crate) fn thread_id() -> u32 {
+    // SAFETY: takes nothing and cannot fail.
+    unsafe { libc::gettid() }.cast_unsigned()
+}
+
 /// Sends this process `SIGTERM` when the thread that started it ends.
 pub(crate) fn terminate_with_parent() -> io::Result<()> {
     let signal = c_ulong::try_from(libc::SIGTERM).expect("signals are positive");

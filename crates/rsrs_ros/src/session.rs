@@ -12,6 +12,7 @@ mod absence;
 mod addresses;
 mod authentication;
 mod close;
+mod deadlock;
 mod endpoint;
 mod endpoint_creation;
 mod error;
@@ -45,6 +46,7 @@ pub use absence::{OutOfReach, OwnLeaseExpired};
 pub use addresses::AddressChanged;
 pub use authentication::NotAuthenticated;
 pub(crate) use close::is_stuck;
+pub use deadlock::start_again_after_deadlock;
 pub use endpoint::{Endpoint, EndpointKind};
 pub use error::{NotMatched, PublishError, SessionEnded, SessionError};
 pub use join::SessionOptions;
@@ -128,6 +130,7 @@ impl Session {
         let context = Context::from_domain_participant(participant.clone())
             .map_err(|error| failed(error.to_string()))?;
         let absences = Absences::of(&participant);
+        let endpoint_creation = Arc::new(EndpointCreation::new(threads.ids()));
 
         Ok(Self {
             participant,
@@ -144,7 +147,7 @@ impl Session {
             watch: Arc::default(),
             watches: Once::new(),
             index: Mutex::default(),
-            endpoint_creation: Arc::default(),
+            endpoint_creation,
             transport: options.transport(),
             local: options.enclave.as_ref().map(|_| Arc::default()),
             writers: Writers::default(),

@@ -55,6 +55,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(parent) = arguments.parent {
         rsrs_ros::shutdown::die_with_parent(parent)?;
     }
+    // A run is nothing that may begin a second time.
+    if !matches!(arguments.node, Node::Runner(_)) {
+        rsrs_ros::session::start_again_after_deadlock();
+    }
     match &arguments.node {
         Node::Robot(rest) => rsrs_robot_node::main(&rest.arguments)?,
         Node::Controller(rest) => rsrs_controller_node::main(&rest.arguments)?,

@@ -95,6 +95,7 @@ struct RobotRow {
 /// If no interface is chosen, the fleet file is wrong, or the network cannot be used.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    rsrs_ros::session::start_again_after_deadlock();
     let network = chosen_network(&arguments.interface, Member::Stop)?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled)?;
     let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };

@@ -1,9 +1,11 @@
 //! Pauses between new endpoints, without which the middleware loses some of them.
 
+use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use super::deadlock::Watchdog;
 use super::{SessionError, lock};
 
 /// Endpoints between two pauses.
@@ -28,12 +30,22 @@ const TIMEOUT: Duration = Duration::from_secs(20);
 static CREATION: Mutex<()> = Mutex::new(());
 
 /// Counts new endpoints.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct EndpointCreation {
     n_endpoints: AtomicUsize,
+    watchdog: Watchdog,
 }
 
 impl EndpointCreation {
+    /// Nothing is made so far.
+    ///
+    /// # Arguments
+    ///
+    /// * `threads` — of the middleware.
+    pub(super) fn new(threads: BTreeSet<u32>) -> Self {
+        Self { n_endpoints: AtomicUsize::new(0), watchdog: Watchdog::of(threads) }
+    }
+
     /// Makes new endpoints, one caller at a time, and again while the middleware has no room for them.
     /// Blocks meanwhile, and for a few milliseconds now and then.
     pub(super) fn make<T>(
@@ -44,7 +56,7 @@ impl EndpointCreation {
         self.wait(n_endpoints);
         persist(|| {
             let _alone = lock(&CREATION);
-            make()
+            self.watchdog.watching(&mut make)
         })
     }
 
@@ -92,7 +104,8 @@ mod tests {
 
     #[test]
     fn no_two_threads_make_endpoints_at_once() {
-        let (endpoint_creation, n_making) = (EndpointCreation::default(), AtomicUsize::new(0));
+        let (endpoint_creation, n_making) =
+            (EndpointCreation::new(BTreeSet::new()), AtomicUsize::new(0));
 
         std::thread::scope(|scope| {
             for _ in 0..4 {

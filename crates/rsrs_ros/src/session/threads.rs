@@ -52,6 +52,11 @@ impl Threads {
         Ok((made, Self { ids }))
     }
 
+    /// Their identities.
+    pub(super) fn ids(&self) -> BTreeSet<u32> {
+        self.ids.clone()
+    }
+
     /// Whether one of them has ended.
     pub(super) fn have_ended(&self) -> Option<MiddlewareEnded> {
         let expected = self.ids.len();
