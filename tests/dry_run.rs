@@ -60,8 +60,44 @@ fn the_whole_loop_leaves_bags_that_pass_through_the_states_of_the_replicates() {
     assert_eq!(records[0].conditions, records[1].conditions);
 }
 
+/// A folder of robots of one's own.
+const INIT: &str = "init mine --name epuck --robots 6 --radius 0.035 --speed 0.12 --turn-rate 2 \
+                    --range 0.5 --half-angle 0.25 --period 0.1 --arena 3";
+
+#[test]
+fn how_many_experiments_are_run_at_a_time_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = rsrs(folder.path(), &INIT.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let comparison = |threads: &str| {
+        let name = format!("by_{threads}");
+        let mut command = confined_rsrs();
+        let arguments = ["dry-run", "mine", "--experiments", "2", "--threads", threads];
+        command.current_dir(&folder).args(arguments).args(["-o", &name]);
+        let (status, errors) = Process::start(&mut command).wait(TIMEOUT);
+        assert!(status.success(), "{errors}");
+        let page = std::fs::read_to_string(folder.path().join(&name).join("report.html")).unwrap();
+        assert!(page.contains("experiment_2"), "the report shows every run");
+        let text = std::fs::read_to_string(folder.path().join(&name).join("comparison.json"));
+        text.unwrap().replace(&name, "out")
+    };
+
+    assert_eq!(comparison("1"), comparison("2"));
+}
+
+#[test]
+fn a_folder_that_is_none_of_ones_own_robots_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+
+    let output = rsrs(folder.path(), &["dry-run", "here"]);
+
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).contains("here/sweep.yaml is missing"), "{}", stderr(&output));
+    assert!(!folder.path().join("results").exists());
+}
+
 /// Dry runs in a row, where nothing else is asked for with `RSRS_DRY_RUNS`.
-const DRY_RUNS: usize = 2;
+const DRY_RUNS: usize = 1;
 
 #[test]
 fn dry_runs_one_after_the_other_all_end_in_a_verdict() {

@@ -2,9 +2,10 @@
 
 use std::cell::{Cell, RefCell};
 use std::pin::Pin;
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rsrs_experiment_runner::Progress;
 use rsrs_operate::run::operator::{Operator, Verbosity};
 use rsrs_ros::printing::{Printed, Printer};
@@ -31,7 +32,7 @@ pub struct TerminalOperator;
 
 impl Operator for TerminalOperator {
     fn note(&self, text: &str) {
-        print_note(text);
+        above_bars(|| print_note(text));
     }
 
     fn watch_run(&self, name: &str, verbosity: Verbosity) -> Box<dyn FnMut(Progress) + '_> {
@@ -57,6 +58,14 @@ impl Operator for TerminalOperator {
     }
 }
 
+/// The bars of all runs that go on, one below the other.
+static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
+
+/// Prints while bars are drawn: what is printed stands above them.
+pub fn above_bars<T>(print: impl FnOnce() -> T) -> T {
+    BARS.suspend(print)
+}
+
 /// Notes that wait for the terminal, at most.
 const ROOM: usize = 1000;
 
@@ -73,11 +82,8 @@ impl ExperimentBar {
 
     /// Shows the name of the experiment.
     fn new(name: &str, verbosity: Verbosity, shown: Shown) -> Self {
-        let target = match shown {
-            Shown::Bar => ProgressDrawTarget::stderr(),
-            Shown::Lines | Shown::Nothing => ProgressDrawTarget::hidden(),
-        };
-        let bar = ProgressBar::with_draw_target(None, target);
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        let bar = if shown == Shown::Bar { BARS.add(bar) } else { bar };
         bar.set_style(style("{msg}: {prefix}"));
         bar.set_message(name.to_owned());
         bar.set_prefix("looking for the robots");

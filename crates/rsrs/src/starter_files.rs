@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
+use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
 
 /// The sweep, below the folder of the files.
@@ -22,13 +23,32 @@ const FILES: [(&str, &str); 4] = [
 /// Where the files are.
 #[derive(Clone, Debug)]
 pub struct StarterFiles {
-    /// The sweep of the Flockbot over speed and turning rate.
+    /// The sweep.
     pub sweep: PathBuf,
-    /// One experiment with nine Flockbots.
+    /// One experiment with the fleet.
     pub experiment: PathBuf,
 }
 
 impl StarterFiles {
+    /// Those of a folder that `rsrs init` has made.
+    ///
+    /// # Errors
+    ///
+    /// If one is missing.
+    pub fn in_folder(folder: &Path) -> anyhow::Result<Self> {
+        let file = |name: &str| {
+            let path = folder.join(name);
+            if path.is_file() {
+                return Ok(path);
+            }
+            Err(with_help(
+                format!("{} is missing", path.display()),
+                "name a folder as `rsrs init` makes it, or none, for nine Flockbots",
+            ))
+        };
+        Ok(Self { sweep: file("sweep.yaml")?, experiment: file("experiment.yaml")? })
+    }
+
     /// Writes the files below a folder.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ pub mod node_process;
 pub mod operator;
 pub mod own_network;
 pub mod place_command;
+pub mod side_by_side;
 pub mod simulated_fleet;
 pub mod start_poses;
 

@@ -18,7 +18,7 @@ use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::robot::pose_source::PoseSource;
 
 use crate::compare::not_counted::Cause;
-pub(crate) use crate::compare::prediction::{Prediction, choose_again};
+pub(crate) use crate::compare::prediction::Prediction;
 use crate::compare::report::{AtHand, Report, Runs};
 use crate::compare::run_matching::{Admitted, admit};
 use crate::error::{help_of, in_one_line};

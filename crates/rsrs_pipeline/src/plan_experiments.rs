@@ -14,8 +14,8 @@ use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
 use serde::Serialize;
 
-use crate::compare::{Prediction, choose_again};
-use crate::error::with_help;
+use crate::compare::Prediction;
+use crate::compare::prediction::nothing_chosen;
 use crate::execution::Execution;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
@@ -141,11 +141,7 @@ fn cells(
 ) -> anyhow::Result<Vec<usize>> {
     if options.cells.is_empty() {
         let chosen = prediction.chosen.as_ref().map(|(index, _)| vec![*index]);
-        return chosen.ok_or_else(|| {
-            let message = format!("{} has no choice.json, and no cell is named", folder.display());
-            let help = format!("name one with `--cell AXIS=VALUE,…`, or {}", choose_again(folder));
-            with_help(message, help)
-        });
+        return chosen.ok_or_else(|| nothing_chosen(folder));
     }
     let mut cells = Vec::new();
     for cell in &options.cells {

@@ -112,6 +112,16 @@ pub fn into_own_network() -> Result<Confinement, ConfineError> {
     Ok(Confinement { pid: std::process::id(), user_namespace })
 }
 
+/// Moves this thread, and all threads and processes that it starts from now on, into a network of its
+/// own; the other threads of this process stay where they are.
+///
+/// # Errors
+///
+/// [`ConfineError`]. Where this process is in a network of its own already, it may make others.
+pub fn thread_into_own_network() -> Result<(), ConfineError> {
+    Steps::of_the_kernel().enter().map(drop).map_err(ConfineError::of)
+}
+
 /// Has `command` start in its own network, as [`into_own_network`] would put it there.
 ///
 /// This process stays where it is and may have any number of threads. Starting the command fails

@@ -1,5 +1,6 @@
 //! `rsrs dry-run`: the whole loop on this machine, without robots.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -9,14 +10,14 @@ use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_core::statistics::share::Share;
-use rsrs_experiment_runner::plan::{Plan, Request};
+use rsrs_experiment_runner::plan::Request;
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_ros::logging::{self, Level};
 use serde::Serialize;
 
 use crate::commands::{self, Format, report};
-use crate::experiment_bar::TerminalOperator;
+use crate::experiment_bar::{TerminalOperator, above_bars};
 use crate::failure::Outcome;
 use crate::notes::print_note;
 use crate::progress::execution;
@@ -24,19 +25,19 @@ use crate::starter_files::StarterFiles;
 use crate::sweep_report::in_words;
 use crate::verdicts;
 use crate::words::Words;
+use rsrs_operate::run::RunSummary;
 use rsrs_operate::run::own_network::OwnNetwork;
-use rsrs_operate::run::simulated_fleet::SimulatedFleet;
-use rsrs_operate::run::{RunSummary, on_simulated_fleet};
-use rsrs_operate::runtime::runtime;
-use rsrs_pipeline::attempt::{SIMULATED_TRIES, keep_aside};
-use rsrs_pipeline::choose::{self, Chosen};
+use rsrs_operate::run::side_by_side::{self, Completed, Experiments};
+use rsrs_pipeline::choose::{self, Chosen, NoViableCell};
 use rsrs_pipeline::compare;
 use rsrs_pipeline::compare::prediction::CHOSEN;
 use rsrs_pipeline::compare::report::Report as Comparison;
 use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::execution::n_threads;
 use rsrs_pipeline::files::{write_file, write_svg_and_png};
 use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
 use rsrs_pipeline::picture::{self, DiagramOptions};
+use rsrs_pipeline::report::html;
 use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
@@ -49,10 +50,13 @@ use rsrs_pipeline::wording::shell::quoted;
 /// cell, experiments over ROS 2, bags, labels, and the comparison of real with simulated runs. The
 /// measured profile, moved by the simulator, stands in for the real robots. Experiments are run until
 /// they decide whether those mill as often as the worse ones, or at most 25 percentage points less
-/// often; as the verdict may be looked at after every run, that is no less sure. Every file that was
-/// used is left in the folder, to be changed and run again.
+/// often; as the verdict may be looked at after every run, that is no less sure. Everything is left in
+/// one folder, and `report.html` shows it. Exit code 3 means that no cell is viable.
 #[derive(clap::Args)]
 pub struct Arguments {
+    /// Folder of one's own robots, as `rsrs init` makes it: its sweep.yaml and experiment.yaml are gone
+    /// through (default: nine Flockbots, whose files are left in the folder of the results).
+    folder: Option<PathBuf>,
     /// Experiments to run, each with a seed of its own (default: as many as decide, at most 60).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     experiments: Option<u64>,
@@ -60,6 +64,9 @@ pub struct Arguments {
     #[arg(long, value_name = "SEED", default_value_t = 1, hide_default_value = true,
           value_parser = clap::value_parser!(u64).range(..1 << 62))]
     seed: u64,
+    /// Threads of the sweep, and experiments side by side (default: as many as the machine runs at once).
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
     /// Folder to make; it must not exist (default: `results/dry-run`, with a number if taken).
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -83,9 +90,19 @@ struct Summary {
     launch_configs: PathBuf,
     sweep: PathBuf,
     diagram: PathBuf,
+    report: PathBuf,
     choice: Choice,
     experiments: Vec<RunSummary>,
     comparison: Comparison,
+}
+
+/// What it leaves where no cell is viable.
+#[derive(Serialize)]
+struct NothingToRun {
+    folder: PathBuf,
+    launch_configs: PathBuf,
+    sweep: PathBuf,
+    choice: NoViableCell,
 }
 
 /// The whole loop, and where it leaves its results.
@@ -114,12 +131,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     // Before the first thread is started.
     let network = OwnNetwork::enter()?;
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-    let dry_run = DryRun { arguments, folder, network };
-    let summary = dry_run.whole_loop()?;
-    if arguments.format == Format::Json {
-        report(Format::Json, &summary, "")?;
-    }
-    Ok(Outcome::Done)
+    DryRun { arguments, folder, network }.whole_loop()
 }
 
 /// The first of `results/dry-run`, `results/dry-run-2`, … that does not exist.
@@ -132,17 +144,39 @@ fn free_folder() -> PathBuf {
 }
 
 impl DryRun<'_> {
-    fn whole_loop(&self) -> anyhow::Result<Summary> {
-        let launch_configs = self.folder.join("launch_configs");
-        let files = StarterFiles::write(&launch_configs)?;
+    fn whole_loop(&self) -> anyhow::Result<Outcome> {
+        let (launch_configs, files) = if let Some(folder) = &self.arguments.folder {
+            (folder.clone(), StarterFiles::in_folder(folder)?)
+        } else {
+            let folder = self.folder.join("launch_configs");
+            let files = StarterFiles::write(&folder)?;
+            (folder, files)
+        };
         let source = ResolvedSweep::read(&files.sweep)?;
         self.print(measured_and_harsher(&source)?)?;
 
-        let sweep = self.folder.join("sweep");
+        let (folder, sweep) = (self.folder.clone(), self.folder.join("sweep"));
         let name = files.sweep.display().to_string();
-        let result = sweep_into(&sweep, &name, source, execution(None)?, picture::into_folder)?;
+        let watched = execution(self.arguments.threads)?;
+        let result = sweep_into(&sweep, &name, source, watched, picture::into_folder)?;
         self.print(swept(&result))?;
-        let choice = choose_cell(&sweep)?;
+        let options = choose::Options {
+            robots: None,
+            wanted: VIABLE_B_S_LOW,
+            confirm: choose::CONFIRM,
+            execution: watched,
+        };
+        let choice = match choose::choose(&sweep, options)? {
+            Chosen::Viable(choice) => choice,
+            Chosen::NoViableCell(choice) => {
+                let next = format!("rsrs diagnose {}", quoted(&sweep));
+                let printed = format!("no viable cell: {}\nnext: {next}", choice.reason);
+                let nothing = NothingToRun { folder, launch_configs, sweep, choice };
+                report(self.arguments.format, &nothing, printed)?;
+                return Ok(Outcome::NegativeAnswer);
+            }
+        };
+        choose::write(&sweep.join("choice.json"), &choice)?;
         self.print(chosen(&choice))?;
 
         let experiments = self.run_experiments(&files, &sweep, &choice)?;
@@ -157,24 +191,38 @@ impl DryRun<'_> {
             poses: None,
             other_profile: OtherProfile::Refused,
         };
-        let mut comparison = compare::compare(&sweep, &runs)?;
+        let (page, mut comparison) = html(&sweep, &runs)?;
         comparison.at_hand.experiment = quoted(&files.experiment);
         self.print("")?;
         self.print(verdicts::comparison(&comparison))?;
         let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
-        write_file(&self.folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
+        write_file(&folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
+        let report = folder.join("report.html");
+        write_file(&report, page.as_bytes())?;
 
         let diagram = self.draw(&result, &choice, &comparison)?;
-        self.print(self.files(&runs.bags))?;
-        let folder = self.folder.clone();
-        Ok(Summary { folder, launch_configs, sweep, diagram, choice, experiments, comparison })
+        self.print(self.files(&files, &runs.bags))?;
+        if self.arguments.format == Format::Json {
+            let summary = Summary {
+                folder,
+                launch_configs,
+                sweep,
+                diagram,
+                report,
+                choice,
+                experiments,
+                comparison,
+            };
+            commands::report(Format::Json, &summary, "")?;
+        }
+        Ok(Outcome::Done)
     }
 
     /// Prints in text how far it is; JSON comes whole at the end.
     fn print(&self, words: impl Into<Words>) -> anyhow::Result<()> {
         match self.arguments.format {
             Format::Json => Ok(()),
-            Format::Text => commands::print_text(words),
+            Format::Text => above_bars(|| commands::print_text(words)),
         }
     }
 
@@ -197,30 +245,31 @@ impl DryRun<'_> {
             })
             .collect::<Vec<Request>>();
         print_note(&self.network.note);
-        let first = Plan::read(&requests[0])?;
-        runtime()?.block_on(async {
-            let mut fleet = SimulatedFleet::start(&self.network, &first)?;
-            let summaries = self.run_all(&requests, choice, &mut fleet).await;
-            fleet.stop().await?;
-            summaries
-        })
-    }
-
-    async fn run_all(
-        &self,
-        requests: &[Request],
-        choice: &Choice,
-        fleet: &mut SimulatedFleet,
-    ) -> anyhow::Result<Vec<RunSummary>> {
         let of = match self.arguments.experiments {
             Some(n) => format!("of {n}"),
             None => format!("of at most {}", requests.len()),
         };
+        let name = |index: usize| {
+            let seed = self.arguments.seed + index as u64;
+            format!("experiment {} {of}: seed {seed}", index + 1)
+        };
         let mut summaries = Vec::new();
         let mut real = Share::default();
-        for (request, number) in requests.iter().zip(1..) {
-            let experiment = format!("experiment {number} {of}");
-            let summary = self.until_completed(request, &experiment, fleet, &mut summaries).await?;
+        let experiments = Experiments {
+            requests: &requests,
+            n_at_once: self.arguments.threads.unwrap_or_else(n_threads),
+            network: &self.network,
+            operator: &TerminalOperator,
+            made_again: &|index, attempt| {
+                let name = name(index);
+                // What cannot be printed is no reason to end an experiment.
+                drop(
+                    self.print(format!("{name}: {attempt}; it does not count, and is tried again")),
+                );
+            },
+        };
+        let ran = side_by_side::run(experiments, |index, Completed { summary, before }| {
+            summaries.extend(before);
             let bag = summary.bag.as_deref().context("a completed experiment has a bag")?;
             let labelled = label_bag(bag, LabelOptions::default())?;
             let phase = labelled.phase;
@@ -228,8 +277,8 @@ impl DryRun<'_> {
                 .real_time_factor
                 .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
             let run = format!(
-                "{experiment}: seed {}, {} s over DDS{pace}, {} messages recorded: ",
-                request.seed.unwrap_or_default(),
+                "{}, {} s over DDS{pace}, {} messages recorded: ",
+                name(index),
                 summary.duration_s,
                 summary.n_messages
             );
@@ -237,48 +286,14 @@ impl DryRun<'_> {
             summaries.push(summary);
             real.n += 1;
             real.hits += u64::from(phase == phase.behaviour().wanted());
-            if self.arguments.experiments.is_none() && is_decided(real, choice)? {
-                break;
-            }
-        }
+            let is_enough = self.arguments.experiments.is_none() && is_decided(real, choice)?;
+            Ok(if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        });
+        ran.map_err(|error| {
+            let there = format!("what there is so far is in {}", self.folder.display());
+            with_help(format!("{error:#}"), there)
+        })?;
         Ok(summaries)
-    }
-
-    /// Runs an experiment, again where it gave no result for a cause that was known before.
-    ///
-    /// # Errors
-    ///
-    /// If it may not be tried again, or has been often enough.
-    async fn until_completed(
-        &self,
-        request: &Request,
-        experiment: &str,
-        fleet: &mut SimulatedFleet,
-        summaries: &mut Vec<RunSummary>,
-    ) -> anyhow::Result<RunSummary> {
-        let mut n_tries = 0;
-        loop {
-            n_tries += 1;
-            let plan = Plan::read(request)?;
-            let mut summary =
-                on_simulated_fleet(&plan, &self.network, fleet, &TerminalOperator).await?;
-            if summary.ending == EndingKind::Completed.key() {
-                return Ok(summary);
-            }
-            let attempt = summary.attempt(&plan.record);
-            if !attempt.is_made_again(&plan.record, n_tries, SIMULATED_TRIES) {
-                return Err(with_help(
-                    format!("{experiment} {}: {}", summary.ending, summary.reason),
-                    format!("what there is so far is in {}", self.folder.display()),
-                ));
-            }
-            self.print(format!(
-                "{experiment}: seed {}: {attempt}; it does not count, and is tried again",
-                plan.record.seed
-            ))?;
-            summary.bag = keep_aside(&plan.bag)?;
-            summaries.push(summary);
-        }
     }
 
     /// The diagram with the chosen cell and the experiments on it.
@@ -299,15 +314,19 @@ impl DryRun<'_> {
         Ok(self.folder.join("diagram.png"))
     }
 
-    fn files(&self, bags: &[PathBuf]) -> String {
+    fn files(&self, files: &StarterFiles, bags: &[PathBuf]) -> String {
         let folder = self.folder.display();
-        let mut lines = vec![
-            String::new(),
-            format!("{folder}/launch_configs   the files behind it: change them and run again"),
+        let mut lines = vec![String::new()];
+        if self.arguments.folder.is_none() {
+            lines.push(format!(
+                "{folder}/launch_configs   the files behind it: change them and run again"
+            ));
+        }
+        lines.extend([
             format!("{folder}/sweep            cells.csv, replicates.parquet, choice.json"),
             format!("{folder}/diagram.png      the phase diagram (also as .svg)"),
             format!("{folder}/comparison.json"),
-        ];
+        ]);
         lines.push(match bags {
             [] => format!("{folder}/bags             no experiment was completed"),
             [bag] => format!("{}   its recording", bag.display()),
@@ -316,9 +335,11 @@ impl DryRun<'_> {
             }
         });
         lines.push(format!(
-            "another cell: rsrs run {folder}/launch_configs/experiments/flockbot_milling.yaml --cell \
-             speed_m_s=0.15,turn_rate_rad_s=0.75,robots=9"
+            "one experiment again: rsrs run {} --from {}",
+            quoted(&files.experiment),
+            quoted(self.folder.join("sweep"))
         ));
+        lines.push(format!("all of it to look at: {folder}/report.html"));
         lines.join("\n")
     }
 }
@@ -329,22 +350,6 @@ fn is_decided(real: Share, choice: &Choice) -> anyhow::Result<bool> {
     let simulated = Share::milling(&phases);
     let test = PooledTest::new(&[TestedCell { real, simulated, part: CHOSEN }], MARGIN);
     Ok(decided(&test) != Verdict::Undecided)
-}
-
-fn choose_cell(sweep: &Path) -> anyhow::Result<Choice> {
-    let options = choose::Options {
-        robots: None,
-        wanted: VIABLE_B_S_LOW,
-        confirm: choose::CONFIRM,
-        execution: execution(None)?,
-    };
-    match choose::choose(sweep, options)? {
-        Chosen::Viable(choice) => {
-            choose::write(&sweep.join("choice.json"), &choice)?;
-            Ok(choice)
-        }
-        Chosen::NoViableCell(none) => Err(anyhow::anyhow!("no viable cell: {}", none.reason)),
-    }
 }
 
 fn measured_and_harsher(source: &ResolvedSweep) -> anyhow::Result<String> {
@@ -376,8 +381,9 @@ fn swept(result: &SweepResult) -> String {
 
 fn chosen(choice: &Choice) -> String {
     let chosen = format!(
-        "chosen: {}, which mills in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
+        "chosen: {}, which {} in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
         choice.cell,
+        choice.behaviour().verb().does,
         100.0 * choice.b_s,
         choice.n_replicates,
         100.0 * choice.b_s_low,

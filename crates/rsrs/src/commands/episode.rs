@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use rsrs_core::quantity::Cell;
+use rsrs_pipeline::compare::prediction::nothing_chosen;
 use rsrs_pipeline::episode::replicate::replay;
+use rsrs_pipeline::sweep::folder::read_choice;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
@@ -22,9 +24,9 @@ Examples:
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
-    /// Cell of the sweep, as AXIS=VALUE,…
+    /// Cell of the sweep, as AXIS=VALUE,… (default: the chosen one).
     #[arg(long)]
-    cell: Cell,
+    cell: Option<Cell>,
     /// Which replicate of the cell, from 0.
     #[arg(long, value_name = "K")]
     replicate: u64,
@@ -40,11 +42,15 @@ pub struct Arguments {
 ///
 /// # Errors
 ///
-/// If the folder is not a sweep's, the cell or the replicate is not in it, or the bag exists or
+/// If the folder is not a sweep's, no cell is named and none was chosen, the cell or the replicate is not in it, or the bag exists or
 /// cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { folder, cell, replicate, output, .. } = arguments;
-    let episode = replay(folder, cell, *replicate, output, execution(None)?)?;
+    let cell = match cell {
+        Some(cell) => cell.clone(),
+        None => read_choice(folder)?.ok_or_else(|| nothing_chosen(folder))?.cell,
+    };
+    let episode = replay(folder, &cell, *replicate, output, execution(None)?)?;
     report(arguments.format, &episode, episode.to_string())?;
     Ok(Outcome::Done)
 }

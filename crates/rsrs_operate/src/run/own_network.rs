@@ -19,6 +19,8 @@ pub struct OwnNetwork {
     pub session: SessionOptions,
     /// For people: how to look inside, or why it is not a network of its own.
     pub note: String,
+    /// Whether it is a network of its own, and not the machine's loopback interface.
+    pub is_confined: bool,
 }
 
 /// The variable that selects the network of ROS 2.
@@ -52,6 +54,7 @@ impl OwnNetwork {
                     "no packet leaves this machine; to look inside:\n  {} env {DOMAIN}=0 rviz2",
                     confinement.enter_command()
                 ),
+                is_confined: true,
             }),
             Err(error @ ConfineError::Forbidden { .. }) => {
                 if is_to_be_secured {
@@ -63,6 +66,16 @@ impl OwnNetwork {
             }
             Err(error) => Err(error.into()),
         }
+    }
+
+    /// Moves this thread, and what it starts from now on, into another network of the same kind.
+    ///
+    /// # Errors
+    ///
+    /// If the system forbids it.
+    pub fn another(&self) -> anyhow::Result<Self> {
+        confine::thread_into_own_network()?;
+        Ok(self.clone())
     }
 
     fn on_loopback(error: &ConfineError) -> anyhow::Result<Self> {
@@ -78,6 +91,7 @@ impl OwnNetwork {
                 "{error}: using the loopback interface in domain {domain_id}, where nobody else is; \
                  {help}"
             ),
+            is_confined: false,
         })
     }
 

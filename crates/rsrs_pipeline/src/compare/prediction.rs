@@ -123,8 +123,15 @@ impl<'a> Prediction<'a> {
     }
 }
 
+/// The error of who needs a cell, and neither was one named nor chosen.
+pub fn nothing_chosen(folder: &Path) -> anyhow::Error {
+    let message = format!("{} has no choice.json, and no cell is named", folder.display());
+    let help = format!("name one with `--cell AXIS=VALUE,…`, or {}", choose_again(folder));
+    with_help(message, help)
+}
+
 /// What to type where the choice is of no use.
-pub fn choose_again(folder: &Path) -> String {
+fn choose_again(folder: &Path) -> String {
     format!("choose again: `{}`", choose_line(folder))
 }
 
