@@ -163,3 +163,39 @@ fn a_search_is_refused_where_it_makes_no_sense() {
     assert_eq!(std::fs::read_to_string(place.join("mine/notes.txt")).expect("kept"), "keep me");
     assert!(!place.join("new").exists());
 }
+
+#[test]
+fn what_wheels_cannot_do_is_neither_offered_nor_swept() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let text = std::fs::read_to_string(profile()).expect("it ships");
+    let wheels = "actuation:\n  wheels: {base_m: 0.12, speed_max_m_s: 0.2}";
+    let on_wheels = place.path().join("on_wheels.yaml");
+    std::fs::write(&on_wheels, text.replace("actuation:", wheels)).expect("it can be written");
+    let arguments =
+        "explore on_wheels.yaml -o found --controllers 200 --replicates 2 --format json";
+
+    let found = rsrs(place.path(), &arguments.split_whitespace().collect::<Vec<_>>());
+
+    assert_eq!(code(&found), 0, "{}", stderr(&found));
+    let found = json(&found);
+    let entries = found["found"].as_array().expect("a list");
+    assert!(entries.iter().any(|entry| entry["sweep"].is_string()), "{found:#}");
+    for entry in entries {
+        let (controller, undetected) = (&entry["controller"], &entry["controller"]["undetected"]);
+        for command in [controller, undetected].into_iter().filter(|command| !command.is_null()) {
+            let of = |key: &str| command[key].as_f64().expect("a number").abs();
+            let asked_m_s = of("speed_m_s") + of("turn_rate_rad_s") * 0.06;
+            assert!(asked_m_s <= 0.2 + 1e-9, "{entry:#}");
+        }
+        if let Some(sweep) = entry["sweep"].as_str() {
+            let sweep = place.path().join("found").join(sweep);
+            let text = std::fs::read_to_string(&sweep).expect("it is there");
+            let short = text.replace("replicates: 100", "replicates: 1");
+            std::fs::write(&sweep, short).expect("it can be written");
+            let sweep = sweep.to_str().expect("a path in UTF-8");
+            let swept = rsrs(place.path(), &["sweep", sweep, "-o", "swept"]);
+            assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+            std::fs::remove_dir_all(place.path().join("swept")).expect("it was written");
+        }
+    }
+}

@@ -73,6 +73,26 @@ fn cells_beyond_the_robots_limits_are_refused_wherever_they_are_asked_for() {
 }
 
 #[test]
+fn cells_that_ask_too_much_of_a_wheel_are_refused_wherever_they_are_asked_for() {
+    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+    let profile = std::fs::read_to_string(place.path().join("flockbot.yaml")).expect("it is there");
+    let wheels = "actuation:\n  wheels: {base_m: 0.12, speed_max_m_s: 0.2}";
+    let profile = profile.replace("actuation:", wheels);
+    std::fs::write(place.path().join("flockbot.yaml"), profile).expect("the folder is writable");
+
+    let swept = refused(
+        place.path(),
+        "axes: {speed_m_s: [0.1, 0.15, 0.2]}\n\
+         fixed: {turn_rate_rad_s: 1.0, robots: 9, placement_radius_m: 0.6}",
+    );
+
+    let too_fast = "cell `speed_m_s=0.15`: 0.15 m/s at 1 rad/s ask 0.210 m/s of a wheel, beyond the \
+                    robots' wheels: expected at most 0.2 m/s, 0.12 m apart";
+    assert!(swept.contains(too_fast), "{swept}");
+    assert!(swept.contains("help: turn or drive slower"), "{swept}");
+}
+
+#[test]
 fn values_in_other_units_are_refused_wherever_a_person_types_them() {
     let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
     let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");

@@ -9,3 +9,4 @@ pub mod profile;
 pub mod region;
 pub mod shape;
 pub mod unicycle;
+pub mod wheels;

@@ -55,6 +55,10 @@ pub mod gate {
     pub const SPEED_MAX: &str = "speed_max";
     /// Greatest safe turning rate, in rad/s.
     pub const TURN_RATE_MAX: &str = "turn_rate_max";
+    /// Distance of the two wheels, in metres; 0 where it is not known.
+    pub const WHEEL_BASE: &str = "wheel_base";
+    /// Greatest speed of a wheel, in m/s.
+    pub const WHEEL_SPEED_MAX: &str = "wheel_speed_max";
     /// Interval of detections, in seconds.
     pub const PERIOD: &str = "period";
     /// Greatest growth of the speed, in m/s².
@@ -88,9 +92,11 @@ pub mod gate {
     pub const ROS_CMD_VEL_TYPE: &str = "ros.cmd_vel_type";
 
     /// All of them; those of other drivers than its own are not there.
-    pub const ALL: [&str; 17] = [
+    pub const ALL: [&str; 19] = [
         SPEED_MAX,
         TURN_RATE_MAX,
+        WHEEL_BASE,
+        WHEEL_SPEED_MAX,
         PERIOD,
         ACCELERATION_MAX,
         TURN_ACCELERATION_MAX,
@@ -111,12 +117,12 @@ pub mod gate {
     /// The unit of a parameter that is a number with one.
     pub(super) fn unit(name: &str) -> Option<&'static str> {
         Some(match name {
-            SPEED_MAX => "m/s",
+            SPEED_MAX | WHEEL_SPEED_MAX => "m/s",
             TURN_RATE_MAX => "rad/s",
             PERIOD | SENSOR_TIMEOUT => "s",
             ACCELERATION_MAX => "m/s²",
             TURN_ACCELERATION_MAX => "rad/s²",
-            DETECTION_THRESHOLD => "m",
+            DETECTION_THRESHOLD | WHEEL_BASE => "m",
             ROS_SECTOR => "rad",
             _ => return None,
         })
@@ -208,6 +214,10 @@ pub fn of_gate(robot: &FleetRobot, profile: Option<&RobotProfile>) -> GateSettin
     if let Some(profile) = profile {
         set(gate::SPEED_MAX, Value::Double(profile.actuation.speed.limits_m_s[1]));
         set(gate::TURN_RATE_MAX, Value::Double(profile.actuation.turn.limits_rad_s[1]));
+        if let Some(wheels) = profile.actuation.wheels {
+            set(gate::WHEEL_BASE, Value::Double(wheels.base_m));
+            set(gate::WHEEL_SPEED_MAX, Value::Double(wheels.speed_max_m_s));
+        }
         set(gate::PERIOD, Value::Double(profile.computation.period_s));
         set(gate::PROFILE_DIGEST, Value::Text(profile.digest()));
         threshold_m = threshold_m.or(profile.sensing.cone.map(|cone| cone.range_m));

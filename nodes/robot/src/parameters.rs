@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
+use rsrs_core::robot::wheels::Wheels;
 use rsrs_fleet::parameters::gate::{
     ACCELERATION_MAX, CMD_VEL_TYPE, DEBOUNCE, DETECTION_THRESHOLD, DRIVER, NODE, PERIOD,
-    PROFILE_DIGEST, SENSOR_TIMEOUT, SPEED_MAX, TURN_ACCELERATION_MAX, TURN_RATE_MAX,
+    PROFILE_DIGEST, SENSOR_TIMEOUT, SPEED_MAX, TURN_ACCELERATION_MAX, TURN_RATE_MAX, WHEEL_BASE,
+    WHEEL_SPEED_MAX,
 };
 use rsrs_fleet::robot::detector::DetectorSettings;
 use rsrs_fleet::robot::limits::Limits;
@@ -31,7 +33,7 @@ struct Number {
 
 /// Those of every robot. The ranges end where the serial line's numbers do; the values are those of
 /// the Flockbot.
-const NUMBERS: [Number; 7] = [
+const NUMBERS: [Number; 9] = [
     Number {
         name: SPEED_MAX,
         description: "Greatest safe speed, in m/s; faster commands are refused.",
@@ -44,6 +46,20 @@ const NUMBERS: [Number; 7] = [
         description: "Greatest safe turning rate, in rad/s; faster commands are refused.",
         range: (0.0, 30.0),
         value: 2.5,
+        read_only: true,
+    },
+    Number {
+        name: WHEEL_BASE,
+        description: "Distance of the two wheels, in m; 0 where wheels have no limit of their own.",
+        range: (0.0, 10.0),
+        value: 0.0,
+        read_only: true,
+    },
+    Number {
+        name: WHEEL_SPEED_MAX,
+        description: "Greatest speed of a wheel, in m/s; commands that ask more of one are refused.",
+        range: (0.0, 100.0),
+        value: 0.0,
         read_only: true,
     },
     Number {
@@ -167,6 +183,11 @@ pub struct Settings {
     pub detector: DetectorSettings,
 }
 
+/// The wheels of a robot, if they have a limit of their own.
+fn wheels(base_m: f64, speed_max_m_s: f64) -> Option<Wheels> {
+    (base_m > 0.0).then_some(Wheels { base_m, speed_max_m_s })
+}
+
 /// Reads what a robot is set to now.
 pub fn settings(server: &ParameterServer, node: &str) -> Settings {
     let value = |name| double(server, node, name);
@@ -174,6 +195,7 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
         limits: Limits {
             speed_m_s: value(SPEED_MAX),
             turn_rate_rad_s: value(TURN_RATE_MAX),
+            wheels: wheels(value(WHEEL_BASE), value(WHEEL_SPEED_MAX)),
             acceleration_m_s2: value(ACCELERATION_MAX),
             turn_acceleration_rad_s2: value(TURN_ACCELERATION_MAX),
         },

@@ -2,36 +2,60 @@
 
 use crate::help::Help;
 use crate::quantity::Axis;
-use crate::robot::controller::ControllerParameters;
+use crate::robot::controller::{Command, ControllerParameters};
 use crate::robot::profile::RobotProfile;
+use crate::robot::wheels::Wheels;
 
 /// A command beyond what a robot may be given.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "{axis} is {found}, beyond the robots' limits: expected {least} to {most} {}",
-    axis.unit()
-)]
-pub struct BeyondLimits {
-    /// The speed or the turning rate.
-    pub axis: Axis,
-    /// What was asked for, in the unit of the axis.
-    pub found: f64,
-    /// Least safe value, in the unit of the axis.
-    pub least: f64,
-    /// Greatest safe value, in the unit of the axis.
-    pub most: f64,
+pub enum BeyondLimits {
+    /// A speed or a turning rate.
+    #[error(
+        "{axis} is {found}, beyond the robots' limits: expected {least} to {most} {}",
+        axis.unit()
+    )]
+    Command {
+        /// The speed or the turning rate.
+        axis: Axis,
+        /// What was asked for, in the unit of the axis.
+        found: f64,
+        /// Least safe value, in the unit of the axis.
+        least: f64,
+        /// Greatest safe value, in the unit of the axis.
+        most: f64,
+    },
+    /// Both together, of a wheel.
+    #[error(
+        "{} m/s at {} rad/s ask {:.3} m/s of a wheel, beyond the robots' wheels: expected at most {} m/s, \
+         {} m apart",
+        command.speed_m_s, command.turn_rate_rad_s, wheels.asked_m_s(*command), wheels.speed_max_m_s,
+        wheels.base_m
+    )]
+    Wheels {
+        /// What was asked for.
+        command: Command,
+        /// The robots' wheels.
+        wheels: Wheels,
+    },
 }
 
 impl Help for BeyondLimits {
     fn help(&self) -> Option<String> {
-        let key = match self.axis {
-            Axis::Speed | Axis::UndetectedSpeed => "actuation.speed.limits_m_s",
-            _ => "actuation.turn.limits_rad_s",
-        };
-        Some(format!(
-            "stay within the limits; if the robots were found to be safe beyond them, change `{key}` \
-             in their profile"
-        ))
+        Some(match self {
+            Self::Command { axis, .. } => {
+                let key = match axis {
+                    Axis::Speed | Axis::UndetectedSpeed => "actuation.speed.limits_m_s",
+                    _ => "actuation.turn.limits_rad_s",
+                };
+                format!(
+                    "stay within the limits; if the robots were found to be safe beyond them, change \
+                     `{key}` in their profile"
+                )
+            }
+            Self::Wheels { .. } => "turn or drive slower: in a sweep, name the cells that the wheels can \
+                                    do under `cells`; the wheels are `actuation.wheels` in the profile"
+                .to_owned(),
+        })
     }
 }
 
@@ -42,7 +66,7 @@ impl RobotProfile {
     ///
     /// # Errors
     ///
-    /// [`BeyondLimits`], of the speed first.
+    /// [`BeyondLimits`], of the speed first, and of the wheels last.
     pub fn check_limits(&self, controller: ControllerParameters) -> Result<(), BeyondLimits> {
         let (speed, turn) = (self.actuation.speed.limits_m_s, self.actuation.turn.limits_rad_s);
         let mut values = vec![
@@ -59,10 +83,21 @@ impl RobotProfile {
             let amount = if controller.undetected.is_some() { found.abs() } else { found };
             let is_within = amount >= least * (1.0 - SAME) && amount <= most * (1.0 + SAME);
             if !is_within && found != 0.0 {
-                return Err(BeyondLimits { axis, found, least, most });
+                return Err(BeyondLimits::Command { axis, found, least, most });
             }
         }
-        Ok(())
+        self.check_wheels(controller)
+    }
+
+    /// Refuses a controller with a command that asks more of a wheel than it can do.
+    ///
+    /// # Errors
+    ///
+    /// [`BeyondLimits::Wheels`].
+    pub fn check_wheels(&self, controller: ControllerParameters) -> Result<(), BeyondLimits> {
+        let Some(wheels) = self.actuation.wheels else { return Ok(()) };
+        let beyond = controller.commands().into_iter().find(|command| !wheels.can(*command));
+        beyond.map_or(Ok(()), |command| Err(BeyondLimits::Wheels { command, wheels }))
     }
 }
 
@@ -99,5 +134,42 @@ mod tests {
             assert_eq!(check(speed_m_s, turn_rate_rad_s), Err(expected.to_owned()));
         }
         assert!(check(f64::NAN, 0.75).is_err());
+    }
+
+    #[test]
+    fn what_both_commands_ask_of_a_wheel_is_refused_with_the_wheels() {
+        let text = FLOCKBOT
+            .replace("actuation:", "actuation:\n  wheels: {base_m: 0.12, speed_max_m_s: 0.3}");
+        let profile = RobotProfile::parse("flockbot.yaml", &text).unwrap();
+        let without = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let corner = ControllerParameters::mirrored(0.3, 2.0);
+
+        assert_eq!(without.check_limits(corner), Ok(()));
+        assert_eq!(profile.check_limits(ControllerParameters::mirrored(0.18, 2.0)), Ok(()));
+        let error = profile.check_limits(corner).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "0.3 m/s at 2 rad/s ask 0.420 m/s of a wheel, beyond the robots' wheels: expected at most 0.3 \
+             m/s, 0.12 m apart"
+        );
+        assert!(error.help().unwrap().contains("`actuation.wheels`"));
+        let backward = Command { speed_m_s: -0.3, turn_rate_rad_s: -1.0 };
+        let either = ControllerParameters::of(Command::STOP, backward);
+        assert!(profile.check_limits(either).is_err(), "of both commands");
+        assert_ne!(profile.digest(), without.digest());
+    }
+
+    #[test]
+    fn wheels_that_cannot_be_are_refused() {
+        for (wheels, key) in [
+            ("{base_m: 0, speed_max_m_s: 0.3}", "actuation.wheels.base_m is 0"),
+            ("{base_m: 0.1, speed_max_m_s: -1}", "actuation.wheels.speed_max_m_s is -1"),
+            ("{base_m: 0.1}", "speed_max_m_s"),
+            ("{base_m: .inf, speed_max_m_s: 1}", "actuation.wheels.base_m is inf"),
+        ] {
+            let text = FLOCKBOT.replace("actuation:", &format!("actuation:\n  wheels: {wheels}"));
+            let error = RobotProfile::parse("flockbot.yaml", &text).unwrap_err().to_string();
+            assert!(error.contains(key), "{error}");
+        }
     }
 }

@@ -136,7 +136,9 @@ pub enum SweepFileError {
         problem: &'static str,
     },
     /// A placement that is a trial's.
-    #[error("{file}: `placement` is a pair, expected disc_facing_out, box_facing_out or file")]
+    #[error(
+        "{file}: `placement` is a pair, expected disc_facing_out, box_facing_out or file"
+    )]
     Pair {
         /// The file.
         file: String,
@@ -309,6 +311,24 @@ impl SweepFile {
             Err(source) => Err(SweepFileError::Cell { file: file(), cell, source }),
         };
         self.all_cells().into_iter().map(resolve).collect()
+    }
+
+    /// The sweep without the cells that ask more of a wheel than these robots have: for sweeps that nobody
+    /// wrote. If that is any, its cells are a list.
+    #[must_use]
+    pub fn within_wheels(self, measured: &RobotProfile) -> Self {
+        let settings = self.settings();
+        let can = |cell: &Cell| {
+            let conditions = Conditions::resolve(measured, &settings.with_cell(cell));
+            // What makes no conditions is named when the sweep is resolved.
+            conditions.map_or(true, |world| measured.check_wheels(world.controller).is_ok())
+        };
+        let all = self.all_cells();
+        let fitting: Vec<Cell> = all.iter().filter(|cell| can(cell)).cloned().collect();
+        if fitting.len() == all.len() {
+            return self;
+        }
+        Self { axes: Axes::default(), cells: Some(fitting), ..self }
     }
 
     /// The factors of `harsher`, those that it leaves out as this robot needs them.

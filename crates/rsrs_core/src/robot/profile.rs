@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{self, DocumentError};
 use crate::robot::contact::ContactModel;
+use crate::robot::wheels::Wheels;
 
 pub use check::{MAX_HALF_ANGLE_RAD, MOST_FRICTION, PERIOD_BOUNDS_S};
 pub use origin::TrialOrigin;
@@ -65,6 +66,10 @@ pub struct Actuation {
     pub speed: SpeedActuation,
     /// Turning rate.
     pub turn: TurnActuation,
+    /// Its two wheels, if they are what limits a turn while it drives; without them, speed and turning rate
+    /// have their own limits alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wheels: Option<Wheels>,
     /// Velocity disturbance `w`.
     pub gust: Gust,
     /// Time constant with which the turning rate follows its command, in seconds; 0 is at once.

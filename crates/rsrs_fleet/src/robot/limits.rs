@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::wheels::Wheels;
 
 /// The most that a robot may be asked to do; all finite, none negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +12,8 @@ pub struct Limits {
     pub speed_m_s: f64,
     /// Greatest turning rate to either side, in radians per second.
     pub turn_rate_rad_s: f64,
+    /// What its wheels can do together, if that is known.
+    pub wheels: Option<Wheels>,
     /// Greatest growth of the speed, in metres per second squared; stopping is not held back.
     pub acceleration_m_s2: f64,
     /// Greatest growth of the turning rate, in radians per second squared.
@@ -20,8 +23,11 @@ pub struct Limits {
 /// A velocity command that a robot cannot follow.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "velocity command ({} m/s, {} rad/s), expected at most {} m/s and {} rad/s",
-    found.speed_m_s, found.turn_rate_rad_s, limits.speed_m_s, limits.turn_rate_rad_s
+    "velocity command ({} m/s, {} rad/s), expected at most {} m/s and {} rad/s{}",
+    found.speed_m_s, found.turn_rate_rad_s, limits.speed_m_s, limits.turn_rate_rad_s,
+    limits.wheels.map_or_else(String::new, |wheels| {
+        format!(", and {} m/s of a wheel, {} m apart", wheels.speed_max_m_s, wheels.base_m)
+    })
 )]
 pub struct BeyondLimits {
     /// The command.
@@ -47,6 +53,7 @@ impl Limits {
         let fits = |value: f64, most: f64| value.abs() <= most * (1.0 + ROUNDING);
         if fits(command.speed_m_s, self.speed_m_s)
             && fits(command.turn_rate_rad_s, self.turn_rate_rad_s)
+            && self.wheels.is_none_or(|wheels| wheels.can(command))
         {
             Ok(())
         } else {
@@ -112,6 +119,7 @@ mod tests {
     const LIMITS: Limits = Limits {
         speed_m_s: 0.3,
         turn_rate_rad_s: 2.5,
+        wheels: None,
         acceleration_m_s2: 1.0,
         turn_acceleration_rad_s2: 10.0,
     };
@@ -138,6 +146,22 @@ mod tests {
         ] {
             assert!(LIMITS.check(refused).is_err(), "{refused:?}");
         }
+    }
+
+    #[test]
+    fn what_is_too_fast_for_a_wheel_is_refused_though_each_command_is_allowed() {
+        let wheels = Some(Wheels { base_m: 0.12, speed_max_m_s: 0.3 });
+        let limits = Limits { wheels, ..LIMITS };
+
+        for allowed in [command(0.3, 0.0), command(-0.18, 2.0), command(0.0, -2.5)] {
+            assert_eq!(limits.check(allowed), Ok(()));
+        }
+        let error = limits.check(command(0.3, 2.0)).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "velocity command (0.3 m/s, 2 rad/s), expected at most 0.3 m/s and 2.5 rad/s, and 0.3 m/s of \
+             a wheel, 0.12 m apart"
+        );
     }
 
     #[test]

@@ -101,8 +101,8 @@ const FEWER_REPLICATES: u64 = 40;
 const DURATION_S: f64 = 300.0;
 const SEED: u64 = 1;
 
-/// The settings of a robot: speeds and turning rates within its limits, so many robots, or a few numbers
-/// of them, from the disc of the paper.
+/// The settings of a robot: speeds and turning rates within its limits and what its wheels can do, so many
+/// robots, or a few numbers of them, from the disc of the paper.
 pub fn of_robot(profile: &RobotProfile, robots: Option<usize>) -> SweepFile {
     let (numbers, steps, replicates) = match robots {
         Some(robots) => (vec![robots], STEPS, REPLICATES),
@@ -120,7 +120,7 @@ pub fn of_robot(profile: &RobotProfile, robots: Option<usize>) -> SweepFile {
         AxisValues(values)
     };
     let [speeds, turn_rates] = reach.axes(floor, steps);
-    SweepFile {
+    let plane = SweepFile {
         profile: String::new(),
         harsher: Harsher::default(),
         behaviour: Behaviour::default(),
@@ -139,7 +139,8 @@ pub fn of_robot(profile: &RobotProfile, robots: Option<usize>) -> SweepFile {
         duration_s: DURATION_S,
         seed: SEED,
         adaptive: None,
-    }
+    };
+    plane.within_wheels(profile)
 }
 
 /// The settings of a sweep.
@@ -165,4 +166,26 @@ pub fn without_capabilities(sweep: &SweepFile) -> (SweepFile, Vec<(Axis, f64)>) 
     let fixed = Fixed { values, walls: sweep.fixed.walls };
     let settings = SweepFile { fixed, axes: Axes::default(), cells: Some(cells), ..sweep.clone() };
     (settings, capabilities)
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::robot::wheels::Wheels;
+
+    use super::*;
+
+    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+
+    #[test]
+    fn the_settings_of_a_robot_are_what_its_wheels_can_do() {
+        let free = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let mut on_wheels = free.clone();
+        on_wheels.actuation.wheels = Some(Wheels { base_m: 0.12, speed_max_m_s: 0.25 });
+
+        let whole = of_robot(&free, Some(9)).resolve("plane", &free).unwrap();
+        let fitting = of_robot(&on_wheels, Some(9)).resolve("cells", &on_wheels).unwrap();
+
+        assert!(fitting.len() > whole.len() / 2 && fitting.len() < whole.len());
+        assert!(fitting.iter().all(|(cell, _)| whole.iter().any(|(other, _)| other == cell)));
+    }
 }

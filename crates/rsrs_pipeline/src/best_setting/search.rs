@@ -332,7 +332,10 @@ impl<'a> Search<'a> {
             }
             .apply(&robot)?,
         };
-        Ok(Conditions::resolve(&robot, &self.settings.with_cell(cell))?)
+        let conditions = Conditions::resolve(&robot, &self.settings.with_cell(cell))?;
+        // Limits may be among the changes; wheels are what they are.
+        measured.check_wheels(conditions.controller)?;
+        Ok(conditions)
     }
 
     fn runs(&self, seed: u64, replicates: u64) -> Runs {

@@ -146,7 +146,8 @@ fn sweep_text(
         duration_s: options.duration_s,
         seed: 1,
         adaptive: None,
-    };
+    }
+    .within_wheels(laboratory.robots());
     let yaml = serde_saphyr::to_string(&sweep).context("the sweep as YAML")?;
     let FoundController { words, share, n_replicates, .. } = found;
     Ok(format!(

@@ -116,6 +116,11 @@ impl Laboratory {
         Ok(laboratory)
     }
 
+    /// The robots, made worse.
+    pub fn robots(&self) -> &RobotProfile {
+        &self.simulated
+    }
+
     /// Radius of a robot's body, in metres.
     pub fn radius_m(&self) -> f64 {
         self.simulated.body.radius_m

@@ -2,6 +2,7 @@
 
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::wheels::Wheels;
 
 use super::Draws;
 
@@ -18,6 +19,8 @@ pub struct ControllerSpace {
     pub speed_m_s: [f64; 2],
     /// Least and greatest turning rate that is not 0, in radians per second.
     pub turn_rate_rad_s: [f64; 2],
+    /// What their wheels can do, if that is known.
+    pub wheels: Option<Wheels>,
     /// Whether robots may drive backward.
     pub directions: Directions,
 }
@@ -40,6 +43,7 @@ impl ControllerSpace {
         Self {
             speed_m_s: profile.actuation.speed.limits_m_s,
             turn_rate_rad_s: profile.actuation.turn.limits_rad_s,
+            wheels: profile.actuation.wheels,
             directions,
         }
     }
@@ -47,14 +51,29 @@ impl ControllerSpace {
     /// The controller at a point; what lies outside the box is that on its border.
     pub fn controller(&self, point: &Point) -> ControllerParameters {
         let [speed, turn_rate, undetected_speed, undetected_turn_rate] = *point;
-        let command = |speed: f64, turn_rate: f64| Command {
-            speed_m_s: self.speed(speed),
-            turn_rate_rad_s: amount(turn_rate, self.turn_rate_rad_s),
+        let command = |speed: f64, turn_rate: f64| {
+            self.within_wheels(Command {
+                speed_m_s: self.speed(speed),
+                turn_rate_rad_s: amount(turn_rate, self.turn_rate_rad_s),
+            })
         };
         ControllerParameters::of(
             command(speed, turn_rate),
             command(undetected_speed, undetected_turn_rate),
         )
+    }
+
+    /// The same circle, driven as fast as the wheels can; of two commands that robots are too slow for then
+    /// nothing is left.
+    fn within_wheels(&self, command: Command) -> Command {
+        let Some(wheels) = self.wheels.filter(|wheels| !wheels.can(command)) else {
+            return command;
+        };
+        let share = wheels.speed_max_m_s / wheels.asked_m_s(command);
+        Command {
+            speed_m_s: at_most(share * command.speed_m_s, self.speed_m_s[0]),
+            turn_rate_rad_s: at_most(share * command.turn_rate_rad_s, self.turn_rate_rad_s[0]),
+        }
     }
 
     fn speed(&self, coordinate: f64) -> f64 {
@@ -78,6 +97,12 @@ fn amount(coordinate: f64, [least, most]: [f64; 2]) -> f64 {
     if value < 0.0 && rounded > 0.0 { -rounded } else { rounded }
 }
 
+/// A value rounded towards 0; 0 if it is less than the least that a robot does.
+fn at_most(value: f64, least: f64) -> f64 {
+    let rounded = (value * RESOLUTION).trunc() / RESOLUTION;
+    if rounded.abs() < least { 0.0 } else { rounded }
+}
+
 /// A point anywhere in the box.
 pub(super) fn anywhere(draws: &mut Draws) -> Point {
     std::array::from_fn(|_| 2.0 * draws.uniform() - 1.0)
@@ -90,15 +115,21 @@ mod tests {
     const SPACE: ControllerSpace = ControllerSpace {
         speed_m_s: [0.02, 0.3],
         turn_rate_rad_s: [0.1, 2.5],
+        wheels: None,
         directions: Directions::Both,
     };
 
     #[test]
     fn every_controller_is_one_that_the_robot_may_be_given() {
         let profile = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
-        let profile = RobotProfile::parse("flockbot.yaml", profile).unwrap();
-        for directions in [Directions::Both, Directions::Forward] {
-            let space = ControllerSpace::of(&profile, directions);
+        let free = RobotProfile::parse("flockbot.yaml", profile).unwrap();
+        let mut on_wheels = free.clone();
+        on_wheels.actuation.wheels = Some(Wheels { base_m: 0.12, speed_max_m_s: 0.2 });
+        let both = [Directions::Both, Directions::Forward];
+        for (profile, directions) in
+            [&free, &on_wheels].into_iter().flat_map(|it| both.map(|directions| (it, directions)))
+        {
+            let space = ControllerSpace::of(profile, directions);
             for step in 0..2000 {
                 let mut draws = Draws::new(1, step);
                 let controller = space.controller(&anywhere(&mut draws));
@@ -108,6 +139,20 @@ mod tests {
                 assert!(directions == Directions::Both || is_forward);
             }
         }
+    }
+
+    #[test]
+    fn what_is_too_fast_for_wheels_is_the_same_circle_driven_slower() {
+        let wheels = Wheels { base_m: 0.051, speed_max_m_s: 0.128 };
+        let space = ControllerSpace { wheels: Some(wheels), ..SPACE };
+
+        let [detected, undetected] = space.controller(&[1.0, 1.0, -0.2, 0.0]).commands();
+
+        let circle_m = detected.speed_m_s / detected.turn_rate_rad_s;
+        assert!((circle_m - 0.3 / 2.5).abs() < 2e-3, "{detected:?}");
+        let asked_m_s = wheels.asked_m_s(detected);
+        assert!((0.126..=0.128).contains(&asked_m_s), "{asked_m_s}");
+        assert_eq!(undetected, Command { speed_m_s: -0.06, turn_rate_rad_s: 0.0 });
     }
 
     #[test]

@@ -70,6 +70,10 @@ impl RobotProfile {
         ] {
             not_negative(key, number)?;
         }
+        if let Some(wheels) = self.actuation.wheels {
+            positive("actuation.wheels.base_m", wheels.base_m)?;
+            positive("actuation.wheels.speed_max_m_s", wheels.speed_max_m_s)?;
+        }
         positive("actuation.gust.time_constant_s", self.actuation.gust.time_constant_s)
     }
 

@@ -44,6 +44,7 @@ impl RobotProfile {
                     bias_sd_rad_s: 0.0,
                     heading_noise_sd_rad: 0.0,
                 },
+                wheels: None,
                 gust: Gust { sd_m_s: 0.0, time_constant_s: 1.0 },
                 yaw_lag_s: 0.0,
             },

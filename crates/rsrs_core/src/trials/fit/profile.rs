@@ -181,6 +181,7 @@ impl Fit {
                     &noise.1,
                 ),
             },
+            wheels: None,
             gust: Gust {
                 sd_m_s: sources.sd("actuation.gust.sd_m_s", gust.0, &gust.1),
                 time_constant_s: unmeasured.gust_time_constant_s,

@@ -15,6 +15,7 @@ use crate::scenario::Body;
 
 const LIMITS: Limits = Limits {
     speed_m_s: 0.3,
+    wheels: None,
     turn_rate_rad_s: 2.5,
     acceleration_m_s2: 1.0,
     turn_acceleration_rad_s2: 10.0,
