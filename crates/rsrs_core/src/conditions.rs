@@ -71,6 +71,13 @@ pub enum Placement {
         /// Along y, in metres.
         height_m: f64,
     },
+    /// Uniform in a box around the origin, heading anywhere.
+    BoxFacingAnyWay {
+        /// Along x, in metres.
+        width_m: f64,
+        /// Along y, in metres.
+        height_m: f64,
+    },
     /// Where a table puts them: replicate k takes set k, and after the last one the first again.
     Given {
         /// Shape `[n_sets][n_robots]`.
@@ -91,7 +98,8 @@ impl Placement {
     pub fn radius_m(&self) -> f64 {
         match self {
             Self::DiscFacingOut { radius_m } => *radius_m,
-            Self::BoxFacingOut { width_m, height_m } => libm::hypot(*width_m, *height_m) / 2.0,
+            Self::BoxFacingOut { width_m, height_m }
+            | Self::BoxFacingAnyWay { width_m, height_m } => libm::hypot(*width_m, *height_m) / 2.0,
             Self::Given { starts } => {
                 let poses = starts.iter().flatten();
                 poses.map(|pose| libm::hypot(pose.x_m, pose.y_m)).fold(0.0, f64::max)

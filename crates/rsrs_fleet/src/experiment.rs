@@ -238,7 +238,8 @@ impl ExperimentFile {
         };
         let lengths = match &self.placement {
             StartPlacement::DiscFacingOut { radius_m } => vec![("placement.radius_m", *radius_m)],
-            StartPlacement::BoxFacingOut { width_m, height_m } => {
+            StartPlacement::BoxFacingOut { width_m, height_m }
+            | StartPlacement::BoxFacingAnyWay { width_m, height_m } => {
                 vec![("placement.width_m", *width_m), ("placement.height_m", *height_m)]
             }
             StartPlacement::Pair { .. } => {

@@ -76,7 +76,10 @@ impl Geofence {
     pub fn check_start(&self, wanted: &WantedStart) -> Result<(), StartsOutside> {
         let start = match &wanted.area {
             StartArea::Disc { radius_m } => Self::around(*radius_m, *radius_m),
-            StartArea::Box { width_m, height_m } => Self::around(width_m / 2.0, height_m / 2.0),
+            StartArea::Box { width_m, height_m }
+            | StartArea::BoxFacingAnyWay { width_m, height_m } => {
+                Self::around(width_m / 2.0, height_m / 2.0)
+            }
             StartArea::Poses(poses) => {
                 let Some(all) = Self::of_poses(poses) else { return Ok(()) };
                 all

@@ -39,6 +39,13 @@ pub enum StartArea {
         /// Along y, in metres.
         height_m: f64,
     },
+    /// In a box around the origin, heading anywhere.
+    BoxFacingAnyWay {
+        /// Along x, in metres.
+        width_m: f64,
+        /// Along y, in metres.
+        height_m: f64,
+    },
     /// Each at a pose of its own, in the order of the robots.
     Poses(Vec<Pose>),
 }
@@ -53,6 +60,9 @@ impl WantedStart {
         let area = match &conditions.placement {
             Placement::BoxFacingOut { width_m, height_m } => {
                 StartArea::Box { width_m: *width_m, height_m: *height_m }
+            }
+            Placement::BoxFacingAnyWay { width_m, height_m } => {
+                StartArea::BoxFacingAnyWay { width_m: *width_m, height_m: *height_m }
             }
             Placement::Given { starts } => {
                 // A number that is no index is far beyond the last set, which none of ours is.
@@ -205,6 +215,9 @@ pub fn deviations_beyond(
                 deviations.extend(out_of_box(tolerance, (*width_m, *height_m), robot, *pose));
                 deviations.extend(not_facing_out(tolerance, robot, *pose));
             }
+            StartArea::BoxFacingAnyWay { width_m, height_m } => {
+                deviations.extend(out_of_box(tolerance, (*width_m, *height_m), robot, *pose));
+            }
             StartArea::Poses(poses) => {
                 let expected = poses.get(*number);
                 deviations.extend(
@@ -315,6 +328,11 @@ mod tests {
             texts(&wanted_box),
             ["robot_3: at (0.00, 0.90) m, expected within a box of 2.000 m by 1.000 m"]
         );
+        let (width_m, height_m) = (2.0, 2.0);
+        let any_way = StartArea::BoxFacingAnyWay { width_m, height_m };
+        let robots_any_way = [at("robot_1", 0.5, 0.0, 123.0), at("robot_2", 0.0, 0.9, 45.0)];
+        let wanted_any_way = WantedStart { area: any_way, clearance_m };
+        assert_eq!(deviations(&wanted_any_way, &robots_any_way), []);
         assert_eq!(
             texts(&wanted_poses),
             [

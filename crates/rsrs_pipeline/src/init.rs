@@ -171,7 +171,8 @@ const MOST_RADIUS_M: f64 = 2.0;
 ///
 /// With what is expected.
 pub fn check_number(axis: Axis, value: f64) -> anyhow::Result<()> {
-    if !(value > 0.0 && value.is_finite()) {
+    let is_line_of_sight = axis == Axis::HalfAngle && value == 0.0;
+    if !(value > 0.0 && value.is_finite() || is_line_of_sight) {
         anyhow::bail!("the {} is {value}, expected a number above 0", axis.name());
     }
     axis.check_unit(value).map_err(|OtherUnit { found, likely, .. }| {

@@ -492,4 +492,21 @@ mod tests {
             assert!(sees(&view, -0.3, 0.0) && !sees(&view, 0.0, 0.0), "{what:?}");
         }
     }
+
+    #[test]
+    fn a_line_of_sight_sees_the_bodies_that_it_meets() {
+        let region = Region::Cone { half_angle_rad: 0.0, range_m: 2.0 };
+        let robot = SimulatedRobot { region, ..flockbot_conditions().robot };
+        let line = FieldOfView::new(&robot);
+        let sees = |forward_m: f32, lateral_m: f32| {
+            line.sees(forward_m, lateral_m, forward_m * forward_m + lateral_m * lateral_m)
+        };
+
+        for (forward_m, lateral_m) in [(0.2, 0.0), (1.0, 0.0749), (1.99, -0.0749), (2.07, 0.0)] {
+            assert!(sees(forward_m, lateral_m), "{forward_m} {lateral_m}");
+        }
+        for (forward_m, lateral_m) in [(1.0, 0.0751), (1.0, -0.0751), (2.08, 0.0), (-0.2, 0.0)] {
+            assert!(!sees(forward_m, lateral_m), "{forward_m} {lateral_m}");
+        }
+    }
 }

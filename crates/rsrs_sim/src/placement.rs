@@ -7,7 +7,7 @@ use rsrs_core::help::Help;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::contact::Border;
-use crate::draw::{Purpose, RunKey};
+use crate::draw::{Purpose, RunKey, Stream};
 
 /// Robots that do not find room where they are to start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -110,6 +110,29 @@ impl Help for PlacementError {
     }
 }
 
+/// Where robots head at the start.
+#[derive(Clone, Copy)]
+enum Headings {
+    /// Away from the origin.
+    Out,
+    /// Anywhere, uniformly.
+    AnyWay,
+}
+
+impl Headings {
+    /// A pose anywhere in an area.
+    fn pose(self, area: Area, stream: &mut Stream) -> Pose {
+        let pose = area.facing_out(stream.uniform(), stream.uniform());
+        match self {
+            Self::Out => pose,
+            Self::AnyWay => {
+                let heading_rad = std::f64::consts::TAU * (stream.uniform() - 0.5);
+                Pose { heading_rad, ..pose }
+            }
+        }
+    }
+}
+
 /// Least distance between two centres at the start, in robot radii: a tenth more than touching.
 const SPACING_RADII: f64 = 2.2;
 
@@ -126,18 +149,21 @@ const MAX_TRIES: usize = 20_000;
 ///
 /// [`PlacementError`] if they do not fit.
 pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, PlacementError> {
-    let area = match &conditions.placement {
-        Placement::DiscFacingOut { radius_m } => Area::Disc { radius_m: *radius_m },
+    let (area, headings) = match conditions.placement {
+        Placement::DiscFacingOut { radius_m } => (Area::Disc { radius_m }, Headings::Out),
         Placement::BoxFacingOut { width_m, height_m } => {
-            Area::Box { width_m: *width_m, height_m: *height_m }
+            (Area::Box { width_m, height_m }, Headings::Out)
+        }
+        Placement::BoxFacingAnyWay { width_m, height_m } => {
+            (Area::Box { width_m, height_m }, Headings::AnyWay)
         }
         // Checked conditions have at least one set, with a pose for each robot.
-        Placement::Given { starts } => {
+        Placement::Given { ref starts } => {
             let set = run.replicate() % starts.len() as u64;
             return Ok(starts[set as usize].clone());
         }
         Placement::Pair { distance_m, bearing_rad } => {
-            let pair = pair(*distance_m, *bearing_rad);
+            let pair = pair(distance_m, bearing_rad);
             return Ok(pair.into_iter().take(conditions.robots).collect());
         }
     };
@@ -154,15 +180,13 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
     let mut taken = Taken::new(area.half_m(), spacing_m, conditions.robots);
     for robot in 0..conditions.robots {
         let mut stream = run.stream(robot, Purpose::Placement);
-        let place = (0..MAX_TRIES)
-            .map(|_| area.facing_out(stream.uniform(), stream.uniform()))
-            .find(|pose| {
-                border.admits(pose.x_m as f32, pose.y_m as f32)
-                    && taken.near(pose).all(|other| {
-                        let other = &poses[other];
-                        libm::hypot(pose.x_m - other.x_m, pose.y_m - other.y_m) >= spacing_m
-                    })
-            });
+        let place = (0..MAX_TRIES).map(|_| headings.pose(area, &mut stream)).find(|pose| {
+            border.admits(pose.x_m as f32, pose.y_m as f32)
+                && taken.near(pose).all(|other| {
+                    let other = &poses[other];
+                    libm::hypot(pose.x_m - other.x_m, pose.y_m - other.y_m) >= spacing_m
+                })
+        });
         let pose = place.ok_or_else(|| refuse(Some(poses.len())))?;
         taken.add(&pose);
         poses.push(pose);
@@ -285,6 +309,27 @@ mod tests {
 
         // A quarter of each, within four standard errors.
         for share in [right, upper].map(|n| f64::from(n) / 10_000.0) {
+            assert!((share - 0.25).abs() < 0.018, "{share}");
+        }
+    }
+
+    #[test]
+    fn a_start_in_a_box_may_head_anywhere_uniformly() {
+        let placement = Placement::BoxFacingAnyWay { width_m: 2.0, height_m: 0.5 };
+        let conditions = Conditions { robots: 1, placement, ..flockbot_conditions() };
+
+        let poses = (0..10_000).map(|replicate| place(&conditions, run(replicate)).unwrap()[0]);
+        let (mut right, mut backward, mut out) = (0, 0, 0);
+        for pose in poses {
+            assert!(pose.x_m.abs() <= 1.0 && pose.y_m.abs() <= 0.25, "{pose:?}");
+            right += u32::from(pose.x_m > 0.5);
+            backward += u32::from(libm::cos(pose.heading_rad) < -0.5_f64.sqrt());
+            let away_rad = libm::atan2(pose.y_m, pose.x_m) - pose.heading_rad;
+            out += u32::from(libm::cos(away_rad) > 0.5_f64.sqrt());
+        }
+
+        // A quarter of each, within four standard errors.
+        for share in [right, backward, out].map(|n| f64::from(n) / 10_000.0) {
             assert!((share - 0.25).abs() < 0.018, "{share}");
         }
     }

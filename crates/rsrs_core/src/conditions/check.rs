@@ -118,7 +118,8 @@ fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {
         Placement::DiscFacingOut { radius_m } => {
             within("placement.radius_m", radius_m, Bounds::SIZE)
         }
-        Placement::BoxFacingOut { width_m, height_m } => {
+        Placement::BoxFacingOut { width_m, height_m }
+        | Placement::BoxFacingAnyWay { width_m, height_m } => {
             within("placement.width_m", width_m, Bounds::SIZE)?;
             within("placement.height_m", height_m, Bounds::SIZE)
         }

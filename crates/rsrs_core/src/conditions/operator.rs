@@ -139,6 +139,7 @@ fn kind(placement: &Placement) -> &'static str {
     match placement {
         Placement::DiscFacingOut { .. } => "disc",
         Placement::BoxFacingOut { .. } => "box",
+        Placement::BoxFacingAnyWay { .. } => "box with headings of any way",
         Placement::Given { .. } => "table of start poses",
         Placement::Pair { .. } => "pair",
     }

@@ -24,6 +24,13 @@ pub enum StartPlacement {
         /// Along y, in metres.
         height_m: f64,
     },
+    /// Uniform in a box around the origin, heading anywhere.
+    BoxFacingAnyWay {
+        /// Along x, in metres.
+        width_m: f64,
+        /// Along y, in metres.
+        height_m: f64,
+    },
     /// Two robots of a detection trial.
     Pair {
         /// Distance of the two centres, in metres.
@@ -64,6 +71,9 @@ impl StartPlacement {
             }
             Self::BoxFacingOut { width_m, height_m } => {
                 Some(Placement::BoxFacingOut { width_m: *width_m, height_m: *height_m })
+            }
+            Self::BoxFacingAnyWay { width_m, height_m } => {
+                Some(Placement::BoxFacingAnyWay { width_m: *width_m, height_m: *height_m })
             }
             Self::Pair { distance_m, bearing_rad } => {
                 Some(Placement::Pair { distance_m: *distance_m, bearing_rad: *bearing_rad })

@@ -137,7 +137,7 @@ pub enum SweepFileError {
     },
     /// A placement that is a trial's.
     #[error(
-        "{file}: `placement` is a pair, expected disc_facing_out, box_facing_out or file"
+        "{file}: `placement` is a pair, expected disc_facing_out, box_facing_out, box_facing_any_way or file"
     )]
     Pair {
         /// The file.

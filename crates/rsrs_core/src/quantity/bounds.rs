@@ -18,8 +18,8 @@ impl Bounds {
     pub const ROBOTS: Self = Self { least: 0.0, most: MAX_ROBOTS as f64 };
     /// A probability.
     pub const PROBABILITY: Self = Self { least: 0.0, most: 1.0 };
-    /// Half of a cone's opening angle, in radians.
-    pub const HALF_ANGLE: Self = Self { least: 1e-6, most: MAX_HALF_ANGLE_RAD };
+    /// Half of a cone's opening angle, in radians; 0 is a line of sight.
+    pub const HALF_ANGLE: Self = Self { least: 0.0, most: MAX_HALF_ANGLE_RAD };
     /// What may be nothing: speeds, deviations, delays.
     pub const AMOUNT: Self = Self { least: 0.0, most: 1e3 };
     /// What may point to either side: speeds and turning rates.

@@ -178,7 +178,7 @@ pub enum Sees {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cone {
-    /// Half of the opening angle, in radians.
+    /// Half of the opening angle, in radians; 0 is a line of sight, which sees the bodies that it meets.
     pub half_angle_rad: f64,
     /// How far it reaches, in metres.
     pub range_m: f64,

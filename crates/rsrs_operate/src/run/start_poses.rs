@@ -21,7 +21,7 @@ pub struct StartPoses {
     pub seed: u64,
     /// Radius of the disc around the origin that holds the robots' centres, in metres.
     pub disc_radius_m: f64,
-    /// Where they start: `disc_facing_out`, `box_facing_out` or `file`.
+    /// Where they start: `disc_facing_out`, `box_facing_out`, `box_facing_any_way` or `file`.
     pub placement: &'static str,
     /// Where the centres lie, in words.
     #[serde(skip)]
@@ -74,6 +74,11 @@ impl StartPoses {
             Placement::BoxFacingOut { width_m, height_m } => (
                 "box_facing_out",
                 format!("in a box of {width_m} m by {height_m} m, facing out"),
+                Area::Box { width_m: *width_m, height_m: *height_m },
+            ),
+            Placement::BoxFacingAnyWay { width_m, height_m } => (
+                "box_facing_any_way",
+                format!("in a box of {width_m} m by {height_m} m, heading any way"),
                 Area::Box { width_m: *width_m, height_m: *height_m },
             ),
             Placement::Given { .. } => {

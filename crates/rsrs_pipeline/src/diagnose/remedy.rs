@@ -62,7 +62,8 @@ pub fn designs(robot: &RobotProfile) -> Vec<Remedy> {
     if let Some(now) = robot.capability(Axis::Range) {
         add(Axis::Range, now, times(now, &FARTHER));
     }
-    if let Some(now) = robot.capability(Axis::HalfAngle) {
+    // A line of sight has no factor by which it opens.
+    if let Some(now) = robot.capability(Axis::HalfAngle).filter(|now| *now > 0.0) {
         let mut wider = times(now, &WIDER);
         wider.retain(|half_angle_rad| *half_angle_rad < 1.4);
         add(Axis::HalfAngle, now, wider);

@@ -121,6 +121,7 @@ fn standing(
         Placement::Pair { distance_m, bearing_rad } => Some(Neighbour { distance_m, bearing_rad }),
         Placement::DiscFacingOut { .. }
         | Placement::BoxFacingOut { .. }
+        | Placement::BoxFacingAnyWay { .. }
         | Placement::Given { .. } => None,
     };
     let readings = sensor_readings::count(bag.path(), robot, None)?;

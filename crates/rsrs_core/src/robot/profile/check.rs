@@ -1,6 +1,6 @@
 //! Whether a profile can describe a robot: every number against what it can mean.
 
-use super::{MAX_CORNERS, ProfileError, RobotProfile};
+use super::{MAX_CORNERS, ProfileError, RobotProfile, Sees};
 use crate::robot::contact::ContactModel;
 
 impl RobotProfile {
@@ -84,14 +84,16 @@ impl RobotProfile {
         match (&sensing.cone, &sensing.polygon_m) {
             (Some(cone), None) => {
                 positive("sensing.cone.range_m", cone.range_m)?;
-                if !(cone.half_angle_rad > 0.0 && cone.half_angle_rad <= MAX_HALF_ANGLE_RAD) {
-                    return Err(ProfileError::OutOfRange {
-                        key: "sensing.cone.half_angle_rad",
-                        found: cone.half_angle_rad,
-                        expected: "above 0 and at most 1.5 rad",
-                    });
+                let (key, found) = ("sensing.cone.half_angle_rad", cone.half_angle_rad);
+                let out_of_range = |expected| ProfileError::OutOfRange { key, found, expected };
+                match (found, sensing.sees) {
+                    (0.0, Sees::Body) => Ok(()),
+                    (0.0, Sees::Centre) => Err(out_of_range(
+                        "above 0: no centre lies on a line of sight, which needs `sees: body`",
+                    )),
+                    _ if found > 0.0 && found <= MAX_HALF_ANGLE_RAD => Ok(()),
+                    _ => Err(out_of_range("from 0, a line of sight, to 1.5 rad")),
                 }
-                Ok(())
             }
             (None, Some(polygon)) if is_convex(polygon) => Ok(()),
             (None, Some(polygon)) => Err(ProfileError::Polygon { corners: polygon.len() }),
@@ -193,5 +195,25 @@ mod tests {
         assert!(!is_convex(&star));
         assert!(is_convex(&[[0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]]));
         assert!(!is_convex(&[[0.0, 0.1], [1.0, 0.1], [1.0, -0.1], [0.0, -0.1]]));
+    }
+
+    #[test]
+    fn a_line_of_sight_sees_bodies_and_no_cone_opens_backward() {
+        let flockbot = include_str!("../../../../../launch_configs/profiles/flockbot.yaml");
+        let flockbot = RobotProfile::parse("flockbot.yaml", flockbot).unwrap();
+        let checked = |half_angle_rad: f64, sees: Sees| {
+            let mut robot = flockbot.clone();
+            robot.sensing.sees = sees;
+            robot.sensing.cone.as_mut().unwrap().half_angle_rad = half_angle_rad;
+            robot.check().map_err(|error| error.to_string())
+        };
+
+        assert_eq!(checked(0.0, Sees::Body), Ok(()));
+        let centres = checked(0.0, Sees::Centre).unwrap_err();
+        assert!(centres.ends_with("which needs `sees: body`"), "{centres}");
+        for impossible in [-0.1, 1.6, f64::NAN] {
+            let refused = checked(impossible, Sees::Body).unwrap_err();
+            assert!(refused.ends_with("from 0, a line of sight, to 1.5 rad"), "{refused}");
+        }
     }
 }
