@@ -199,3 +199,34 @@ fn what_wheels_cannot_do_is_neither_offered_nor_swept() {
         }
     }
 }
+
+#[test]
+fn what_is_found_is_run_in_other_worlds_however_far_robots_see() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let text = std::fs::read_to_string(profile()).expect("it ships");
+    let line_of_sight = "half_angle_rad: 0, range_m: 100";
+    let far = text.replace("half_angle_rad: 0.2, range_m: 0.75", line_of_sight);
+    assert_ne!(far, text);
+    std::fs::write(place.path().join("far.yaml"), far).expect("it can be written");
+    let arguments =
+        "explore far.yaml -o found --arena 4.5 --controllers 64 --replicates 2 --format json";
+
+    let found = rsrs(place.path(), &arguments.split_whitespace().collect::<Vec<_>>());
+
+    assert_eq!(code(&found), 0, "{}", stderr(&found));
+    let found = json(&found);
+    let entries = found["found"].as_array().expect("a list");
+    assert!(!entries.is_empty());
+    for entry in entries {
+        let share = |key: &str| entry[key].as_f64().expect("a share");
+        assert_eq!(entry["other_contact"], "push", "{entry:#}");
+        assert!((0.0..=1.0).contains(&share("share_as_measured")), "{entry:#}");
+        let needs = share("share") >= 0.5 && share("share_with_other_contact") < 0.5;
+        assert_eq!(entry["needs_contact"], needs, "{entry:#}");
+        if let Some(sweep) = entry["sweep"].as_str() {
+            let sweep = place.path().join("found").join(sweep);
+            let text = std::fs::read_to_string(sweep).expect("it is there");
+            assert!(text.contains("placement_radius_m: 1.8"), "{text}");
+        }
+    }
+}

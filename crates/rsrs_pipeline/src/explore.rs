@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_sim::exploration::niche::Niche;
 use rsrs_sim::exploration::space::Directions;
@@ -100,6 +101,15 @@ pub struct FoundController {
     pub share_high: f64,
     /// Fresh runs.
     pub n_replicates: u64,
+    /// Share of as many fresh runs of the robots as measured that show the same.
+    pub share_as_measured: f64,
+    /// What the robots do when they touch in the world of the next share.
+    pub other_contact: ContactModel,
+    /// Share of fresh runs that show the same where robots do that when they touch.
+    pub share_with_other_contact: f64,
+    /// Whether it is there with the robots' own contact only: in half of the runs or more with that, and
+    /// in fewer with the other one.
+    pub needs_contact: bool,
     /// The sweep around it, ready to be run, relative to the folder; `None` if it shows no behaviour that
     /// runs can be judged for.
     pub sweep: Option<PathBuf>,

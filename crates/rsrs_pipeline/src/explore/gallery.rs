@@ -18,7 +18,7 @@ use rsrs_view::page::Page;
 use rsrs_view::trajectory::TrajectoryPicture;
 
 use super::folder::{Folder, PROFILE};
-use super::trial::{self, Laboratory, Name, Trial};
+use super::trial::{self, Elsewhere, Laboratory, Name, Trial};
 use super::{CONFIRM, Explored, FoundController, Options};
 use crate::files::write_file;
 use crate::wording::percent;
@@ -60,7 +60,8 @@ pub fn write(
         .with_context(|| format!("cannot make {}", folder.display()))?;
     let (mut trials, mut found, mut runs) = (Vec::new(), Vec::new(), Vec::new());
     for (index, Confirmed { trial, share, shown }) in confirmed.into_iter().enumerate() {
-        let mut entry = describe(&trial, share);
+        let elsewhere = laboratory.elsewhere(&trial, seed, options)?;
+        let mut entry = describe(&trial, share, elsewhere);
         if let Name::Behaviour(behaviour) = trial.name {
             let name = format!("{:02}_{}.yaml", index + 1, trial.name.key());
             let sweep = PathBuf::from(SWEEPS).join(name);
@@ -108,7 +109,8 @@ fn confirm(
     Ok(Confirmed { trial, share, shown })
 }
 
-fn describe(trial: &Trial, share: Share) -> FoundController {
+fn describe(trial: &Trial, share: Share, elsewhere: Elsewhere) -> FoundController {
+    let Elsewhere { as_measured, contact, with_contact } = elsewhere;
     let interval = share.interval();
     FoundController {
         name: trial.name.key().to_owned(),
@@ -120,6 +122,10 @@ fn describe(trial: &Trial, share: Share) -> FoundController {
         share_low: interval.low,
         share_high: interval.high,
         n_replicates: share.n,
+        share_as_measured: as_measured.value(),
+        other_contact: contact,
+        share_with_other_contact: with_contact.value(),
+        needs_contact: share.value() >= trial::MOST && with_contact.value() < trial::MOST,
         sweep: None,
     }
 }
@@ -134,6 +140,7 @@ fn sweep_text(
     let (axes, mut values) = axes(laboratory, trial.controller);
     values.push((Axis::Robots, options.robots as f64));
     values.push((Axis::Arena, laboratory.arena_m));
+    values.extend(laboratory.placement_m.map(|radius_m| (Axis::PlacementRadius, radius_m)));
     let sweep = SweepFile {
         profile: format!("../{PROFILE}"),
         harsher: Harsher::default(),

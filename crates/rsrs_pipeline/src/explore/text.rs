@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 
 use super::{Explored, FoundController};
@@ -16,6 +17,7 @@ impl fmt::Display for Explored {
         writeln!(formatter, "{robot}: {n_controllers} controllers were tried")?;
         for (index, found) in found.iter().enumerate() {
             writeln!(formatter, "\n{:>3}. {}", index + 1, line(found))?;
+            writeln!(formatter, "     {}", elsewhere(found))?;
             for line in commands(found) {
                 writeln!(formatter, "     {line}")?;
             }
@@ -48,6 +50,23 @@ fn line(found: &FoundController) -> String {
     )
 }
 
+/// `as measured 96 %; with robots that push each other 12 %, so not with any contact`.
+fn elsewhere(found: &FoundController) -> String {
+    let FoundController { share_as_measured, other_contact, share_with_other_contact, .. } = found;
+    let touching = |contact| match contact {
+        ContactModel::Stop => "stop each other",
+        ContactModel::Push => "push each other",
+        ContactModel::None => "pass through each other",
+    };
+    let needs = if found.needs_contact { ", so not with any contact" } else { "" };
+    format!(
+        "as measured {}; with robots that {} {}{needs}",
+        percent(*share_as_measured),
+        touching(*other_contact),
+        percent(*share_with_other_contact)
+    )
+}
+
 fn commands(found: &FoundController) -> [String; 2] {
     let [detected, undetected] = found.controller.commands();
     let command = |Command { speed_m_s, turn_rate_rad_s }| {
@@ -77,7 +96,7 @@ fn no_sweep() -> String {
 
 /// Below a picture.
 pub fn caption(found: &FoundController, folder: &Path) -> Vec<String> {
-    let mut lines = vec![line(found)];
+    let mut lines = vec![line(found), elsewhere(found)];
     lines.extend(commands(found));
     lines.push(found.sweep.as_ref().map_or_else(no_sweep, |sweep| {
         let sweep = folder.join(sweep);

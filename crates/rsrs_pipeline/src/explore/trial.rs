@@ -6,6 +6,7 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::rule::{Needs, Rules};
 use rsrs_core::quantity::Axis;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::profile::RobotProfile;
@@ -16,7 +17,7 @@ use rsrs_sim::exploration::space::{ControllerSpace, Point};
 use rsrs_sim::sweep::{ReplicateOutcome, Runs, Swept, Watch, check, sweep};
 use serde::{Deserialize, Serialize};
 
-use super::Options;
+use super::{CONFIRM, Options};
 use crate::error::with_help;
 
 /// What a controller came to.
@@ -70,6 +71,10 @@ pub struct Laboratory {
     pub space: ControllerSpace,
     /// Side of the arena, in metres.
     pub arena_m: f64,
+    /// Radius of the disc in which robots start where it is not that of their range, in metres: they fit
+    /// into the arena, however far they see.
+    pub placement_m: Option<f64>,
+    measured: RobotProfile,
     simulated: RobotProfile,
     settings: Settings,
     runs: Runs,
@@ -77,6 +82,25 @@ pub struct Laboratory {
 
 /// Side of the arena over the reach of a robot: with room to disperse, and walls to meet.
 const ARENA_OVER_REACH: f64 = 6.0;
+
+/// Radius of the disc in which robots start over the side of the arena, at most: not at its walls ...
+const PLACEMENT_OVER_ARENA: f64 = 0.4;
+/// ... and usually over their range.
+const PLACEMENT_OVER_RANGE: f64 = 1.1;
+
+/// Fresh runs of robots that do something else when they touch, which are simulated one at a time.
+const CONFIRM_CONTACT: u64 = 40;
+
+/// How often a controller shows in other worlds what it was found for.
+#[derive(Clone, Copy, Debug)]
+pub struct Elsewhere {
+    /// The robots as measured.
+    pub as_measured: Share,
+    /// What the others do when they touch.
+    pub contact: ContactModel,
+    /// The robots made worse, with that contact.
+    pub with_contact: Share,
+}
 
 /// A share of runs from which on a controller is called by what they show.
 pub const MOST: f64 = 0.5;
@@ -95,7 +119,10 @@ impl Laboratory {
             // A side that a person would write.
             (ARENA_OVER_REACH * reach_m * 10.0).round() / 10.0
         });
-        let values = vec![(Axis::Robots, options.robots as f64), (Axis::Arena, arena_m)];
+        let most_m = PLACEMENT_OVER_ARENA * arena_m;
+        let placement_m = (PLACEMENT_OVER_RANGE * region.range_m() > most_m).then_some(most_m);
+        let mut values = vec![(Axis::Robots, options.robots as f64), (Axis::Arena, arena_m)];
+        values.extend(placement_m.map(|radius_m| (Axis::PlacementRadius, radius_m)));
         let settings = Settings {
             values,
             walls: options.walls,
@@ -109,8 +136,16 @@ impl Laboratory {
             n_threads: options.execution.n_threads,
         };
         let space = ControllerSpace::of(measured, options.directions);
-        let laboratory =
-            Self { robot: measured.name.clone(), space, arena_m, simulated, settings, runs };
+        let laboratory = Self {
+            robot: measured.name.clone(),
+            space,
+            arena_m,
+            placement_m,
+            measured: measured.clone(),
+            simulated,
+            settings,
+            runs,
+        };
         let conditions = laboratory.conditions(laboratory.space.controller(&[1.0; 4]))?;
         check(&[conditions], runs)?;
         Ok(laboratory)
@@ -131,9 +166,17 @@ impl Laboratory {
         &self,
         controller: ControllerParameters,
     ) -> Result<Conditions, ConditionsError> {
+        self.conditions_of(&self.simulated, controller)
+    }
+
+    fn conditions_of(
+        &self,
+        robots: &RobotProfile,
+        controller: ControllerParameters,
+    ) -> Result<Conditions, ConditionsError> {
         let mut settings = self.settings.clone();
         settings.values.extend(controller_values(controller));
-        Conditions::resolve(&self.simulated, &settings)
+        Conditions::resolve(robots, &settings)
     }
 
     /// Tries some controllers.
@@ -192,10 +235,48 @@ impl Laboratory {
     pub fn confirm(
         &self,
         trial: &Trial,
+        fresh: (u64, u64),
+        options: &Options,
+    ) -> anyhow::Result<(Share, Option<u64>)> {
+        self.shown_by(&self.simulated, trial, fresh, options)
+    }
+
+    /// How often fresh runs show the same as measured, and where the robots do something else when they
+    /// touch: push where they stop or pass, and stop where they push.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::try_out`].
+    pub fn elsewhere(
+        &self,
+        trial: &Trial,
+        seed: u64,
+        options: &Options,
+    ) -> anyhow::Result<Elsewhere> {
+        let contact = match self.simulated.body.contact {
+            ContactModel::Stop | ContactModel::None => ContactModel::Push,
+            ContactModel::Push => ContactModel::Stop,
+        };
+        let mut others = self.simulated.clone();
+        (others.body.contact, others.body.contact_friction) = (contact, None);
+        let shown_by = |robots, replicates| {
+            self.shown_by(robots, trial, (seed, replicates), options).map(|(share, _)| share)
+        };
+        Ok(Elsewhere {
+            as_measured: shown_by(&self.measured, CONFIRM)?,
+            contact,
+            with_contact: shown_by(&others, CONFIRM_CONTACT)?,
+        })
+    }
+
+    fn shown_by(
+        &self,
+        robots: &RobotProfile,
+        trial: &Trial,
         (seed, replicates): (u64, u64),
         options: &Options,
     ) -> anyhow::Result<(Share, Option<u64>)> {
-        let conditions = self.judged_for(trial)?;
+        let conditions = self.judged_of(robots, trial)?;
         let runs = Runs { seed, replicates, ..self.runs };
         let swept = finished(sweep(std::slice::from_ref(&conditions), runs, unseen(options))?)?;
         let shows = |outcome: &&ReplicateOutcome| match trial.name {
@@ -210,7 +291,15 @@ impl Laboratory {
 
     /// The world of a controller, judged for what it was found to do.
     pub fn judged_for(&self, trial: &Trial) -> Result<Conditions, ConditionsError> {
-        let mut conditions = self.conditions(trial.controller)?;
+        self.judged_of(&self.simulated, trial)
+    }
+
+    fn judged_of(
+        &self,
+        robots: &RobotProfile,
+        trial: &Trial,
+    ) -> Result<Conditions, ConditionsError> {
+        let mut conditions = self.conditions_of(robots, trial.controller)?;
         if let Name::Behaviour(behaviour) = trial.name {
             conditions.behaviour = behaviour;
         }
