@@ -34,6 +34,7 @@ pub fn onto_disk(path: &Path, mut goes_on: impl FnMut(u64) -> bool) -> io::Resul
 /// Has a part of a file written, and waits for it. Where that fails, the whole file is waited for at
 /// the end, and reports the error.
 #[cfg(target_os = "linux")]
+#[expect(unsafe_code, reason = "a system call without a safe wrapper")]
 fn write_back(file: &File, begin: u64, n_bytes: u64) {
     use std::os::fd::AsRawFd;
 

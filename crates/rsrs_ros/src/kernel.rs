@@ -1,4 +1,6 @@
-//! System calls that the standard library does not offer: the only unsafe code.
+//! System calls that the standard library does not offer.
+
+#![expect(unsafe_code, reason = "system calls are not safe by themselves")]
 
 use std::collections::BTreeSet;
 use std::ffi::{CStr, c_char, c_int, c_ulong};

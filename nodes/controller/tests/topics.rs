@@ -221,6 +221,7 @@ async fn hold_lease(
 }
 
 /// SIGTERM ends the node with exit code 0.
+#[expect(unsafe_code, reason = "a system call without a safe wrapper")]
 fn stop_in_order(mut node: Node) {
     let pid = libc::pid_t::try_from(node.0.id()).expect("process numbers fit");
     // SAFETY: sends a signal to our own child, which has not been waited for.

@@ -96,6 +96,7 @@ impl Screen {
 /// Makes the library for keys receive no `SIGWINCH`: of a key that is pressed together with a change of
 /// size it reads the size alone, and the key only with the next one. That key may be the one for stop.
 /// What is drawn has the size that the terminal has then, so nobody misses the signal.
+#[expect(unsafe_code, reason = "a system call without a safe wrapper")]
 fn ignore_other_sizes() -> anyhow::Result<()> {
     // It takes the signal with the first key that it waits for.
     event::poll(Duration::ZERO).context("reading from the terminal")?;

@@ -1,5 +1,7 @@
 //! Sixteen worlds at a time: AVX-512.
 
+#![expect(unsafe_code, reason = "instructions that a processor may lack")]
+
 // Tests may import so, and there the lint is silent.
 #[cfg_attr(not(test), expect(clippy::wildcard_imports, reason = "some sixty instructions"))]
 use std::arch::x86_64::*;

@@ -36,6 +36,7 @@ impl Node {
         Self(child)
     }
 
+    #[expect(unsafe_code, reason = "a system call without a safe wrapper")]
     pub fn signal(&self, signal: libc::c_int) {
         let pid = libc::pid_t::try_from(self.0.id()).expect("process numbers fit");
         // SAFETY: sends a signal to our own child, which has not been waited for.

@@ -48,6 +48,7 @@ impl Port {
     /// # Errors
     ///
     /// [`PortError`].
+    #[expect(unsafe_code, reason = "nobody else vouches for a file's descriptor")]
     pub fn open(path: &str, baud: u32) -> Result<Self, PortError> {
         let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
         let file = OpenOptions::new()
