@@ -101,8 +101,19 @@ pub enum KeystoreError {
         asked: Option<Duration>,
     },
     /// There is no such enclave.
-    #[error("the keystore has no enclave {name}")]
+    #[error("the keystore has no enclave {name}{}", match meant {
+        Some(meant) => format!("; did you mean {meant}?"),
+        None => String::new(),
+    })]
     NoEnclave {
+        /// Its name, such as `/robot_3`.
+        name: String,
+        /// The one that was meant, as far as spelling shows it.
+        meant: Option<String>,
+    },
+    /// An enclave that is gone already.
+    #[error("{name} was revoked already")]
+    Revoked {
         /// Its name, such as `/robot_3`.
         name: String,
     },
@@ -180,6 +191,10 @@ impl Help for KeystoreError {
             }
             Self::AuthorityEnds { .. } => "`rsrs keystore renew` gives it more time",
             Self::NoEnclave { .. } => "`rsrs keystore show` lists those that it has",
+            Self::Revoked { .. } => {
+                "copy the other enclaves to their machines, if that was not done: those that are there \
+                 still trust it"
+            }
             Self::LinkedFolder { .. } => "move the folder itself there, or remove the link",
             Self::NotRevoked { .. } => "`rsrs keystore show` lists who was",
             Self::NoGovernance { .. } => {

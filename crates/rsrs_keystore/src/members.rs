@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use rsrs_core::document::nearest;
+
 use crate::authority::{self, Authority};
 use crate::certificate;
 use crate::dates::{moment, xml_date};
@@ -146,8 +148,12 @@ pub fn revoke(
     let governance = before.governance(keystore)?;
     let enclaves = enclaves_of(keystore)?;
     let gone = enclave_of(name);
-    if !enclaves.iter().any(|(enclave, _)| *enclave == gone) {
-        return Err(KeystoreError::NoEnclave { name: gone });
+    if !enclaves.contains_key(&gone) {
+        if revoked(keystore)?.contains(&gone) {
+            return Err(KeystoreError::Revoked { name: gone });
+        }
+        let meant = nearest(&gone, enclaves.keys().map(String::as_str)).map(str::to_owned);
+        return Err(KeystoreError::NoEnclave { name: gone, meant });
     }
     let holds = (from(now), now.saturating_add(validity));
     // Gone again where something fails.

@@ -292,7 +292,8 @@ fn of_who_was_revoked_nothing_is_obeyed_and_the_others_have_the_rights_that_they
     let typed = PathBuf::from(format!("{}/", keystore.display()));
     let old = revoke(&typed, "robot_1", NOW, DAY * 30).unwrap();
 
-    assert_eq!(nobody.to_string(), "the keystore has no enclave /robot_9");
+    let meant = "the keystore has no enclave /robot_9; did you mean /robot_1?";
+    assert_eq!(nobody.to_string(), meant);
     assert!(old.join("enclaves/robot_1").exists() && !made[0].folder.exists());
     for (enclave, before) in made.iter().zip(&before).skip(1) {
         assert_eq!(texts(&enclave.folder, 7, NOW), [""; 0], "{}", enclave.enclave);
@@ -322,6 +323,10 @@ fn who_was_revoked_comes_back_by_name_only_and_with_other_keys() {
     let key = |keystore: &Path| std::fs::read(keystore.join("enclaves/robot_1/key.pem")).unwrap();
     let old = revoke(&keystore, "robot_1", NOW, DAY * 30).unwrap();
     revoke(&keystore, "stop", NOW, DAY * 30).unwrap();
+    let again = revoke(&keystore, "robot_1", NOW, DAY * 30).unwrap_err();
+    assert_eq!(again.to_string(), "/robot_1 was revoked already");
+    let slip = revoke(&keystore, "contrlers", NOW, DAY * 30).unwrap_err();
+    assert!(slip.to_string().ends_with("; did you mean /controllers?"), "{slip}");
 
     // With the fleet file of before the theft.
     let again = create(&request(&keystore, &robots)).unwrap();
