@@ -66,7 +66,9 @@ impl Harness<'_> {
             file.set_len(0).and_then(|()| file.write_all_at(input, 0)).expect("there is room");
             let start = has_run();
             let problem = match catch_unwind(AssertUnwindSafe(|| execute(input))) {
-                Ok(outcome) if has_run() - start < TOO_LONG => return essence(&outcome),
+                Ok(outcome) if has_run().saturating_sub(start) < TOO_LONG => {
+                    return essence(&outcome);
+                }
                 Ok(_) => "takes too long",
                 Err(_) => "panics, see above",
             };
