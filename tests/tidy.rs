@@ -315,6 +315,26 @@ fn the_map_of_the_project_is_short_and_names_files_that_exist() {
 }
 
 #[test]
+fn the_python_package_is_built_of_the_versions_of_the_workspace() {
+    let locked = |file: &str| -> BTreeSet<(String, String)> {
+        let text = text(Path::new(file));
+        let packages = text.split("[[package]]").skip(1);
+        let of = |package: &str, key: &str| {
+            let line = package.lines().find_map(|line| line.strip_prefix(key).map(str::to_owned));
+            line.expect("every package has a name and a version")
+        };
+        packages.map(|package| (of(package, "name = "), of(package, "version = "))).collect()
+    };
+    let (workspace, package) = (locked("Cargo.lock"), locked("python/Cargo.lock"));
+    let names: BTreeSet<&String> = workspace.iter().map(|(name, _)| name).collect();
+
+    let others: Vec<_> =
+        package.difference(&workspace).filter(|(name, _)| names.contains(name)).collect();
+
+    assert!(others.is_empty(), "python/Cargo.lock has other versions of {others:#?}");
+}
+
+#[test]
 fn the_page_of_the_interface_has_every_topic_with_its_type_and_quality_of_service() {
     let page = text(Path::new("docs/ros_interface.md"));
     for topic in rsrs_msgs::topics::ALL {

@@ -1,16 +1,20 @@
-//! Names the commit that this binary was built from, which the results that it makes name.
+//! Names the commit that this binary was built from, which the results that it makes name. The Python
+//! package does so by the same script.
 
 use std::process::Command;
 
 fn main() {
-    let commit = Command::new("git")
-        .args(["rev-parse", "--short=12", "HEAD"])
-        .output()
-        .ok()
-        .filter(|output| output.status.success())
-        .and_then(|output| String::from_utf8(output.stdout).ok())
-        .map_or_else(|| "unknown".to_owned(), |text| text.trim().to_owned());
-    println!("cargo:rustc-env=RSRS_COMMIT={commit}");
-    println!("cargo:rerun-if-changed=../../.git/HEAD");
-    println!("cargo:rerun-if-changed=../../.git/refs/heads");
+    let commit = git(&["rev-parse", "--short=12", "HEAD"]);
+    println!("cargo:rustc-env=RSRS_COMMIT={}", commit.as_deref().unwrap_or("unknown"));
+    for (folder, name) in [("--git-dir", "HEAD"), ("--git-common-dir", "refs/heads")] {
+        if let Some(folder) = git(&["rev-parse", folder]) {
+            println!("cargo:rerun-if-changed={folder}/{name}");
+        }
+    }
+}
+
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok().filter(|_| output.status.success())?;
+    Some(text.trim().to_owned())
 }

@@ -315,6 +315,53 @@ fn a_pose_that_is_not_a_number_is_refused() {
 }
 
 #[test]
+fn poses_that_can_be_nobodys_and_a_period_that_is_none_are_refused() {
+    let mill = run(70.0, ring(0.7, SPEED_M_S));
+    let mut far = mill.clone();
+    far.poses[9 * 100 + 4].x_m = -1e17;
+    let at_once = Trajectory { period_s: 0.0, ..mill };
+
+    let error = phase::label(&far, &UNKNOWN_REACH).unwrap_err();
+
+    assert_eq!(error, JudgeError::TooLarge { robot: 4, time_s: 13.0 });
+    assert_eq!(
+        error.to_string(),
+        "robot 4 has a pose or command beyond 1e9, 13.00 s after the start; poses are in metres and radians"
+    );
+    assert_eq!(phase::label(&at_once, &FLOCKBOT), Err(JudgeError::Period { period_s: 0.0 }));
+}
+
+#[test]
+fn without_commands_a_phase_is_given_where_they_decide_nothing() {
+    let milling = &Behaviour::Milling.rules();
+    let poses_of = |run: Trajectory| Trajectory::of_poses(PERIOD_S, run.n_robots, run.poses);
+    let dispersing = poses_of(run(120.0, dispersing));
+    let mill = poses_of(run(70.0, ring(0.7, SPEED_M_S)));
+    let judge = phase::label_without_commands;
+
+    assert_eq!(judge(&dispersing, &FLOCKBOT, milling).unwrap().phase, Phase::Dispersion);
+    assert_eq!(
+        judge(&mill, &FLOCKBOT, milling).unwrap_err().to_string(),
+        "what the robots were commanded is not known, and decides between colliding unstable, stable \
+         milling, semi-stable milling and unformed"
+    );
+    assert_eq!(
+        judge(&dispersing, &UNKNOWN_REACH, milling).unwrap_err().to_string(),
+        "neither what the robots were commanded nor their reach is known, and they decide between \
+         dispersion, colliding unstable and unformed"
+    );
+    for behaviour in [Behaviour::Aggregation, Behaviour::Dispersal] {
+        let rules = &behaviour.rules();
+        for run in [&dispersing, &mill] {
+            assert_eq!(judge(run, &FLOCKBOT, rules), phase::label_with(run, &FLOCKBOT, rules));
+        }
+        let unknown =
+            (judge(&mill, &UNKNOWN_REACH, rules), phase::label_with(&mill, &UNKNOWN_REACH, rules));
+        assert_eq!(unknown.0, unknown.1);
+    }
+}
+
+#[test]
 fn nobody_cannot_be_judged_and_one_robot_alone_is_lost() {
     let no_robots = Trajectory::new(PERIOD_S, 0);
     let mut alone = run(70.0, ring(0.7, SPEED_M_S));

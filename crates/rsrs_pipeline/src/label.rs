@@ -18,7 +18,7 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{JudgeError, Phase, WINDOW_S, label_with};
-use rsrs_core::judge::reason::{Decisive, Departure, Left, Reason};
+use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::record::{
@@ -414,7 +414,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
         phase: verdict.phase,
         evidence: Some(verdict.evidence),
         certainty: Some(certainty),
-        why: why(&reason, rules.wanted, &recorded.robots),
+        why: reason.sentences(rules.wanted, &recorded.robots),
         n_robots: Some(verdict.n_robots),
         duration_s: Some(recorded.trajectory.duration_s()),
         by: JUDGE.to_owned(),
@@ -442,23 +442,6 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
 fn behaviour_of(record: Option<&ExperimentRecord>, options: LabelOptions) -> Behaviour {
     let recorded = || record.map(|record| record.conditions.behaviour);
     options.behaviour.or_else(recorded).unwrap_or_default()
-}
-
-/// A reason in words, with the robots' names.
-fn why(reason: &Reason, wanted: Phase, robots: &[String]) -> Vec<String> {
-    let rules = reason.rules.iter().map(Decisive::to_string);
-    let broken = reason.broken_blocks.map(|(n_broken, n_blocks)| {
-        format!("{n_broken} of {n_blocks} blocks of 10 s break the rule of {wanted}")
-    });
-    let departed = |departure: &Departure| {
-        let Departure { robot, time_s, from } = departure;
-        let from = match from {
-            Left::Ring => "left the ring",
-            Left::Others => "left everybody's reach",
-        };
-        format!("{} {from} at {time_s:.0} s", robots[*robot])
-    };
-    rules.chain(broken).chain(reason.departures.iter().map(departed)).collect()
 }
 
 /// Why a bag gives no trajectory, with its record of the robot.

@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::diagram::choice::{Choice, Margin, VIABLE_B_S_LOW};
-use rsrs_core::quantity::{Axis, Cell};
-use rsrs_core::robot::harsher::tidy;
+use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::quantity::Cell;
 use serde::Serialize;
 
 use crate::commands::{Format, print_text, report, report_written};
@@ -13,11 +12,10 @@ use crate::progress::execution;
 use crate::setting_arguments::SettingArguments;
 use crate::words::{Tone, Words};
 use rsrs_pipeline::choose::extension::{Extension, extensions};
-use rsrs_pipeline::choose::{Chosen, alternatives_text, as_measured, choose, write};
+use rsrs_pipeline::choose::text::{NO_VIABLE_CELL, VIABLE, none_viable, viable};
+use rsrs_pipeline::choose::{Chosen, choose, write};
 use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
 use rsrs_pipeline::sweep::folder;
-use rsrs_pipeline::sweep::settling;
-use rsrs_pipeline::wording::counted;
 use rsrs_pipeline::wording::shell::{experiment_beside, free_beside, quoted, sweep_beside};
 
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
@@ -71,17 +69,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
                 write(path, &choice)?;
             }
             let wider = wider(&arguments.folder, &choice)?.map(|wider| format!("\n{wider}"));
-            let printed = text(&choice, arguments.viable) + &wider.unwrap_or_default();
+            let printed = viable(&choice, arguments.viable) + &wider.unwrap_or_default();
             let words = Words::from(printed).tone(Tone::Good, VIABLE);
             report_with_factors(arguments, &choice, &choice.cell, words)?;
             report_next(arguments)?;
             Ok(Outcome::Done)
         }
         Chosen::NoViableCell(none) => {
-            let mut lines = vec![format!("{NO_VIABLE_CELL}: {}", none.reason)];
-            lines.extend(alternatives(&none.best, arguments.viable));
-            let printed = lines.join("\n");
-            let words = Words::from(printed).tone(Tone::Bad, NO_VIABLE_CELL);
+            let words =
+                Words::from(none_viable(&none, arguments.viable)).tone(Tone::Bad, NO_VIABLE_CELL);
             report_with_factors(arguments, &none, &none.best.cell, words)?;
             if arguments.format == Format::Text {
                 let next = format!("next: rsrs diagnose {}", quoted(&arguments.folder));
@@ -137,89 +133,6 @@ fn report_next(arguments: &Arguments) -> anyhow::Result<()> {
     print_text(next)
 }
 
-/// What a chosen cell is called, and how a person reads it.
-const VIABLE: &str = "viable";
-const NO_VIABLE_CELL: &str = "no viable cell";
-
-fn text(choice: &Choice, viable: f64) -> String {
-    let margins = choice.margin.iter().map(|(axis, margin)| drift(choice, *axis, *margin));
-    let mut lines = vec![
-        format!(
-            "{VIABLE}: {} (surely {:.0} % of its runs or more {}, made worse and as measured)",
-            choice.cell,
-            100.0 * viable,
-            choice.behaviour().verb().plain
-        ),
-        format!(
-            "  made worse, it {} in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
-            choice.behaviour().verb().does,
-            100.0 * choice.b_s,
-            choice.n_replicates,
-            100.0 * choice.b_s_low,
-            100.0 * choice.b_s_high
-        ),
-    ];
-    lines.extend(tried(choice));
-    lines.extend(as_measured(choice).map(|text| format!("  {text}")));
-    lines.extend(choice.settling.map(|settling| format!("  {}", settling::text(&settling))));
-    let did = choice.behaviour().verb().did;
-    let converged =
-        |time_s: f64| format!("  half of the runs that {did} had come to it by {time_s:.0} s");
-    lines.extend(choice.converged_s.map(converged));
-    lines.extend(alternatives(choice, viable));
-    lines.extend(by_circliness(choice));
-    lines.extend(margins);
-    if choice.margin.values().any(|margin| margin.low > 0.0 || margin.high > 0.0) {
-        lines.push(
-            "  (by the runs of the sweep, from swept value to swept value; the margins of `rsrs answer` \
-             are of finer values and runs of their own, and may be wider or narrower)"
-                .to_owned(),
-        );
-    }
-    lines.join("\n")
-}
-
-/// How far a value may drift, and what is known beyond.
-fn drift(choice: &Choice, axis: Axis, margin: Margin) -> String {
-    let Margin { low, high } = margin;
-    let edge = choice.edge.get(&axis).copied().unwrap_or_default();
-    let value = choice.cell.get(axis).unwrap_or_default();
-    let unit = axis.unit();
-    let edges = match (edge.low, edge.high) {
-        (false, false) => String::new(),
-        (true, false) => {
-            format!("edge of the sweep: nothing was swept below {}", tidy(value - low))
-        }
-        (false, true) => {
-            format!("edge of the sweep: nothing was swept above {}", tidy(value + high))
-        }
-        (true, true) => format!(
-            "edge of the sweep: nothing was swept below {} and above {}",
-            tidy(value - low),
-            tidy(value + high)
-        ),
-    };
-    let behind = |edges: String| if edges.is_empty() { edges } else { format!("; {edges}") };
-    if low == 0.0 && high == 0.0 {
-        return match (edge.low, edge.high) {
-            (false, false) => {
-                format!("  {axis} may not drift: the next values that were swept are not viable")
-            }
-            (true, true) => {
-                format!("  how far {axis} may drift is unknown: no value beside {value} was swept")
-            }
-            (true, false) => {
-                format!("  {axis} may not drift upward: the next value is not viable; {edges}")
-            }
-            (false, true) => {
-                format!("  {axis} may not drift downward: the next value is not viable; {edges}")
-            }
-        };
-    }
-    let low = if low == 0.0 { low.to_string() } else { format!("-{low}") };
-    format!("  {axis} may drift by {low} to +{high} {unit}{}", behind(edges))
-}
-
 /// The sweep that would have the chosen cell inside, if it lies at the edge of this one.
 fn wider(folder: &Path, choice: &Choice) -> anyhow::Result<Option<String>> {
     let found = extensions(&folder::read(folder)?, choice);
@@ -242,29 +155,4 @@ fn wider(folder: &Path, choice: &Choice) -> anyhow::Result<Option<String>> {
     }
     lines.push(format!("and run: rsrs sweep {sweep} -o {next}"));
     Ok(Some(lines.join("\n")))
-}
-
-/// How many cells came before this one and did not hold.
-fn tried(choice: &Choice) -> Option<String> {
-    let n_before = choice.candidates_tried?.checked_sub(1).filter(|n| *n > 0)?;
-    Some(format!("  {} ranked before it did not hold", counted(n_before, "cell")))
-}
-
-/// What other starts and numbers would give.
-fn alternatives(choice: &Choice, viable: f64) -> Vec<String> {
-    alternatives_text(choice, viable).into_iter().map(|line| format!("  {line}")).collect()
-}
-
-/// How `B_s` moves with the circliness from which a mill is called stable.
-fn by_circliness(choice: &Choice) -> Option<String> {
-    let [lower, stable, higher] = choice.by_circliness.as_slice() else { return None };
-    Some(format!(
-        "  a mill is stable from a circliness of {} on (0: a filled disc, 1: a thin ring); from {} on it \
-         would be {:.1} %, from {} on {:.1} %",
-        stable.stable_circliness,
-        lower.stable_circliness,
-        100.0 * lower.b_s,
-        higher.stable_circliness,
-        100.0 * higher.b_s
-    ))
 }

@@ -63,6 +63,59 @@ pub struct OrderParameters {
     pub clustered: Option<f64>,
 }
 
+/// One of the order parameters, by its name.
+#[derive(Clone, Copy, Debug)]
+pub struct OrderParameter {
+    /// The name in files and tables.
+    pub key: &'static str,
+    /// Whether it is about what robots were commanded, and not about poses alone.
+    pub needs_commands: bool,
+    /// Its value; `None` if it is not known.
+    pub of: fn(&OrderParameters) -> Option<f64>,
+}
+
+impl OrderParameter {
+    /// All of them, in the order of tables.
+    pub const ALL: [Self; 12] = [
+        Self::of_poses("lost", |it| it.lost),
+        Self::of_commands("blocked", |it| Some(it.blocked)),
+        Self::of_commands("stuck", |it| Some(it.stuck)),
+        Self::of_poses("rotation", |it| Some(it.rotation)),
+        Self::of_commands("orbit", |it| Some(it.orbit)),
+        Self::of_poses("fatness", |it| Some(it.fatness)),
+        Self::of_poses("tangentness", |it| Some(it.tangentness)),
+        Self::of_poses("circliness", |it| Some(it.circliness)),
+        Self::of_poses("mean_radius_m", |it| Some(it.mean_radius_m)),
+        Self::of_poses("contact_onsets_per_s", |it| it.contact_onsets_per_s),
+        Self::of_commands("circliness_ceiling", |it| Some(it.circliness_ceiling)),
+        Self::of_poses("clustered", |it| it.clustered),
+    ];
+
+    const fn of_poses(key: &'static str, of: fn(&OrderParameters) -> Option<f64>) -> Self {
+        Self { key, needs_commands: false, of }
+    }
+
+    const fn of_commands(key: &'static str, of: fn(&OrderParameters) -> Option<f64>) -> Self {
+        Self { key, needs_commands: true, of }
+    }
+}
+
+// A new order parameter must not be forgotten there.
+const _: fn(OrderParameters) = |OrderParameters {
+                                    lost: _,
+                                    blocked: _,
+                                    stuck: _,
+                                    rotation: _,
+                                    orbit: _,
+                                    fatness: _,
+                                    tangentness: _,
+                                    circliness: _,
+                                    mean_radius_m: _,
+                                    contact_onsets_per_s: _,
+                                    circliness_ceiling: _,
+                                    clustered: _,
+                                }| {};
+
 /// A robot is blocked when it comes less far than this share of its commanded way.
 pub const BLOCKED_SHARE: f64 = 0.2;
 

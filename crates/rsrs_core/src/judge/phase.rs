@@ -17,6 +17,8 @@ use crate::judge::number::Number;
 use crate::judge::order::{OrderParameters, Samples, Sums, sums_with_blocks};
 use crate::judge::rule::{Parameter, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
+use crate::robot::controller::Command;
+use crate::robot::unicycle::Pose;
 
 /// What a swarm settled into: a phase of one of the behaviours that swarms are judged for.
 ///
@@ -167,6 +169,41 @@ pub enum JudgeError {
         /// When, in seconds from the start.
         time_s: f64,
     },
+    /// The time between samples is none.
+    #[error("the period is {period_s} s, expected more than 0")]
+    Period {
+        /// Time between samples, in seconds.
+        period_s: f64,
+    },
+    /// A pose or a command that can be none of a robot's, however it is measured.
+    #[error(
+        "robot {robot} has a pose or command beyond {MOST:e}, {time_s:.2} s after the start; poses are in \
+         metres and radians"
+    )]
+    TooLarge {
+        /// Index of the robot.
+        robot: usize,
+        /// When, in seconds from the start.
+        time_s: f64,
+    },
+    /// What was commanded is unknown, and with it who is blocked and how far robots were to drive.
+    #[error(
+        "what the robots were commanded is not known, and decides between {}",
+        alternatives(phases)
+    )]
+    UnknownCommands {
+        /// The phases that are possible, in the order in which the judge looks.
+        phases: Vec<Phase>,
+    },
+    /// So is the reach.
+    #[error(
+        "neither what the robots were commanded nor their reach is known, and they decide between {}",
+        alternatives(phases)
+    )]
+    UnknownCommandsAndReach {
+        /// The phases that are possible, in the order in which the judge looks.
+        phases: Vec<Phase>,
+    },
     /// The radius of the bodies is unknown, and with it how near robots of a cluster are.
     #[error("the radius of the robots' bodies is not known, and decides whether they aggregate")]
     UnknownRadius,
@@ -177,6 +214,19 @@ pub enum JudgeError {
         phases: Vec<(f64, Phase)>,
     },
 }
+
+/// `stable milling, semi-stable milling and unformed`.
+fn alternatives(phases: &[Phase]) -> String {
+    let titles: Vec<&str> = phases.iter().map(|phase| phase.title()).collect();
+    match titles.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        _ => titles.concat(),
+    }
+}
+
+/// No coordinate, heading, speed or turning rate of a robot is greater, in metres, radians and seconds:
+/// the squares of such numbers are still finite, and millimetres are told apart at such a distance.
+const MOST: f64 = 1e9;
 
 /// The time at the end of a run that is judged, in seconds.
 pub const WINDOW_S: f64 = 60.0;
@@ -224,15 +274,53 @@ pub fn label_with(
     bodies: &Bodies,
     rules: &Rules,
 ) -> Result<Verdict, JudgeError> {
+    let verdict = at_any_reach(trajectory, bodies, rules)?;
+    if verdict.evidence.lost.is_none() && rules.ask_for(Parameter::Lost) {
+        let phases = by_reach::phases(trajectory, bodies.radius_m, rules);
+        return Err(JudgeError::UnknownReach { phases });
+    }
+    Ok(verdict)
+}
+
+/// As [`label_with`], of a run of which the poses alone are known ([`Trajectory::of_poses`]).
+///
+/// Of the verdict's evidence nothing that [needs commands](crate::judge::order::OrderParameter::needs_commands)
+/// means anything.
+///
+/// # Errors
+///
+/// As [`label_with`], and if what was commanded decides: a jammed ring and one that runs have one shape.
+pub fn label_without_commands(
+    trajectory: &Trajectory,
+    bodies: &Bodies,
+    rules: &Rules,
+) -> Result<Verdict, JudgeError> {
+    let verdict = at_any_reach(trajectory, bodies, rules)?;
+    let reach_is_known = verdict.evidence.lost.is_some();
+    let is_known = |parameter: Parameter| match parameter {
+        Parameter::Lost => reach_is_known,
+        _ => !parameter.needs_commands(),
+    };
+    let phases = rules.possible(&verdict.evidence, is_known);
+    match phases[..] {
+        [_] => Ok(verdict),
+        _ if !rules.need_commands() => label_with(trajectory, bodies, rules),
+        _ if reach_is_known => Err(JudgeError::UnknownCommands { phases }),
+        _ => Err(JudgeError::UnknownCommandsAndReach { phases }),
+    }
+}
+
+/// The verdict where an unknown reach is taken to be enough.
+fn at_any_reach(
+    trajectory: &Trajectory,
+    bodies: &Bodies,
+    rules: &Rules,
+) -> Result<Verdict, JudgeError> {
     check(trajectory)?;
     if bodies.radius_m.is_none() && rules.ask_for(Parameter::Clustered) {
         return Err(JudgeError::UnknownRadius);
     }
     let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
-    if window.whole.lost.is_none() && rules.ask_for(Parameter::Lost) {
-        let phases = by_reach::phases(trajectory, bodies.radius_m, rules);
-        return Err(JudgeError::UnknownReach { phases });
-    }
     Ok(Verdict {
         phase: window.phase(rules),
         evidence: window.whole,
@@ -336,15 +424,24 @@ fn check(trajectory: &Trajectory) -> Result<(), JudgeError> {
         return Err(JudgeError::NoRobots);
     }
     assert_eq!(trajectory.poses.len(), trajectory.commands.len(), "one command for each pose");
-    let not_finite =
-        trajectory.poses.iter().zip(&trajectory.commands).position(|(pose, command)| {
-            let numbers = pose.x_m + pose.y_m + pose.heading_rad;
-            !(numbers + command.speed_m_s + command.turn_rate_rad_s).is_finite()
-        });
-    if let Some(row) = not_finite {
-        return Err(JudgeError::NotFinite {
-            robot: row % trajectory.n_robots,
-            time_s: (row / trajectory.n_robots) as f64 * trajectory.period_s,
+    let period_s = trajectory.period_s;
+    if !(period_s.is_finite() && period_s > 0.0) {
+        return Err(JudgeError::Period { period_s });
+    }
+    let numbers = |(pose, command): (&Pose, &Command)| {
+        let Command { speed_m_s, turn_rate_rad_s } = *command;
+        [pose.x_m, pose.y_m, pose.heading_rad, speed_m_s, turn_rate_rad_s]
+    };
+    // What is not a number is not within either.
+    let is_within = |numbers: &[f64; 5]| numbers.iter().all(|number| number.abs() <= MOST);
+    let mut rows = trajectory.poses.iter().zip(&trajectory.commands).map(numbers).enumerate();
+    if let Some((row, numbers)) = rows.find(|(_, numbers)| !is_within(numbers)) {
+        let robot = row % trajectory.n_robots;
+        let time_s = (row / trajectory.n_robots) as f64 * period_s;
+        return Err(if numbers.into_iter().all(f64::is_finite) {
+            JudgeError::TooLarge { robot, time_s }
+        } else {
+            JudgeError::NotFinite { robot, time_s }
         });
     }
     if trajectory.n_samples() < samples_in(WINDOW_S, trajectory.period_s) {

@@ -76,6 +76,27 @@ impl Reason {
     }
 }
 
+impl Reason {
+    /// The reason in words, a sentence each.
+    ///
+    /// `wanted` is the wanted phase of the rules, `robots` has the robots' names, shape `[n_robots]`.
+    pub fn sentences(&self, wanted: Phase, robots: &[String]) -> Vec<String> {
+        let rules = self.rules.iter().map(Decisive::to_string);
+        let broken = self.broken_blocks.map(|(n_broken, n_blocks)| {
+            format!("{n_broken} of {n_blocks} blocks of 10 s break the rule of {wanted}")
+        });
+        let departed = |departure: &Departure| {
+            let Departure { robot, time_s, from } = departure;
+            let from = match from {
+                Left::Ring => "left the ring",
+                Left::Others => "left everybody's reach",
+            };
+            format!("{} {from} at {time_s:.0} s", robots[*robot])
+        };
+        rules.chain(broken).chain(self.departures.iter().map(departed)).collect()
+    }
+}
+
 /// The bounds that decide on a phase, by [`Rules::phase`].
 ///
 /// A phase that comes before the wanted one is there by what holds of its rules, one that comes after

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::judge::order::OrderParameters;
+use crate::judge::order::{OrderParameter, OrderParameters};
 use crate::judge::phase::Phase;
 
 /// An order parameter that a rule looks at; named as in [`OrderParameters`].
@@ -52,6 +52,12 @@ impl Parameter {
             Self::Circliness => evidence.circliness,
             Self::Clustered => evidence.clustered.unwrap_or(0.0),
         }
+    }
+
+    /// Whether it is about what robots were commanded, and not about poses alone.
+    pub fn needs_commands(self) -> bool {
+        let mut named = OrderParameter::ALL.iter().filter(|named| named.key == self.key());
+        named.any(|named| named.needs_commands)
     }
 
     /// Sets its value.
@@ -162,6 +168,36 @@ impl Rules {
     pub fn phase(&self, evidence: &OrderParameters) -> Phase {
         let holding = self.rules.iter().find(|rule| rule.holds(evidence));
         holding.map_or(self.otherwise, |rule| rule.phase)
+    }
+
+    /// The phases that are possible where some order parameters are not known, in the order in which the
+    /// judge looks; one alone if what is not known decides nothing.
+    pub fn possible(
+        &self,
+        evidence: &OrderParameters,
+        is_known: impl Fn(Parameter) -> bool,
+    ) -> Vec<Phase> {
+        let mut phases = Vec::new();
+        for Rule { phase, conditions } in &self.rules {
+            let mut known = conditions.iter().filter(|condition| is_known(condition.parameter));
+            if !known.all(|condition| condition.holds(evidence)) {
+                continue;
+            }
+            if !phases.contains(phase) {
+                phases.push(*phase);
+            }
+            if conditions.iter().all(|condition| is_known(condition.parameter)) {
+                return phases;
+            }
+        }
+        phases.push(self.otherwise);
+        phases
+    }
+
+    /// Whether any of them looks at what robots were commanded.
+    pub fn need_commands(&self) -> bool {
+        let mut conditions = self.rules.iter().flat_map(|rule| &rule.conditions);
+        conditions.any(|condition| condition.parameter.needs_commands())
     }
 
     /// Whether the rule of the wanted phase alone holds, as blocks of a run are held against it.

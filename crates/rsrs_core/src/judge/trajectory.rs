@@ -53,6 +53,14 @@ impl Trajectory {
         Self { period_s, n_robots, poses: Vec::new(), commands: Vec::new() }
     }
 
+    /// Poses of which nobody knows what was commanded: all commands are to stand still.
+    ///
+    /// `poses` has shape `[n_samples * n_robots]`, sample by sample.
+    pub fn of_poses(period_s: f64, n_robots: usize, poses: Vec<Pose>) -> Self {
+        let commands = vec![Command::STOP; poses.len()];
+        Self { period_s, n_robots, poses, commands }
+    }
+
     /// Number of samples in time.
     pub fn n_samples(&self) -> usize {
         self.poses.len().checked_div(self.n_robots).unwrap_or(0)

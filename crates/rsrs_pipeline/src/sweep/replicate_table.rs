@@ -10,45 +10,11 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::order::OrderParameter;
 use rsrs_core::quantity::Axis;
 use rsrs_sim::sweep::ReplicateOutcome;
 
 use crate::sweep::result::{SweepResult, World};
-
-/// A column of order parameters: its name, and how to read it.
-type Column = (&'static str, fn(&ReplicateOutcome) -> Option<f64>);
-
-const COLUMNS: [Column; 12] = [
-    ("lost", |row| row.evidence.lost),
-    ("blocked", |row| Some(row.evidence.blocked)),
-    ("stuck", |row| Some(row.evidence.stuck)),
-    ("rotation", |row| Some(row.evidence.rotation)),
-    ("orbit", |row| Some(row.evidence.orbit)),
-    ("fatness", |row| Some(row.evidence.fatness)),
-    ("tangentness", |row| Some(row.evidence.tangentness)),
-    ("circliness", |row| Some(row.evidence.circliness)),
-    ("mean_radius_m", |row| Some(row.evidence.mean_radius_m)),
-    ("contact_onsets_per_s", |row| row.evidence.contact_onsets_per_s),
-    ("circliness_ceiling", |row| Some(row.evidence.circliness_ceiling)),
-    ("clustered", |row| row.evidence.clustered),
-];
-
-// A new order parameter must not be forgotten here.
-const _: fn(OrderParameters) = |OrderParameters {
-                                    lost: _,
-                                    blocked: _,
-                                    stuck: _,
-                                    rotation: _,
-                                    orbit: _,
-                                    fatness: _,
-                                    tangentness: _,
-                                    circliness: _,
-                                    mean_radius_m: _,
-                                    contact_onsets_per_s: _,
-                                    circliness_ceiling: _,
-                                    clustered: _,
-                                }| {};
 
 /// Rows of a group: as many as are held in memory.
 const GROUP_ROWS: usize = 65_536;
@@ -142,8 +108,9 @@ impl<'a> ReplicateTable<'a> {
         integers(&mut group, rows.iter().map(|row| row.replicate))?;
         integers(&mut group, rows.iter().map(|_| seed))?;
         keys(&mut group, &phases)?;
-        for (_, read) in COLUMNS {
-            optional_doubles(&mut group, &rows.iter().map(read).collect::<Vec<_>>())?;
+        for OrderParameter { of, .. } in OrderParameter::ALL {
+            let values: Vec<_> = rows.iter().map(|row| of(&row.evidence)).collect();
+            optional_doubles(&mut group, &values)?;
         }
         keys(&mut group, &worlds)?;
         group.close()?;
@@ -162,7 +129,7 @@ fn schema(axes: &[Axis]) -> String {
         "required int64 seed;".to_owned(),
         "required binary phase (utf8);".to_owned(),
     ];
-    let columns = COLUMNS.iter().map(|(name, _)| format!("optional double {name};"));
+    let columns = OrderParameter::ALL.iter().map(|it| format!("optional double {};", it.key));
     let world = ["required binary world (utf8);".to_owned()];
     let fields: Vec<String> = axes.chain(fixed).chain(columns).chain(world).collect();
     format!("message replicate {{ {} }}", fields.join(" "))

@@ -36,9 +36,17 @@ impl ResolvedSweep {
     /// If a file cannot be read or is not what it should be, with file, line and column.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
-        let text = read_text(path)?;
-        let mut sweep = SweepFile::parse(&name, &text).map_err(helped)?;
-        let beside = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&name, &read_text(path)?, path.parent().unwrap_or(Path::new("")))
+    }
+
+    /// Reads the text of a sweep file, called `name` in errors, and the profile that it names, relative to
+    /// the folder `beside`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::read`].
+    pub fn parse(name: &str, text: &str, beside: &Path) -> anyhow::Result<Self> {
+        let mut sweep = SweepFile::parse(name, text).map_err(helped)?;
         let profile = read_profile(&beside.join(&sweep.profile))?;
         if let Some(StartPlacement::File { path, headings }) = &sweep.placement {
             let starts = read_start_table(&beside.join(path), *headings)?;

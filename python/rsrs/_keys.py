@@ -1,0 +1,17 @@
+"""The keys of a file, given as Python's values."""
+
+import json
+import os
+
+
+def _plain(value):
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"expected numbers, words, lists and dictionaries, found {value!r}")
+
+
+def text(keys):
+    """The keys as JSON, which every reader of YAML reads; one on each line, by which errors name them."""
+    return json.dumps(keys, default=_plain, ensure_ascii=False, allow_nan=False, indent=1)

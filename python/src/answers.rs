@@ -1,0 +1,397 @@
+//! What the steps answer, each with the text of its command and with what that prints as JSON.
+
+use std::path::{Path, PathBuf};
+
+use pyo3::prelude::*;
+use rsrs_core::diagram::choice::{self, VIABLE_B_S_LOW};
+use rsrs_core::quantity::Axis;
+use rsrs_core::robot::other_profile::OtherProfile;
+use rsrs_pipeline::choose::text::{none_viable, viable};
+use rsrs_pipeline::choose::{CONFIRM, Chosen, NoViableCell, Options, write};
+use rsrs_pipeline::execution::Execution;
+use rsrs_pipeline::{answer, diagnose, picture};
+
+use crate::error::{raised, refused};
+use crate::json::{axis, to_python};
+use crate::picture::Picture;
+use crate::profile::Profile;
+use crate::sweep::{Sweep, SweepResult};
+use crate::waiting::{Progress, work};
+
+/// How the best setting is looked for; checked.
+#[derive(Clone, Copy)]
+pub struct Setting {
+    wanted: f64,
+    robots: Option<usize>,
+    confirm: u64,
+}
+
+/// Most fresh runs of a cell that somebody can mean.
+const MOST_RUNS: u64 = 1_000_000_000;
+
+/// Checks how the best setting is to be looked for.
+pub fn setting(wanted: f64, robots: Option<usize>, confirm: u64) -> PyResult<Setting> {
+    if !(0.0..=1.0).contains(&wanted) {
+        return Err(refused(format!("the wanted share is {wanted}, expected from 0 to 1")));
+    }
+    runs("confirm", confirm)?;
+    if robots == Some(0) {
+        return Err(refused("robots is 0, expected at least 1"));
+    }
+    Ok(Setting { wanted, robots, confirm })
+}
+
+/// Checks a number of runs.
+pub fn runs(name: &str, n: u64) -> PyResult<u64> {
+    if (1..=MOST_RUNS).contains(&n) {
+        Ok(n)
+    } else {
+        Err(refused(format!("{name} is {n}, expected from 1 to {MOST_RUNS}")))
+    }
+}
+
+impl Setting {
+    pub fn options(self, execution: Execution<'_>) -> Options<'_> {
+        let Self { wanted, robots, confirm } = self;
+        Options { robots, wanted, confirm, execution }
+    }
+}
+
+/// What a step reads from a file: by its path, or an object of this package.
+pub struct Source {
+    pub path: PathBuf,
+    /// Where an object was written for the step.
+    _temporary: Option<tempfile::TempDir>,
+}
+
+impl Source {
+    /// A profile, a sweep, or the results of one.
+    pub fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let text = if let Ok(sweep) = value.cast::<Sweep>() {
+            (sweep.get().to_yaml()?, "sweep.yaml")
+        } else if let Ok(profile) = value.cast::<Profile>() {
+            (profile.get().to_yaml()?, "profile.yaml")
+        } else if let Ok(result) = value.cast::<SweepResult>() {
+            return Ok(Self { path: result.get().path().to_path_buf(), _temporary: None });
+        } else {
+            let path = value.extract().map_err(|_| {
+                refused(format!(
+                    "expected a path, a Profile, a Sweep or a SweepResult, found {value}"
+                ))
+            })?;
+            return Ok(Self { path, _temporary: None });
+        };
+        let folder = tempfile::TempDir::with_prefix("rsrs_").map_err(refused)?;
+        let path = folder.path().join(text.1);
+        std::fs::write(&path, text.0).map_err(refused)?;
+        Ok(Self { path, _temporary: Some(folder) })
+    }
+}
+
+/// The cell that may drift furthest, confirmed on fresh seeds; or that there is none, and the best.
+#[pyclass(name = "Choice", module = "rsrs", frozen)]
+pub struct Choice {
+    chosen: Chosen,
+    wanted: f64,
+}
+
+impl Choice {
+    pub fn new(chosen: Chosen, wanted: f64) -> Self {
+        Self { chosen, wanted }
+    }
+
+    /// The choice, if its cell is viable.
+    pub fn viable(&self) -> Option<choice::Choice> {
+        match &self.chosen {
+            Chosen::Viable(choice) => Some(choice.clone()),
+            Chosen::NoViableCell(_) => None,
+        }
+    }
+
+    fn best(&self) -> &choice::Choice {
+        match &self.chosen {
+            Chosen::Viable(choice) => choice,
+            Chosen::NoViableCell(NoViableCell { best, .. }) => best,
+        }
+    }
+}
+
+#[pymethods]
+impl Choice {
+    /// Whether the cell shows the wanted phase as often as wanted, made worse and as measured.
+    #[getter]
+    fn is_viable(&self) -> bool {
+        self.viable().is_some()
+    }
+    /// The cell, as values by axis; the best of those that were confirmed if none is viable.
+    #[getter]
+    fn cell<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.best().cell)
+    }
+    /// Share of fresh runs of robots made worse that show the wanted phase, from 0 to 1.
+    #[getter]
+    fn b_s(&self) -> f64 {
+        self.best().b_s
+    }
+    /// Lower bound of its 95 % interval.
+    #[getter]
+    fn b_s_low(&self) -> f64 {
+        self.best().b_s_low
+    }
+    /// Upper bound.
+    #[getter]
+    fn b_s_high(&self) -> f64 {
+        self.best().b_s_high
+    }
+    /// Fresh runs behind it.
+    #[getter]
+    fn n_replicates(&self) -> u64 {
+        self.best().n_replicates
+    }
+    /// Writes the choice as `rsrs choose -o` does: as `choice.json` in the folder of its sweep it marks
+    /// diagrams and is what runs are compared with.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        match &self.chosen {
+            Chosen::Viable(choice) => write(&path, choice).map_err(|error| raised(&error)),
+            Chosen::NoViableCell(none) => Err(refused(format!("no viable cell: {}", none.reason))),
+        }
+    }
+    /// All of it, under the names of `choice.json`.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match &self.chosen {
+            Chosen::Viable(choice) => to_python(py, choice),
+            Chosen::NoViableCell(none) => to_python(py, none),
+        }
+    }
+    fn __repr__(&self) -> String {
+        let best = self.best();
+        let is_viable = if self.is_viable() { "viable" } else { "no viable cell; the best" };
+        format!(
+            "Choice({is_viable}: {}; {} in {:.1} % of {} fresh runs, {:.1} to {:.1} %)",
+            best.cell,
+            best.behaviour().noun(),
+            100.0 * best.b_s,
+            best.n_replicates,
+            100.0 * best.b_s_low,
+            100.0 * best.b_s_high
+        )
+    }
+    fn __str__(&self) -> String {
+        match &self.chosen {
+            Chosen::Viable(choice) => viable(choice, self.wanted),
+            Chosen::NoViableCell(none) => none_viable(none, self.wanted),
+        }
+    }
+}
+
+/// The five answers on a robot: how many, how fast, how sharply, how good the sensors, how alike.
+#[pyclass(name = "Answers", module = "rsrs", frozen)]
+pub struct Answers(answer::Answers);
+
+#[pymethods]
+impl Answers {
+    /// Whether the robots show the wanted phase as often as wanted at the recommendation.
+    #[getter]
+    fn is_viable(&self) -> bool {
+        self.0.viable
+    }
+    /// The recommended cell, as values by axis.
+    #[getter]
+    fn cell<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.cell)
+    }
+    /// Share of fresh runs there that show the wanted phase, in the world in which it is rarer.
+    #[getter]
+    fn b_s(&self) -> f64 {
+        self.0.b_s
+    }
+    /// Lower bound of its 95 % interval.
+    #[getter]
+    fn b_s_low(&self) -> f64 {
+        self.0.b_s_low
+    }
+    /// The five questions, each with its quantities, their ranges and curves.
+    #[getter]
+    fn questions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.questions)
+    }
+    /// All curves as a picture.
+    fn picture(&self) -> PyResult<Picture> {
+        picture::of_answers(&self.0).map(Picture::new).map_err(|error| raised(&error))
+    }
+    fn _repr_svg_(&self) -> PyResult<String> {
+        Ok(self.picture()?.svg().to_owned())
+    }
+    /// All of it, under the names of `rsrs answer --format json`.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0)
+    }
+    fn __repr__(&self) -> String {
+        let answer::Answers { robot, viable, cell, b_s, b_s_low, behaviour, .. } = &self.0;
+        let verb = behaviour.verb();
+        let does = if *viable { verb.plain.to_owned() } else { format!("do not {}", verb.plain) };
+        format!(
+            "Answers({robot}: they {does} at {cell}; {:.0} % of fresh runs, lower bound {:.0} %)",
+            100.0 * b_s,
+            100.0 * b_s_low
+        )
+    }
+    fn __str__(&self) -> String {
+        self.0.to_string()
+    }
+}
+
+/// Answers the paper's five questions on a robot: how many, how fast, how sharply turning, how good the
+/// sensors, how alike.
+///
+/// Parameters
+/// ----------
+/// robot
+///     A profile (by path, or a Profile), a sweep (by path, or a Sweep), or the results of one.
+/// sweep
+///     A sweep whose settings are tried in place of a built-in grid.
+/// wanted
+///     The wanted share of runs in the wanted phase, from 0 to 1.
+/// replicates
+///     Runs of each point of a curve, in each world.
+/// robots
+///     Number of robots; any that is tried if not given.
+/// confirm
+///     Fresh runs that confirm a setting, in each world.
+/// other_profile
+///     Whether the sweep may be of robots with another profile.
+#[pyfunction]
+#[pyo3(name = "answer")]
+#[pyo3(signature = (robot, *, sweep=None, wanted=VIABLE_B_S_LOW, replicates=answer::REPLICATES, robots=None,
+                    confirm=CONFIRM, other_profile=false, threads=None, progress=None))]
+pub fn answer_all(
+    py: Python<'_>,
+    robot: &Bound<'_, PyAny>,
+    sweep: Option<&Bound<'_, PyAny>>,
+    wanted: f64,
+    replicates: u64,
+    robots: Option<usize>,
+    confirm: u64,
+    other_profile: bool,
+    threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Answers> {
+    let (robot, sweep) = (Source::of(robot)?, sweep.map(Source::of).transpose()?);
+    let setting = setting(wanted, robots, confirm)?;
+    let replicates = runs("replicates", replicates)?;
+    let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+    work(py, threads, &progress, |execution| {
+        let options = answer::Options {
+            sweep: path_of(sweep.as_ref()),
+            other_profile: if other_profile {
+                OtherProfile::Insisted
+            } else {
+                OtherProfile::Refused
+            },
+            replicates,
+            best: setting.options(execution),
+        };
+        answer::answer(&robot.path, options)
+    })
+    .map(Answers)
+}
+
+fn path_of(source: Option<&Source>) -> Option<&Path> {
+    source.map(|source| source.path.as_path())
+}
+
+/// Why robots do not show the wanted phase, and what would have to be changed about them; for robots that
+/// do, what could be worse.
+#[pyclass(name = "Diagnosis", module = "rsrs", frozen)]
+pub struct Diagnosis(diagnose::Diagnosis);
+
+#[pymethods]
+impl Diagnosis {
+    /// Whether the robots show the wanted phase as often as wanted in some setting.
+    #[getter]
+    fn is_viable(&self) -> bool {
+        self.0.viable
+    }
+    /// Their best setting, as values by axis.
+    #[getter]
+    fn cell<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.cell)
+    }
+    /// Share of fresh runs there that show the wanted phase, in the world in which it is rarer.
+    #[getter]
+    fn b_s(&self) -> f64 {
+        self.0.b_s
+    }
+    /// Changes after which the robots would do, the first one first; empty if they do.
+    #[getter]
+    fn causes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.causes)
+    }
+    /// What may be worse, if the robots do.
+    #[getter]
+    fn spare<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.spare)
+    }
+    /// All of it, under the names of `rsrs diagnose --format json`.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0)
+    }
+    fn __repr__(&self) -> String {
+        let diagnose::Diagnosis { robot, viable, causes, .. } = &self.0;
+        let verdict = match (viable, causes.first()) {
+            (true, _) => "nothing is wrong".to_owned(),
+            (false, Some(cause)) => format!("something must change, first {}", cause.change),
+            (false, None) => "something must change".to_owned(),
+        };
+        format!("Diagnosis({robot}: {verdict})")
+    }
+    fn __str__(&self) -> String {
+        self.0.to_string()
+    }
+}
+
+/// Finds out why robots do not show the wanted phase, and what would have to be changed about them.
+///
+/// Parameters
+/// ----------
+/// robot
+///     A profile (by path, or a Profile), a sweep (by path, or a Sweep), or the results of one.
+/// sweep
+///     A sweep whose settings are tried in place of a built-in grid.
+/// wanted
+///     The wanted share of runs in the wanted phase, from 0 to 1.
+/// costs
+///     What a change of a capability costs, in any currency, by axis: {"range_m": 200}; changes are put in
+///     order by it.
+/// robots, confirm
+///     As for `answer`.
+#[pyfunction]
+#[pyo3(name = "diagnose")]
+#[pyo3(signature = (robot, *, sweep=None, wanted=VIABLE_B_S_LOW, costs=None, robots=None, confirm=CONFIRM,
+                    threads=None, progress=None))]
+pub fn diagnose_all(
+    py: Python<'_>,
+    robot: &Bound<'_, PyAny>,
+    sweep: Option<&Bound<'_, PyAny>>,
+    wanted: f64,
+    costs: Option<std::collections::BTreeMap<String, f64>>,
+    robots: Option<usize>,
+    confirm: u64,
+    threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Diagnosis> {
+    let (robot, sweep) = (Source::of(robot)?, sweep.map(Source::of).transpose()?);
+    let setting = setting(wanted, robots, confirm)?;
+    let costs = costs.unwrap_or_default().into_iter().map(|(key, cost)| Ok((axis(&key)?, cost)));
+    let costs: Vec<(Axis, f64)> = costs.collect::<PyResult<_>>()?;
+    let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+    work(py, threads, &progress, |execution| {
+        let options = diagnose::Options {
+            sweep: path_of(sweep.as_ref()),
+            costs: &costs,
+            best: setting.options(execution),
+        };
+        diagnose::diagnose(&robot.path, options)
+    })
+    .map(Diagnosis)
+}

@@ -1,0 +1,75 @@
+//! Arrays of numpy: from what a caller has, and to what a caller gets.
+
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
+
+use crate::error::refused;
+
+/// Whatever numpy makes an array of, as one of doubles.
+fn numbers<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let py = value.py();
+    let dtype = [("dtype", "float64")].into_py_dict(py)?;
+    let array = py.import("numpy")?.call_method("asarray", (value,), Some(&dtype));
+    let array = array.map_err(|error| {
+        let is_ours =
+            error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyValueError>(py);
+        if is_ours {
+            refused(format!("{name}: expected an array of numbers; {}", error.value(py)))
+        } else {
+            error
+        }
+    })?;
+    array.extract::<PyReadonlyArrayDyn<'py, f64>>()
+}
+
+/// A shape as numpy writes it.
+fn shape(dimensions: &[usize]) -> String {
+    match dimensions {
+        [one] => format!("({one},)"),
+        _ => format!(
+            "({})",
+            dimensions.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+        ),
+    }
+}
+
+/// Poses of shape `(T, N, 3)`, and commands of a shape that broadcasts to `(T, N, 2)`, as a trajectory.
+pub fn trajectory(
+    poses: &Bound<'_, PyAny>,
+    commands: Option<&Bound<'_, PyAny>>,
+    period_s: f64,
+) -> PyResult<Trajectory> {
+    let array = numbers(poses, "poses")?;
+    let &[n_samples, n_robots, 3] = array.shape() else {
+        return Err(refused(format!(
+            "poses have shape {}, expected (T, N, 3): samples, robots, and x_m, y_m, heading_rad",
+            shape(array.shape())
+        )));
+    };
+    let view = array.as_array();
+    let lanes = view.lanes(numpy::ndarray::Axis(2)).into_iter();
+    let poses: Vec<Pose> =
+        lanes.map(|pose| Pose { x_m: pose[0], y_m: pose[1], heading_rad: pose[2] }).collect();
+    let Some(commands) = commands else {
+        return Ok(Trajectory::of_poses(period_s, n_robots, poses));
+    };
+    let given = numbers(commands, "commands")?;
+    let expected = [n_samples, n_robots, 2];
+    let given = given.as_array();
+    let view = given.broadcast(&expected[..]).ok_or_else(|| {
+        refused(format!(
+            "commands have shape {}, expected {} or one that broadcasts to it: samples, robots, and \
+             speed_m_s, turn_rate_rad_s",
+            shape(given.shape()),
+            shape(&expected)
+        ))
+    })?;
+    let lanes = view.lanes(numpy::ndarray::Axis(2)).into_iter();
+    let commands = lanes.map(|it| Command { speed_m_s: it[0], turn_rate_rad_s: it[1] }).collect();
+    Ok(Trajectory { period_s, n_robots, poses, commands })
+}

@@ -1,0 +1,164 @@
+//! Real runs beside the sweep that predicts them.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use rsrs_core::comparison::MARGIN;
+use rsrs_core::robot::other_profile::OtherProfile;
+use rsrs_pipeline::compare::report::Report;
+use rsrs_pipeline::compare::{Options, compare};
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::label::Labeller;
+use rsrs_pipeline::report::html;
+
+use crate::answers::Source;
+use crate::error::{named, refused, refused_with_help};
+use crate::json::to_python;
+use crate::sweep::SweepResult;
+use crate::waiting::work_to_end;
+
+/// Real runs, held against a sweep: do robots show the wanted phase at least as often as simulated ones?
+#[pyclass(name = "Comparison", module = "rsrs", frozen)]
+pub struct Comparison(Report);
+
+#[pymethods]
+impl Comparison {
+    /// "supported", "violated", "undecided" or "no_claim".
+    #[getter]
+    fn verdict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.verdict)
+    }
+    /// What it means, or rests on, in a few words.
+    #[getter]
+    fn summary(&self) -> &str {
+        &self.0.summary
+    }
+    /// Cell by cell, the runs and what was simulated.
+    #[getter]
+    fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.cells)
+    }
+    /// All of it, under the names of `rsrs compare --format json`.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0)
+    }
+    fn __repr__(&self) -> String {
+        let (n, n_left) = (self.0.bags.len(), self.0.not_counted.len());
+        let verdict = self.0.verdict_in_a_word();
+        format!("Comparison({verdict}: {}; {n} runs count, {n_left} do not)", self.0.summary)
+    }
+    fn __str__(&self) -> String {
+        self.0.to_string()
+    }
+}
+
+/// Which runs, and how.
+fn options(
+    bags: Vec<PathBuf>,
+    labels: &str,
+    margin: f64,
+    (with_lost_robots, with_implausible, other_profile): (bool, bool, bool),
+) -> PyResult<Options> {
+    if bags.is_empty() {
+        return Err(refused("no bags, expected at least one"));
+    }
+    if !(0.0..=0.5).contains(&margin) {
+        return Err(refused(format!("margin is {margin}, expected a share from 0 to 0.5")));
+    }
+    let labels: Labeller = labels.parse().map_err(refused)?;
+    let other_profile = if other_profile { OtherProfile::Insisted } else { OtherProfile::Refused };
+    Ok(Options {
+        bags,
+        labels,
+        with_lost_robots,
+        with_implausible,
+        margin,
+        poses: None,
+        other_profile,
+    })
+}
+
+/// The folder of a sweep, by its path or as its results, which are kept as long as needed.
+fn folder(result: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
+    Ok(match result.cast::<SweepResult>() {
+        Ok(result) => result.get().path().to_path_buf(),
+        Err(_) => Source::of(result)?.path,
+    })
+}
+
+/// Holds recorded runs against the sweep that predicts them.
+///
+/// Parameters
+/// ----------
+/// result
+///     The results of a sweep, or their folder; with `choice.json` in it, the chosen cell is compared with
+///     its fresh runs.
+/// bags
+///     Paths of bags: rosbag2 folders or .mcap files.
+/// labels
+///     Whose labels count: "judge", or "human:WHO".
+/// margin
+///     By how much real robots may show the wanted phase less often than simulated ones and still support
+///     the claim, from 0 to 0.5; to be chosen before the first run.
+/// with_lost_robots, with_implausible
+///     Whether runs count that went on without a robot, or whose poses cannot be those of the robots.
+/// other_profile
+///     Whether runs of robots with another profile count.
+#[pyfunction]
+#[pyo3(name = "compare")]
+#[pyo3(signature = (result, bags, *, labels="judge", margin=MARGIN, with_lost_robots=false,
+                    with_implausible=false, other_profile=false))]
+pub fn compare_runs(
+    py: Python<'_>,
+    result: &Bound<'_, PyAny>,
+    bags: Vec<PathBuf>,
+    labels: &str,
+    margin: f64,
+    with_lost_robots: bool,
+    with_implausible: bool,
+    other_profile: bool,
+) -> PyResult<Comparison> {
+    let folder = folder(result)?;
+    let options =
+        options(bags, labels, margin, (with_lost_robots, with_implausible, other_profile))?;
+    work_to_end(py, move || compare(&folder, &options)).map(Comparison)
+}
+
+/// Writes one HTML file with the diagram, the comparison and every run in motion, which needs no other file.
+///
+/// Parameters
+/// ----------
+/// result, bags, labels, margin, with_lost_robots, with_implausible, other_profile
+///     As for `compare`.
+/// output
+///     The file, whose name ends in .html; one that exists is replaced.
+#[pyfunction]
+#[pyo3(signature = (result, bags, output, *, labels="judge", margin=MARGIN, with_lost_robots=false,
+                    with_implausible=false, other_profile=false))]
+pub fn report(
+    py: Python<'_>,
+    result: &Bound<'_, PyAny>,
+    bags: Vec<PathBuf>,
+    output: PathBuf,
+    labels: &str,
+    margin: f64,
+    with_lost_robots: bool,
+    with_implausible: bool,
+    other_profile: bool,
+) -> PyResult<Comparison> {
+    if output.extension().is_none_or(|ending| ending != "html") {
+        return Err(refused_with_help(
+            format!("{} does not end in .html", named(&output)),
+            Some("name the report report.html".to_owned()),
+        ));
+    }
+    let folder = folder(result)?;
+    let options =
+        options(bags, labels, margin, (with_lost_robots, with_implausible, other_profile))?;
+    work_to_end(py, move || {
+        let (html, comparison) = html(&folder, &options)?;
+        write_file(&output, html.as_bytes())?;
+        Ok(comparison)
+    })
+    .map(Comparison)
+}

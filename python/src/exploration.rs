@@ -1,0 +1,151 @@
+//! What a swarm can do beyond a given controller.
+
+use std::path::{Path, PathBuf};
+
+use pyo3::prelude::*;
+use rsrs_core::conditions::Walls;
+use rsrs_pipeline::explore::{self, CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS};
+use rsrs_pipeline::sweep::source::robots_beside;
+use rsrs_sim::exploration::space::Directions;
+
+use crate::answers::{Source, runs};
+use crate::error::{raised, refused};
+use crate::json::to_python;
+use crate::verdict;
+use crate::waiting::{Progress, work};
+
+/// What a search for controllers found, in a folder with a gallery of it.
+#[pyclass(name = "Explored", module = "rsrs", frozen)]
+pub struct Explored(explore::Explored);
+
+#[pymethods]
+impl Explored {
+    /// The folder, with `gallery.html`.
+    #[getter]
+    fn folder(&self) -> &Path {
+        &self.0.folder
+    }
+    /// Whether the behaviour that was searched for was found: surely in more than half of the runs.
+    #[getter]
+    fn is_found(&self) -> bool {
+        self.0.is_found()
+    }
+    /// The controllers, each with what it is called, its commands, and the share of fresh runs that show it.
+    #[getter]
+    fn found<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.found)
+    }
+    /// All of it, under the names of `rsrs explore --format json`.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0)
+    }
+    fn __repr__(&self) -> String {
+        let explore::Explored { robot, n_controllers, found, folder, .. } = &self.0;
+        let names: Vec<&str> = found.iter().map(|found| found.name.as_str()).collect();
+        let found = if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
+        format!(
+            "Explored({robot}: {found} among {n_controllers} controllers, in {})",
+            folder.display()
+        )
+    }
+    fn __str__(&self) -> String {
+        self.0.to_string()
+    }
+}
+
+/// What happens at the border of the arena.
+fn walls(key: &str) -> PyResult<Walls> {
+    match key {
+        "none" => Ok(Walls::None),
+        "clamp" => Ok(Walls::Clamp),
+        "stop" => Ok(Walls::Stop),
+        _ => Err(refused(format!("unknown walls `{key}`, expected none, clamp or stop"))),
+    }
+}
+
+/// Most controllers of one search.
+const MOST_CONTROLLERS: usize = 1_000_000;
+
+/// Searches for controllers, for a behaviour or for all that differ, and writes a gallery of what was found.
+///
+/// A search that was interrupted goes on in its folder with the same call.
+///
+/// Parameters
+/// ----------
+/// profile
+///     Of the robots, by path or as a Profile; they are made worse by the usual factors.
+/// output
+///     Folder for what is found.
+/// behaviour
+///     What to search for; all that differ if not given.
+/// robots
+///     Number of robots; that of `fleet.yaml` beside the profile, or 9, if not given.
+/// arena_m
+///     Side of the square arena, in metres; six times a robot's reach if not given.
+/// walls
+///     What happens at its border: "none", "clamp" (robots slide along it) or "stop".
+/// forward
+///     Whether controllers never drive backward.
+/// controllers, replicates
+///     How many controllers are tried, up to 1,000,000, in how many runs each, up to 100,000.
+/// duration_s
+///     Simulated time of each run, in seconds.
+/// seed
+///     Seed of the search and of its runs, below 2^63.
+#[pyfunction]
+#[pyo3(name = "explore")]
+#[pyo3(signature = (profile, output, *, behaviour=None, robots=None, arena_m=None, walls="clamp",
+                    forward=false, controllers=CONTROLLERS, replicates=REPLICATES, duration_s=DURATION_S,
+                    seed=1, threads=None, progress=None))]
+pub fn explore_all(
+    py: Python<'_>,
+    profile: &Bound<'_, PyAny>,
+    output: PathBuf,
+    behaviour: Option<&str>,
+    robots: Option<usize>,
+    arena_m: Option<f64>,
+    walls: &str,
+    forward: bool,
+    controllers: usize,
+    replicates: u64,
+    duration_s: f64,
+    seed: u64,
+    threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Explored> {
+    let profile = Source::of(profile)?;
+    let wanted = behaviour.map(verdict::behaviour).transpose()?;
+    let walls = self::walls(walls)?;
+    if !(1..=MOST_CONTROLLERS).contains(&controllers) {
+        return Err(refused(format!(
+            "controllers is {controllers}, expected from 1 to {MOST_CONTROLLERS}"
+        )));
+    }
+    if runs("replicates", replicates)? > 100_000 {
+        return Err(refused(format!("replicates is {replicates}, expected from 1 to 100000")));
+    }
+    if seed >= 1 << 63 {
+        return Err(refused(format!("seed is {seed}, expected below 2^63")));
+    }
+    let robots = match robots {
+        Some(robots) => robots,
+        None => robots_beside(&profile.path).map_err(|error| raised(&error))?.unwrap_or(ROBOTS),
+    };
+    let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+    work(py, threads, &progress, |execution| {
+        let options = Options {
+            wanted,
+            robots,
+            arena_m,
+            walls,
+            directions: if forward { Directions::Forward } else { Directions::Both },
+            controllers,
+            replicates,
+            duration_s,
+            seed,
+            execution,
+        };
+        explore::explore(&profile.path, &output, &options)
+    })
+    .map(Explored)
+}

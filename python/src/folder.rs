@@ -1,0 +1,28 @@
+//! Folders of results: a person's, or one that goes with the last object that needs it.
+
+use std::path::PathBuf;
+
+use tempfile::TempDir;
+
+use crate::error::refused;
+
+/// A folder of results.
+pub struct Folder {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What removes it, where it is nobody's.
+    _temporary: Option<TempDir>,
+}
+
+impl Folder {
+    /// A person's.
+    pub fn kept(path: PathBuf) -> Self {
+        Self { path, _temporary: None }
+    }
+
+    /// One of this name that nobody keeps; it is not made.
+    pub fn temporary(name: &str) -> pyo3::PyResult<Self> {
+        let temporary = TempDir::with_prefix("rsrs_").map_err(refused)?;
+        Ok(Self { path: temporary.path().join(name), _temporary: Some(temporary) })
+    }
+}

@@ -1,0 +1,395 @@
+//! Sweeps: what is to be simulated, and what came out.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pyo3::exceptions::PyUserWarning;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rsrs_core::capability::lost_capabilities;
+use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
+use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::Axis;
+use rsrs_core::statistics::share::Share;
+use rsrs_pipeline::choose::choose;
+use rsrs_pipeline::error::{help_of, with_help};
+use rsrs_pipeline::picture::{self, DiagramOptions, Worlds};
+use rsrs_pipeline::sweep::folder;
+use rsrs_pipeline::sweep::result::{self, World};
+use rsrs_pipeline::sweep::source::ResolvedSweep;
+use rsrs_pipeline::sweep::sweep_into;
+use rsrs_pipeline::validate::file;
+use rsrs_view::diagram::Numbers;
+
+use crate::answers::{Choice, setting};
+use crate::error::{our_mistake, raised, refused};
+use crate::folder::Folder;
+use crate::json::{axis, cell, keys_as_text, to_python};
+use crate::picture::Picture;
+use crate::table::{Columns, Table};
+use crate::waiting::{Progress, work};
+
+/// A sweep that can be simulated: `rsrs.Sweep("sweep.yaml")`, or the keys of such a file as arguments.
+///
+/// Parameters
+/// ----------
+/// path
+///     A sweep file, or the `sweep.yaml` of a folder of results.
+/// **keys
+///     The keys of a sweep file (see `docs/reference.md`) in place of one: `profile` (a path, relative to
+///     the working directory), `axes` (values by axis, or {"from": 0.05, "to": 0.3, "steps": 11}), `fixed`,
+///     `harsher`, `placement`, `cells`, `replicates`, `duration_s` in seconds, `seed`, `behaviour`,
+///     `adaptive`.
+///
+/// Raises
+/// ------
+/// RsrsError
+///     If a file cannot be read, a key is unknown, or a cell cannot be simulated.
+#[pyclass(name = "Sweep", module = "rsrs", frozen)]
+pub struct Sweep {
+    pub name: String,
+    pub source: ResolvedSweep,
+}
+
+#[pymethods]
+impl Sweep {
+    #[new]
+    #[pyo3(signature = (path=None, /, **keys))]
+    fn new(path: Option<PathBuf>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let (name, source) = match (path, keys.filter(|keys| !keys.is_empty())) {
+            (Some(path), None) => (path.display().to_string(), ResolvedSweep::read_either(&path)),
+            (None, Some(keys)) => {
+                let name = "Sweep".to_owned();
+                let text = keys_as_text(keys)?;
+                let source = ResolvedSweep::parse(&name, &text, Path::new(""));
+                (name, source.map_err(|error| beside_key(error, &text)))
+            }
+            _ => return Err(refused("give either the path of a sweep file or its keys")),
+        };
+        let source = source.map_err(|error| raised(&error))?;
+        // What cannot be simulated is refused here, and not after minutes.
+        source.cells(&name).map_err(|error| raised(&error))?;
+        Ok(Self { name, source })
+    }
+    /// The cells, each a dictionary of values by axis; the first axis varies slowest.
+    #[getter]
+    fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.source.sweep.all_cells())
+    }
+    /// The swept axes by their names: "speed_m_s".
+    #[getter]
+    fn axes(&self) -> Vec<&'static str> {
+        self.source.sweep.swept_axes().into_iter().map(Axis::key).collect()
+    }
+    /// What the swarm is judged for.
+    #[getter]
+    fn behaviour(&self) -> &'static str {
+        self.source.sweep.behaviour.key()
+    }
+    /// Replicates of each cell, in each world.
+    #[getter]
+    fn replicates(&self) -> u64 {
+        self.source.sweep.replicates
+    }
+    /// Simulated time of each replicate, in seconds.
+    #[getter]
+    fn duration_s(&self) -> f64 {
+        self.source.sweep.duration_s
+    }
+    /// The seed.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.source.sweep.seed
+    }
+    /// Names the results: equal sweeps have equal digests, of 16 hexadecimal digits.
+    #[getter]
+    fn digest(&self) -> String {
+        self.source.digest()
+    }
+    /// The sweep with its profile as YAML, which needs no other file.
+    pub fn to_yaml(&self) -> PyResult<String> {
+        serde_saphyr::to_string(&self.source).map_err(our_mistake)
+    }
+    /// Simulates every cell in both worlds: with the robots made worse, and as measured.
+    ///
+    /// Other Python threads run on, and Ctrl-C stops it at any moment: what was finished is kept in
+    /// `output`, where the same call goes on. Results do not depend on the number of threads.
+    ///
+    /// Parameters
+    /// ----------
+    /// output
+    ///     Folder for the results, as `rsrs sweep -o` makes it; without one they last as long as the object.
+    /// threads
+    ///     As many as the machine runs at once if not given.
+    /// progress
+    ///     True shows a line on the standard error; a function is called with what is being done, how many
+    ///     runs are done, and of how many.
+    #[pyo3(signature = (output=None, *, threads=None, progress=None))]
+    fn run(
+        &self,
+        py: Python<'_>,
+        output: Option<PathBuf>,
+        threads: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<SweepResult> {
+        warn_of_lost_capabilities(py, &self.source)?;
+        let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+        let is_kept = output.is_some();
+        let folder = match output {
+            Some(path) => Folder::kept(path),
+            None => Folder::temporary("sweep")?,
+        };
+        let draw = if is_kept { picture::into_folder } else { |_: &Path, _: &_| Ok(()) };
+        let result = work(py, threads, &progress, |execution| {
+            sweep_into(&folder.path, &self.name, self.source.clone(), execution, draw)
+        })?;
+        Ok(SweepResult { folder: Arc::new(folder), result })
+    }
+    fn __repr__(&self) -> String {
+        let Self { source, .. } = self;
+        let worlds = if source.as_measured().is_some() { 2 } else { 1 };
+        format!(
+            "Sweep({} cells of {}, {} replicates of {} s in {worlds} worlds, seed {})",
+            source.sweep.all_cells().len(),
+            self.axes().join(" x "),
+            source.sweep.replicates,
+            source.sweep.duration_s,
+            source.sweep.seed
+        )
+    }
+}
+
+/// Names the key in place of its line, which the caller has not seen.
+fn beside_key(error: anyhow::Error, text: &str) -> anyhow::Error {
+    let message = error.to_string();
+    let place = message.split(':').nth(1).and_then(|line| line.parse::<usize>().ok());
+    match place.and_then(|line| text.lines().nth(line.checked_sub(1)?)) {
+        Some(line) => {
+            let problem = message.splitn(4, ':').nth(3).unwrap_or(&message).trim_start();
+            let key = line.trim().trim_end_matches(',').replace('"', "");
+            let message = format!("Sweep, at `{key}`: {problem}");
+            match help_of(&error) {
+                Some(help) => with_help(message, help),
+                None => anyhow::anyhow!(message),
+            }
+        }
+        None => error,
+    }
+}
+
+/// Warns of the capabilities that the factors take away, before anything is simulated.
+fn warn_of_lost_capabilities(py: Python<'_>, source: &ResolvedSweep) -> PyResult<()> {
+    let simulated = source.sweep.factors(&source.profile).apply(&source.profile);
+    if let Ok(simulated) = &simulated {
+        for lost in lost_capabilities(&source.profile, simulated) {
+            let text = std::ffi::CString::new(lost.to_string()).map_err(our_mistake)?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 2)?;
+        }
+    }
+    Ok(())
+}
+
+/// The results of a sweep: `rsrs.SweepResult("results/flockbot")` reads the folder of one.
+#[pyclass(name = "SweepResult", module = "rsrs", frozen)]
+pub struct SweepResult {
+    folder: Arc<Folder>,
+    result: result::SweepResult,
+}
+
+impl SweepResult {
+    pub fn path(&self) -> &Path {
+        &self.folder.path
+    }
+
+    /// Both worlds with their names, as far as they are there.
+    fn worlds(&self) -> Vec<(World, &PhaseDiagram)> {
+        match &self.result.as_measured {
+            Some(measured) => {
+                vec![(World::Harsher, &self.result.diagram), (World::AsMeasured, measured)]
+            }
+            None if self.result.source.as_measured().is_some() => {
+                vec![(World::Harsher, &self.result.diagram)]
+            }
+            None => vec![(World::AsMeasured, &self.result.diagram)],
+        }
+    }
+}
+
+#[pymethods]
+impl SweepResult {
+    #[new]
+    fn new(folder: PathBuf) -> PyResult<Self> {
+        let result = folder::read(&folder).map_err(|error| raised(&error))?;
+        Ok(Self { folder: Arc::new(Folder::kept(folder)), result })
+    }
+    /// The folder with the results.
+    #[getter]
+    fn folder(&self) -> &Path {
+        self.path()
+    }
+    /// The sweep.
+    #[getter]
+    fn sweep(&self) -> Sweep {
+        Sweep { name: "Sweep".to_owned(), source: self.result.source.clone() }
+    }
+    /// The swept axes by their names.
+    #[getter]
+    fn axes(&self) -> Vec<&'static str> {
+        self.result.diagram.axes.iter().map(|axis| axis.key()).collect()
+    }
+    /// One row for each cell in each world: its values by axis, `world` ("harsher" or "as_measured"), `n`
+    /// replicates, how many ended in each phase, the most frequent `phase`, and the share `b_s` of the
+    /// wanted phase with its 95 % interval from `b_s_low` to `b_s_high`.
+    #[getter]
+    fn cells(&self) -> PyResult<Table> {
+        let sweep = &self.result.source.sweep;
+        let worlds = self.worlds();
+        let rows: Vec<(World, &DiagramCell)> = worlds
+            .iter()
+            .flat_map(|(world, diagram)| diagram.cells.iter().map(|entry| (*world, entry)))
+            .collect();
+        let doubles = |of: &dyn Fn(&DiagramCell) -> f64| -> Vec<f64> {
+            rows.iter().map(|(_, entry)| of(entry)).collect()
+        };
+        let counts = |of: &dyn Fn(&DiagramCell) -> u64| -> Vec<u64> {
+            rows.iter().map(|(_, entry)| of(entry)).collect()
+        };
+        let interval = |entry: &DiagramCell| {
+            let share = Share::milling(&entry.counts);
+            sweep.interval_kind().interval(share.hits, share.n)
+        };
+        let mut columns = Columns::default();
+        for axis in &self.result.diagram.axes {
+            columns
+                .doubles(axis.key(), doubles(&|entry| entry.cell.get(*axis).unwrap_or(f64::NAN)));
+        }
+        columns.words("world", rows.iter().map(|(world, _)| Some(world.key())).collect());
+        columns.counts("n", counts(&|entry| entry.counts.total()));
+        for phase in sweep.behaviour.phases() {
+            columns.counts(phase.key(), counts(&|entry| entry.counts.get(*phase)));
+        }
+        let majority = |(_, entry): &(World, &DiagramCell)| entry.counts.majority().map(Phase::key);
+        columns.words("phase", rows.iter().map(majority).collect());
+        columns.doubles("b_s", doubles(&|entry| entry.counts.wanted_share()));
+        columns.doubles("b_s_low", doubles(&|entry| interval(entry).low));
+        columns.doubles("b_s_high", doubles(&|entry| interval(entry).high));
+        columns.table()
+    }
+    /// One row for each replicate: its cell, number and seed, phase, order parameters, and world.
+    #[getter]
+    fn replicates(&self) -> PyResult<Table> {
+        Table::file(&self.folder, "replicates.parquet")
+    }
+    /// The cells as an `xarray.Dataset`, with a dimension for each axis and `world`; needs xarray.
+    fn to_xarray(slf: Bound<'_, Self>) -> PyResult<Bound<'_, PyAny>> {
+        slf.py().import("rsrs._xarray")?.call_method1("dataset", (&slf,))
+    }
+    /// Chooses the cell that may drift furthest and still show the wanted phase, and confirms it on fresh
+    /// seeds in both worlds.
+    ///
+    /// Parameters
+    /// ----------
+    /// viable
+    ///     Least confirmed lower bound of the share of the wanted phase, from 0 to 1.
+    /// robots
+    ///     Number of robots; any that was swept if not given.
+    /// confirm
+    ///     Fresh runs that confirm a cell, in each world.
+    #[pyo3(signature = (*, viable=VIABLE_B_S_LOW, robots=None, confirm=rsrs_pipeline::choose::CONFIRM,
+                        threads=None, progress=None))]
+    fn choose(
+        &self,
+        py: Python<'_>,
+        viable: f64,
+        robots: Option<usize>,
+        confirm: u64,
+        threads: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Choice> {
+        let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+        let setting = setting(viable, robots, confirm)?;
+        let chosen = work(py, threads, &progress, |execution| {
+            choose(self.path(), setting.options(execution))
+        })?;
+        Ok(Choice::new(chosen, viable))
+    }
+    /// The phase diagram as a picture, which a notebook shows.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y
+    ///     Horizontal and vertical axis; the first two swept ones if not given.
+    /// at
+    ///     Values on further axes: {"robots": 9}.
+    /// world
+    ///     "harsher" (robots made worse), "as_measured", or "both".
+    /// title
+    ///     One with the robot's name if not given.
+    /// numbers
+    ///     Whether shares are written into the cells.
+    /// choice
+    ///     The chosen cell, which is marked; that of `choice.json` in the folder if not given.
+    #[pyo3(signature = (*, x=None, y=None, at=None, world="harsher", title=None, numbers=true, choice=None))]
+    fn diagram(
+        &self,
+        py: Python<'_>,
+        x: Option<&str>,
+        y: Option<&str>,
+        at: Option<&Bound<'_, PyAny>>,
+        world: &str,
+        title: Option<String>,
+        numbers: bool,
+        choice: Option<&Choice>,
+    ) -> PyResult<Picture> {
+        let worlds = match world {
+            "harsher" => Worlds::One(World::Harsher),
+            "as_measured" => Worlds::One(World::AsMeasured),
+            "both" => Worlds::Both,
+            _ => {
+                return Err(refused(format!(
+                    "unknown world `{world}`, expected harsher, as_measured or both"
+                )));
+            }
+        };
+        let chosen = match choice {
+            Some(choice) => choice.viable(),
+            None => folder::read_choice(self.path()).map_err(|error| raised(&error))?,
+        };
+        let options = DiagramOptions {
+            x: x.map(axis).transpose()?,
+            y: y.map(axis).transpose()?,
+            at: at.map(cell).transpose()?.map(|cell| cell.iter().collect()).unwrap_or_default(),
+            chosen,
+            title,
+            numbers: if numbers { Numbers::Shown } else { Numbers::Hidden },
+            experiments: Vec::new(),
+            worlds,
+            width: None,
+            validation: file::note(self.path(), &self.result.source)
+                .map_err(|error| raised(&error))?,
+        };
+        let svg = py.detach(|| picture::of_sweep(&self.result, &options));
+        Ok(Picture::new(svg.map_err(|error| raised(&error))?))
+    }
+    fn __len__(&self) -> usize {
+        self.result.diagram.cells.len()
+    }
+    fn __repr__(&self) -> String {
+        let best = self.result.diagram.cells.iter().map(|entry| entry.counts.wanted_share());
+        let best = best.fold(0.0, f64::max);
+        let n: u64 =
+            self.worlds().iter().flat_map(|(_, it)| &it.cells).map(|it| it.counts.total()).sum();
+        format!(
+            "SweepResult({} cells of {}, {n} runs; {} in up to {:.0} % of the runs of a cell)",
+            self.result.diagram.cells.len(),
+            self.axes().join(" x "),
+            self.result.source.sweep.behaviour.noun(),
+            100.0 * best
+        )
+    }
+    /// The phase diagram, in a notebook.
+    fn _repr_svg_(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(self.diagram(py, None, None, None, "harsher", None, true, None)?.svg().to_owned())
+    }
+}
