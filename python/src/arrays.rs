@@ -1,14 +1,16 @@
 //! Arrays of numpy: from what a caller has, and to what a caller gets.
 
-use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::ndarray::{Array2, Array3};
+use numpy::{IntoPyArray, PyArray2, PyArray3, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::quantity::Bounds;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
-use crate::error::refused;
+use crate::error::{our_mistake, refused};
 
 /// Whatever numpy makes an array of, as one of doubles.
 fn numbers<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
@@ -72,4 +74,51 @@ pub fn trajectory(
     let lanes = view.lanes(numpy::ndarray::Axis(2)).into_iter();
     let commands = lanes.map(|it| Command { speed_m_s: it[0], turn_rate_rad_s: it[1] }).collect();
     Ok(Trajectory { period_s, n_robots, poses, commands })
+}
+
+/// What a controller returned, of a shape that broadcasts to `(n_robots, 2)`, as commands.
+pub fn commands(
+    answer: &Bound<'_, PyAny>,
+    n_robots: usize,
+    commands: &mut Vec<Command>,
+) -> PyResult<()> {
+    let given = numbers(answer, "what the controller returned")?;
+    let given = given.as_array();
+    let view = given.broadcast(&[n_robots, 2][..]).ok_or_else(|| {
+        let found = shape(given.shape());
+        refused(format!(
+            "the controller returned commands of shape {found}, expected ({n_robots}, 2)"
+        ))
+    })?;
+    if let Some(wrong) = view.iter().find(|number| !Bounds::SIGNED.contains(**number)) {
+        let expected = Bounds::SIGNED;
+        return Err(refused(format!(
+            "the controller returned {wrong}, expected numbers {expected}"
+        )));
+    }
+    let rows = view.lanes(numpy::ndarray::Axis(1)).into_iter();
+    commands.extend(rows.map(|it| Command { speed_m_s: it[0], turn_rate_rad_s: it[1] }));
+    Ok(())
+}
+
+/// Numbers in the order of a shape, as an array that cannot be written to.
+pub fn array3(
+    py: Python<'_>,
+    shape: (usize, usize, usize),
+    flat: Vec<f64>,
+) -> PyResult<Py<PyArray3<f64>>> {
+    let array = Array3::from_shape_vec(shape, flat).map_err(our_mistake)?.into_pyarray(py);
+    array.call_method1("setflags", (false,))?;
+    Ok(array.unbind())
+}
+
+/// The same for detections.
+pub fn array2(
+    py: Python<'_>,
+    shape: (usize, usize),
+    flat: Vec<bool>,
+) -> PyResult<Py<PyArray2<bool>>> {
+    let array = Array2::from_shape_vec(shape, flat).map_err(our_mistake)?.into_pyarray(py);
+    array.call_method1("setflags", (false,))?;
+    Ok(array.unbind())
 }

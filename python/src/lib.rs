@@ -11,15 +11,20 @@
 
 mod answers;
 mod arrays;
+mod bag;
 mod comparison;
+mod conditions;
+mod episode;
 mod error;
 mod exploration;
 mod folder;
 mod json;
+mod measurement;
 mod picture;
 mod profile;
 mod sweep;
 mod table;
+mod trajectory;
 mod verdict;
 mod waiting;
 
@@ -34,11 +39,19 @@ mod _rsrs {
     #[pymodule_export]
     use crate::answers::{Answers, Choice, Diagnosis, answer_all, diagnose_all};
     #[pymodule_export]
+    use crate::bag::Bag;
+    #[pymodule_export]
     use crate::comparison::{Comparison, compare_runs, report};
+    #[pymodule_export]
+    use crate::conditions::PyConditions;
+    #[pymodule_export]
+    use crate::episode::episode;
     #[pymodule_export]
     use crate::error::RsrsError;
     #[pymodule_export]
     use crate::exploration::{Explored, explore_all};
+    #[pymodule_export]
+    use crate::measurement::{Fit, Validation, fit, validate_sweep};
     #[pymodule_export]
     use crate::picture::Picture;
     #[pymodule_export]
@@ -47,6 +60,8 @@ mod _rsrs {
     use crate::sweep::{Sweep, SweepResult};
     #[pymodule_export]
     use crate::table::Table;
+    #[pymodule_export]
+    use crate::trajectory::PyTrajectory;
     #[pymodule_export]
     use crate::verdict::{PyOrderParameters, Verdict, judge};
 

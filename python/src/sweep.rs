@@ -8,26 +8,33 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rsrs_core::capability::lost_capabilities;
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
+use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::quantity::Axis;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::share::Share;
 use rsrs_pipeline::choose::choose;
-use rsrs_pipeline::error::{help_of, with_help};
+use rsrs_pipeline::error::{help_of, helped, with_help};
 use rsrs_pipeline::picture::{self, DiagramOptions, Worlds};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{self, World};
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::sweep_into;
 use rsrs_pipeline::validate::file;
+use rsrs_sim::draw::Seed;
 use rsrs_view::diagram::Numbers;
 
 use crate::answers::{Choice, setting};
+use crate::conditions::PyConditions;
+use crate::episode::simulated;
 use crate::error::{our_mistake, raised, refused};
 use crate::folder::Folder;
 use crate::json::{axis, cell, keys_as_text, to_python};
 use crate::picture::Picture;
+use crate::profile::Profile;
 use crate::table::{Columns, Table};
+use crate::trajectory::PyTrajectory;
 use crate::waiting::{Progress, work};
 
 /// A sweep that can be simulated: `rsrs.Sweep("sweep.yaml")`, or the keys of such a file as arguments.
@@ -37,8 +44,8 @@ use crate::waiting::{Progress, work};
 /// path
 ///     A sweep file, or the `sweep.yaml` of a folder of results.
 /// **keys
-///     The keys of a sweep file (see `docs/reference.md`) in place of one: `profile` (a path, relative to
-///     the working directory), `axes` (values by axis, or {"from": 0.05, "to": 0.3, "steps": 11}), `fixed`,
+///     The keys of a sweep file (see `docs/reference.md`) in place of one: `profile` (a Profile, or a path
+///     relative to the working directory), `axes` (values by axis, or {"from": 0.05, "to": 0.3, "steps": 11}), `fixed`,
 ///     `harsher`, `placement`, `cells`, `replicates`, `duration_s` in seconds, `seed`, `behaviour`,
 ///     `adaptive`.
 ///
@@ -61,9 +68,8 @@ impl Sweep {
             (Some(path), None) => (path.display().to_string(), ResolvedSweep::read_either(&path)),
             (None, Some(keys)) => {
                 let name = "Sweep".to_owned();
-                let text = keys_as_text(keys)?;
-                let source = ResolvedSweep::parse(&name, &text, Path::new(""));
-                (name, source.map_err(|error| beside_key(error, &text)))
+                let source = of_keys(&name, keys)?;
+                (name, source)
             }
             _ => return Err(refused("give either the path of a sweep file or its keys")),
         };
@@ -106,6 +112,15 @@ impl Sweep {
     #[getter]
     fn digest(&self) -> String {
         self.source.digest()
+    }
+    /// The conditions of one cell: everything that its runs depend on.
+    ///
+    /// `cell` has a value for each swept axis: {"speed_m_s": 0.15}; `world` is "harsher" (robots made
+    /// worse) or "as_measured".
+    #[pyo3(signature = (cell, *, world="harsher"))]
+    fn conditions(&self, cell: &Bound<'_, PyAny>, world: &str) -> PyResult<PyConditions> {
+        let index = self.index(&self::cell(cell)?)?;
+        self.conditions_of(index, self::world(world)?)
     }
     /// The sweep with its profile as YAML, which needs no other file.
     pub fn to_yaml(&self) -> PyResult<String> {
@@ -160,6 +175,27 @@ impl Sweep {
     }
 }
 
+/// The sweep of the keys of a file; its profile may be an object.
+pub fn of_keys(name: &str, keys: &Bound<'_, PyDict>) -> PyResult<anyhow::Result<ResolvedSweep>> {
+    let keys = keys.copy()?;
+    let robot = match keys.get_item("profile")? {
+        Some(profile) => profile.cast::<Profile>().ok().map(|profile| profile.get().0.clone()),
+        None => None,
+    };
+    if let Some(robot) = &robot {
+        keys.set_item("profile", &robot.name)?;
+    }
+    let text = keys_as_text(&keys)?;
+    let here = Path::new("");
+    let source = match robot {
+        None => ResolvedSweep::parse(name, &text, here),
+        Some(robot) => SweepFile::parse(name, &text)
+            .map_err(helped)
+            .and_then(|sweep| ResolvedSweep::of_robot(sweep, robot, here)),
+    };
+    Ok(source.map_err(|error| beside_key(error, &text)))
+}
+
 /// Names the key in place of its line, which the caller has not seen.
 fn beside_key(error: anyhow::Error, text: &str) -> anyhow::Error {
     let message = error.to_string();
@@ -168,7 +204,11 @@ fn beside_key(error: anyhow::Error, text: &str) -> anyhow::Error {
         Some(line) => {
             let problem = message.splitn(4, ':').nth(3).unwrap_or(&message).trim_start();
             let key = line.trim().trim_end_matches(',').replace('"', "");
-            let message = format!("Sweep, at `{key}`: {problem}");
+            // What is missing is at no line, and brackets are nothing that a caller wrote.
+            let is_nowhere = problem.starts_with("missing") || !key.contains(char::is_alphanumeric);
+            let at = if is_nowhere { "" } else { &format!(", at `{key}`") };
+            let name = message.split(':').next().unwrap_or_default();
+            let message = format!("{name}{at}: {problem}");
             match help_of(&error) {
                 Some(help) => with_help(message, help),
                 None => anyhow::anyhow!(message),
@@ -176,6 +216,31 @@ fn beside_key(error: anyhow::Error, text: &str) -> anyhow::Error {
         }
         None => error,
     }
+}
+
+impl Sweep {
+    /// The index of a cell among all.
+    fn index(&self, cell: &Cell) -> PyResult<usize> {
+        let cells = self.source.sweep.all_cells();
+        let axes = self.source.sweep.swept_axes();
+        let counts = PhaseCounts::default();
+        let cells = cells.into_iter().map(|cell| DiagramCell { cell, counts }).collect();
+        PhaseDiagram { axes, cells }.locate(cell).map_err(refused)
+    }
+
+    fn conditions_of(&self, index: usize, world: World) -> PyResult<PyConditions> {
+        let measured = (world == World::AsMeasured).then(|| self.source.as_measured()).flatten();
+        let source = measured.as_ref().unwrap_or(&self.source);
+        let conditions = source.conditions_of(index).map_err(|error| raised(&error))?;
+        Ok(PyConditions::new(conditions))
+    }
+}
+
+/// A world by its name.
+fn world(key: &str) -> PyResult<World> {
+    let worlds = [World::Harsher, World::AsMeasured];
+    let named = worlds.into_iter().find(|world| world.key() == key);
+    named.ok_or_else(|| refused(format!("unknown world `{key}`, expected harsher or as_measured")))
 }
 
 /// Warns of the capabilities that the factors take away, before anything is simulated.
@@ -314,6 +379,23 @@ impl SweepResult {
         })?;
         Ok(Choice::new(chosen, viable))
     }
+    /// One of the replicates, run again to the bit: poses, detections and commands.
+    ///
+    /// `cell` has a value for each swept axis, `replicate` counts from 0, and `world` is "harsher" (robots
+    /// made worse) or "as_measured".
+    #[pyo3(signature = (cell, *, replicate=0, world="harsher"))]
+    fn episode(
+        &self,
+        py: Python<'_>,
+        cell: &Bound<'_, PyAny>,
+        replicate: u64,
+        world: &str,
+    ) -> PyResult<PyTrajectory> {
+        let sweep = &self.result.source.sweep;
+        let conditions = self.sweep().conditions(cell, world)?;
+        let seed = Seed { seed: sweep.seed, replicate };
+        simulated(py, &conditions, seed, sweep.duration_s, None)
+    }
     /// The phase diagram as a picture, which a notebook shows.
     ///
     /// Parameters
@@ -343,14 +425,8 @@ impl SweepResult {
         choice: Option<&Choice>,
     ) -> PyResult<Picture> {
         let worlds = match world {
-            "harsher" => Worlds::One(World::Harsher),
-            "as_measured" => Worlds::One(World::AsMeasured),
             "both" => Worlds::Both,
-            _ => {
-                return Err(refused(format!(
-                    "unknown world `{world}`, expected harsher, as_measured or both"
-                )));
-            }
+            one => Worlds::One(self::world(one)?),
         };
         let chosen = match choice {
             Some(choice) => choice.viable(),

@@ -55,6 +55,11 @@ impl Columns {
         self.add(name, Arc::new(Float64Array::from(values)));
     }
 
+    /// A column of doubles of which some are not known.
+    pub fn optional_doubles(&mut self, name: impl Into<String>, values: Vec<Option<f64>>) {
+        self.add(name, Arc::new(Float64Array::from(values)));
+    }
+
     /// A column of counts.
     pub fn counts(&mut self, name: impl Into<String>, values: Vec<u64>) {
         self.add(name, Arc::new(UInt64Array::from(values)));

@@ -17,6 +17,7 @@ use serde::Serialize;
 use crate::arrays;
 use crate::error::refused;
 use crate::json::to_python;
+use crate::trajectory::PyTrajectory;
 use crate::waiting::work_to_end;
 
 /// Order parameters of the last 60 s: numbers that describe how a swarm moves, each a mean.
@@ -301,6 +302,11 @@ fn length(value: Option<f64>, name: &str) -> PyResult<Option<f64>> {
     }
 }
 
+/// What is known of the robots; checked.
+pub fn bodies(radius_m: Option<f64>, reach_m: Option<f64>) -> PyResult<Bodies> {
+    Ok(Bodies { radius_m: length(radius_m, "radius_m")?, reach_m: length(reach_m, "reach_m")? })
+}
+
 /// Judges what a swarm settled into, from its poses or from a bag.
 ///
 /// The last 60 s are judged, by the rules of `rsrs label`: the same code, the same bits.
@@ -309,7 +315,7 @@ fn length(value: Option<f64>, name: &str) -> PyResult<Option<f64>> {
 /// ----------
 /// poses
 ///     Array of shape (T, N, 3): T samples of N robots, each with x and y in metres and the heading in
-///     radians (counterclockwise from x). Or a trajectory or episode of this package, or the path of a bag
+///     radians (counterclockwise from x). Or a Trajectory, a Bag, or the path of a bag
 ///     (a rosbag2 folder or an .mcap file), which has all of what follows itself.
 /// commands
 ///     What the robots were commanded, of shape (T, N, 2) or one that broadcasts to it: speed in metres and
@@ -343,8 +349,13 @@ pub fn judge(
     behaviour: Option<&str>,
 ) -> PyResult<Verdict> {
     let wanted = behaviour.map(self::behaviour).transpose()?;
-    let bodies =
-        Bodies { radius_m: length(radius_m, "radius_m")?, reach_m: length(reach_m, "reach_m")? };
+    let bodies = bodies(radius_m, reach_m)?;
+    if let Ok(trajectory) = poses.cast::<PyTrajectory>() {
+        if commands.is_some() || period_s.is_some() {
+            return Err(refused("a trajectory has its own commands and period; give neither"));
+        }
+        return trajectory.get().verdict(py, bodies, wanted);
+    }
     let is_path = poses.is_instance_of::<pyo3::types::PyString>() || poses.hasattr("__fspath__")?;
     if is_path {
         if commands.is_some() || period_s.is_some() {

@@ -68,7 +68,7 @@ def test_keys_make_the_sweep_of_their_file(sweep_file):
         ({"axes": {"sped_m_s": [0.1]}}, "speed_m_s"),
         ({"axes": {"speed_m_s": [9.0]}}, "9"),
         ({"axes": {"speed_m_s": [float("nan")]}}, "NaN|nan|compliant"),
-        ({"axes": {}}, "axes"),
+        ({"axes": {}}, "Sweep: give either `axes` or `cells`"),
         ({"duration_s": 1e12}, "duration_s is 1000000000000"),
         ({"duration_s": -1}, "duration_s is -1"),
         ({"duration_s": 10}, "10|60"),

@@ -84,7 +84,7 @@ pub fn validate(
     let swept = if sweep.is_dir() { Some(folder::read(sweep)?) } else { None };
     let source = match &swept {
         Some(swept) => swept.source.clone(),
-        None => ResolvedSweep::read(sweep)?,
+        None => ResolvedSweep::read_either(sweep)?,
     };
     let case = read(&sweep.display().to_string(), source, options)?;
     let answer = judge(&case)?;

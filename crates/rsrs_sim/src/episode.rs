@@ -59,6 +59,44 @@ pub fn run_episode_into(
     Ok(())
 }
 
+/// A run with what its robots detected.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observed {
+    /// Poses and commands.
+    pub trajectory: Trajectory,
+    /// Whether a robot detected something, in the order of the poses; shape `[n_samples * n_robots]`.
+    pub detections: Vec<bool>,
+}
+
+/// Runs one episode under any controller: it is given the detections of all robots, shape `[n_robots]`, and
+/// appends their commands, as many.
+///
+/// Of `duration_s`, in seconds, `floor(duration / Δt)` steps are made, `world` being a new one of the
+/// conditions. With [`decide`] as the controller this is [`run_episode`].
+///
+/// # Errors
+///
+/// That of the controller, which ends the run.
+pub fn run_controlled<E>(
+    mut world: World,
+    conditions: &Conditions,
+    duration_s: f64,
+    mut controller: impl FnMut(&[bool], &mut Vec<Command>) -> Result<(), E>,
+) -> Result<Observed, E> {
+    let mut trajectory = Trajectory::new(conditions.period_s, conditions.robots);
+    let (mut detections, mut commands) = (Vec::new(), Vec::with_capacity(conditions.robots));
+    for _ in 0..conditions.steps(duration_s) {
+        let detected = world.sense();
+        commands.clear();
+        controller(detected, &mut commands)?;
+        detections.extend_from_slice(detected);
+        trajectory.poses.extend(world.poses());
+        trajectory.commands.extend_from_slice(&commands);
+        world.advance(&commands);
+    }
+    Ok(Observed { trajectory, detections })
+}
+
 /// The digests of all states of one episode, each before its step is made.
 ///
 /// # Returns

@@ -46,8 +46,22 @@ impl ResolvedSweep {
     ///
     /// As [`Self::read`].
     pub fn parse(name: &str, text: &str, beside: &Path) -> anyhow::Result<Self> {
-        let mut sweep = SweepFile::parse(name, text).map_err(helped)?;
+        let sweep = SweepFile::parse(name, text).map_err(helped)?;
         let profile = read_profile(&beside.join(&sweep.profile))?;
+        Self::of_robot(sweep, profile, beside)
+    }
+
+    /// A sweep of this robot, whatever profile it names; its table of starts is relative to the folder
+    /// `beside`.
+    ///
+    /// # Errors
+    ///
+    /// If the table cannot be read or is none.
+    pub fn of_robot(
+        mut sweep: SweepFile,
+        profile: RobotProfile,
+        beside: &Path,
+    ) -> anyhow::Result<Self> {
         if let Some(StartPlacement::File { path, headings }) = &sweep.placement {
             let starts = read_start_table(&beside.join(path), *headings)?;
             sweep.placement = Some(StartPlacement::Given { starts: starts.starts });

@@ -4,6 +4,7 @@ mod acceptance;
 mod batch;
 mod blocks;
 mod contact;
+mod controlled;
 mod few;
 mod golden;
 mod kinds;

@@ -1,0 +1,139 @@
+//! Conditions: everything that an outcome depends on.
+
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use rsrs_core::conditions::Conditions;
+use rsrs_core::robot::controller::decide;
+
+use crate::error::{our_mistake, raised, refused};
+use crate::json::to_python;
+use crate::sweep::of_keys;
+
+/// Everything that a run depends on, the paper's `E`, as numbers: robots, controller, start, arena.
+///
+/// Parameters
+/// ----------
+/// profile
+///     The measured robots: a Profile, or a path.
+/// harsher
+///     Whether they are made worse, as a sweep simulates them; or the factors, as in a sweep file.
+/// behaviour
+///     What the swarm is judged for.
+/// placement
+///     Where robots start, as in a sweep file: {"kind": "box_facing_out", "width_m": 2, "height_m": 2}.
+/// walls
+///     What happens at the border of the arena: "none", "clamp" or "stop".
+/// **axes
+///     Values by axis, as in a sweep file: at least `robots`, `speed_m_s` and `turn_rate_rad_s`.
+#[pyclass(name = "Conditions", module = "rsrs", frozen, eq)]
+#[derive(Clone, PartialEq)]
+pub struct PyConditions(pub Conditions);
+
+impl PyConditions {
+    pub fn new(conditions: Conditions) -> Self {
+        Self(conditions)
+    }
+}
+
+#[pymethods]
+impl PyConditions {
+    #[new]
+    #[pyo3(signature = (profile, *, harsher=None, behaviour=None, placement=None, walls=None, **axes))]
+    fn of(
+        py: Python<'_>,
+        profile: &Bound<'_, PyAny>,
+        harsher: Option<&Bound<'_, PyAny>>,
+        behaviour: Option<&str>,
+        placement: Option<&Bound<'_, PyAny>>,
+        walls: Option<&str>,
+        axes: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        // A sweep of a single cell: what a file may have is checked where that of a file is.
+        let keys = PyDict::new(py);
+        let cell = axes.cloned().unwrap_or_else(|| PyDict::new(py));
+        keys.set_item("profile", profile)?;
+        keys.set_item("cells", [cell])?;
+        keys.set_item("duration_s", 60)?;
+        keys.set_item("seed", 0)?;
+        let is_made_worse = harsher.and_then(|it| it.extract::<bool>().ok());
+        if let (Some(factors), None) = (harsher, is_made_worse) {
+            keys.set_item("harsher", factors)?;
+        }
+        if let Some(behaviour) = behaviour {
+            keys.set_item("behaviour", behaviour)?;
+        }
+        if let Some(placement) = placement {
+            keys.set_item("placement", placement)?;
+        }
+        if let Some(walls) = walls {
+            let fixed = PyDict::new(py);
+            fixed.set_item("walls", walls)?;
+            keys.set_item("fixed", fixed)?;
+        }
+        let source = of_keys("Conditions", &keys)?.map_err(|error| raised(&error))?;
+        let measured = (is_made_worse == Some(false)).then(|| source.as_measured()).flatten();
+        let cells = measured.unwrap_or(source).cells("Conditions");
+        let (_, conditions) = cells.map_err(|error| raised(&error))?.swap_remove(0);
+        Ok(Self(conditions))
+    }
+    /// Conditions that were written by `to_json`.
+    #[staticmethod]
+    fn from_json(text: &str) -> PyResult<Self> {
+        let conditions: Conditions = serde_json::from_str(text).map_err(refused)?;
+        conditions.check().map_err(refused)?;
+        Ok(Self(conditions))
+    }
+    /// All numbers as text, to the bit.
+    fn to_json(&self) -> PyResult<String> {
+        serde_json::to_string(&self.0).map_err(our_mistake)
+    }
+    /// All numbers.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0)
+    }
+    /// Number of robots.
+    #[getter]
+    fn n_robots(&self) -> usize {
+        self.0.robots
+    }
+    /// Control period, in seconds.
+    #[getter]
+    fn period_s(&self) -> f64 {
+        self.0.period_s
+    }
+    /// Radius of a robot's body, in metres.
+    #[getter]
+    fn radius_m(&self) -> f64 {
+        self.0.robot.radius_m
+    }
+    /// How far from its centre a robot senses the centre of another, in metres.
+    #[getter]
+    fn reach_m(&self) -> Option<f64> {
+        self.0.bodies().reach_m
+    }
+    /// What the swarm is judged for.
+    #[getter]
+    fn behaviour(&self) -> &'static str {
+        self.0.behaviour.key()
+    }
+    /// Names the conditions, by 16 hexadecimal digits: equal ones have equal runs.
+    #[getter]
+    fn digest(&self) -> String {
+        format!("{:016x}", self.0.digest())
+    }
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let text = slf.get().to_json()?;
+        Ok((slf.getattr("from_json")?, PyTuple::new(slf.py(), [text])?))
+    }
+    fn __repr__(&self) -> String {
+        let Conditions { robots, controller, period_s, behaviour, .. } = &self.0;
+        let (seen, not) = (decide(true, *controller), decide(false, *controller));
+        format!(
+            "Conditions({robots} robots, {behaviour}; {} m/s and {} rad/s where something is detected, {} m/s \
+             and {} rad/s where nothing is; period {period_s} s)",
+            seen.speed_m_s, seen.turn_rate_rad_s, not.speed_m_s, not.turn_rate_rad_s
+        )
+    }
+}
