@@ -2,14 +2,15 @@
 
 import csv
 import io
+from typing import Any
 
 
-def text(frame):
+def text(frame: Any) -> str:
     """The text of a frame of polars or pandas, a table of Arrow, or a dictionary of columns."""
     if hasattr(frame, "write_csv"):
-        return frame.write_csv()
+        return str(frame.write_csv())
     if hasattr(frame, "to_csv"):
-        return frame.to_csv(index=False)
+        return str(frame.to_csv(index=False))
     if hasattr(frame, "to_pydict"):
         frame = frame.to_pydict()
     if not hasattr(frame, "keys"):

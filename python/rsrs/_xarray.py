@@ -1,20 +1,24 @@
 """The cells of a sweep as a dataset of xarray."""
 
+from typing import Any
+
 import numpy as np
 
+from ._rsrs import SweepResult
 
-def dataset(result):
+
+def dataset(result: SweepResult) -> Any:
     """One dimension for each axis, or ``cell`` for a list of cells, and ``world``."""
-    import xarray
+    import xarray  # it need not be there for anything else
 
     table = result.cells.to_numpy()
     axes = result.axes
     values = [np.unique(table[axis]) for axis in axes]
     index = [np.searchsorted(values[i], table[axis]) for i, axis in enumerate(axes)]
-    shape = tuple(len(of_axis) for of_axis in values)
+    shape: tuple[int, ...] = tuple(len(of_axis) for of_axis in values)
     worlds = list(dict.fromkeys(table["world"]))
     is_grid = len(table["world"]) == len(worlds) * int(np.prod(shape))
-    coordinates = dict(zip(axes, values))
+    coordinates: dict[str, Any] = dict(zip(axes, values))
     if not is_grid:
         first = table["world"] == worlds[0]
         coordinates = {axis: ("cell", table[axis][first]) for axis in axes}

@@ -18,6 +18,10 @@ use crate::profile::Profile;
 use crate::sweep::{Sweep, SweepResult};
 use crate::waiting::{Progress, work};
 
+// Python's help shows numbers in signatures, and no names of constants.
+const _: () = assert!(VIABLE_B_S_LOW.to_bits() == 0.8_f64.to_bits());
+const _: () = assert!(answer::REPLICATES == 250 && CONFIRM == 1000);
+
 /// How the best setting is looked for; checked.
 #[derive(Clone, Copy)]
 pub struct Setting {
@@ -262,8 +266,8 @@ impl Answers {
 ///     Whether the sweep may be of robots with another profile.
 #[pyfunction]
 #[pyo3(name = "answer")]
-#[pyo3(signature = (robot, *, sweep=None, wanted=VIABLE_B_S_LOW, replicates=answer::REPLICATES, robots=None,
-                    confirm=CONFIRM, other_profile=false, threads=None, progress=None))]
+#[pyo3(signature = (robot, *, sweep=None, wanted=0.8, replicates=250, robots=None,
+                    confirm=1000, other_profile=false, threads=None, progress=None))]
 pub fn answer_all(
     py: Python<'_>,
     robot: &Bound<'_, PyAny>,
@@ -367,7 +371,7 @@ impl Diagnosis {
 ///     As for `answer`.
 #[pyfunction]
 #[pyo3(name = "diagnose")]
-#[pyo3(signature = (robot, *, sweep=None, wanted=VIABLE_B_S_LOW, costs=None, robots=None, confirm=CONFIRM,
+#[pyo3(signature = (robot, *, sweep=None, wanted=0.8, costs=None, robots=None, confirm=1000,
                     threads=None, progress=None))]
 pub fn diagnose_all(
     py: Python<'_>,

@@ -17,6 +17,9 @@ use crate::json::to_python;
 use crate::sweep::SweepResult;
 use crate::waiting::work_to_end;
 
+// Python's help shows numbers in signatures, and no names of constants.
+const _: () = assert!(MARGIN.to_bits() == 0.1_f64.to_bits());
+
 /// Real runs, held against a sweep: do robots show the wanted phase at least as often as simulated ones?
 #[pyclass(name = "Comparison", module = "rsrs", frozen)]
 pub struct Comparison(Report);
@@ -106,7 +109,7 @@ fn folder(result: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
 ///     Whether runs of robots with another profile count.
 #[pyfunction]
 #[pyo3(name = "compare")]
-#[pyo3(signature = (result, bags, *, labels="judge", margin=MARGIN, with_lost_robots=false,
+#[pyo3(signature = (result, bags, *, labels="judge", margin=0.1, with_lost_robots=false,
                     with_implausible=false, other_profile=false))]
 pub fn compare_runs(
     py: Python<'_>,
@@ -133,7 +136,7 @@ pub fn compare_runs(
 /// output
 ///     The file, whose name ends in .html; one that exists is replaced.
 #[pyfunction]
-#[pyo3(signature = (result, bags, output, *, labels="judge", margin=MARGIN, with_lost_robots=false,
+#[pyo3(signature = (result, bags, output, *, labels="judge", margin=0.1, with_lost_robots=false,
                     with_implausible=false, other_profile=false))]
 pub fn report(
     py: Python<'_>,

@@ -14,6 +14,10 @@ use crate::json::to_python;
 use crate::verdict;
 use crate::waiting::{Progress, work};
 
+// Python's help shows numbers in signatures, and no names of constants.
+const _: () = assert!(CONTROLLERS == 2000 && REPLICATES == 16);
+const _: () = assert!(DURATION_S.to_bits() == 300_f64.to_bits());
+
 /// What a search for controllers found, in a folder with a gallery of it.
 #[pyclass(name = "Explored", module = "rsrs", frozen)]
 pub struct Explored(explore::Explored);
@@ -95,7 +99,7 @@ const MOST_CONTROLLERS: usize = 1_000_000;
 #[pyfunction]
 #[pyo3(name = "explore")]
 #[pyo3(signature = (profile, output, *, behaviour=None, robots=None, arena_m=None, walls="clamp",
-                    forward=false, controllers=CONTROLLERS, replicates=REPLICATES, duration_s=DURATION_S,
+                    forward=false, controllers=2000, replicates=16, duration_s=300.0,
                     seed=1, threads=None, progress=None))]
 pub fn explore_all(
     py: Python<'_>,

@@ -254,7 +254,7 @@ fn rows(fitted: &fitting::Fit) -> PyResult<Table> {
 ///     What robots do when they touch: "stop", "push" or "none".
 #[pyfunction]
 #[pyo3(signature = (name, *, speed=None, turn=None, detection=None, arcs=None, period=None,
-                    trajectories=Vec::new(), bags=Vec::new(), plan=None, mixed=false, radius_m=None,
+                    trajectories=None, bags=None, plan=None, mixed=false, radius_m=None,
                     contact="stop"))]
 pub fn fit(
     py: Python<'_>,
@@ -264,8 +264,8 @@ pub fn fit(
     detection: Option<&Bound<'_, PyAny>>,
     arcs: Option<&Bound<'_, PyAny>>,
     period: Option<&Bound<'_, PyAny>>,
-    trajectories: Vec<Bound<'_, PyAny>>,
-    bags: Vec<PathBuf>,
+    trajectories: Option<Vec<Bound<'_, PyAny>>>,
+    bags: Option<Vec<PathBuf>>,
     plan: Option<PathBuf>,
     mixed: bool,
     radius_m: Option<f64>,
@@ -286,8 +286,8 @@ pub fn fit(
         arcs: tables.optional(arcs, "arcs.csv")?,
         detection: tables.optional(detection, "detection.csv")?,
         period: tables.optional(period, "period.csv")?,
-        trajectories: tables.all(&trajectories)?,
-        bags,
+        trajectories: tables.all(&trajectories.unwrap_or_default())?,
+        bags: bags.unwrap_or_default(),
     };
     let is_given = [&paths.speed, &paths.turn, &paths.arcs, &paths.detection, &paths.period];
     let paths = match plan {

@@ -7,7 +7,6 @@ use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rsrs_core::capability::lost_capabilities;
-use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::judge::counts::PhaseCounts;
@@ -361,7 +360,7 @@ impl SweepResult {
     ///     Number of robots; any that was swept if not given.
     /// confirm
     ///     Fresh runs that confirm a cell, in each world.
-    #[pyo3(signature = (*, viable=VIABLE_B_S_LOW, robots=None, confirm=rsrs_pipeline::choose::CONFIRM,
+    #[pyo3(signature = (*, viable=0.8, robots=None, confirm=1000,
                         threads=None, progress=None))]
     fn choose(
         &self,
