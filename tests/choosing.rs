@@ -168,3 +168,49 @@ fn a_choice_states_how_the_robots_fare_as_measured() {
     assert_eq!(worse["by_circliness"][1]["b_s"], worse["b_s"]);
     assert!(at(0) >= at(1) && at(1) >= at(2));
 }
+
+#[test]
+fn cells_show_the_number_that_is_asked_for() {
+    let place = crate::laboratory::chosen();
+
+    for (value, expected) in [
+        ("circliness", "circliness, mean of the runs"),
+        ("mean_radius_m", "mean radius (m) of the runs that mill"),
+        ("settling_time_s", "settling time (s): median of the runs that mill"),
+        ("difference", "share of stable milling: robots as measured less robots made worse"),
+    ] {
+        let drawn = rsrs(place.path(), &["diagram", "out", "-o", "value.svg", "--value", value]);
+
+        assert_eq!(code(&drawn), 0, "{value}: {}", stderr(&drawn));
+        let svg = std::fs::read_to_string(place.path().join("value.svg")).expect("it was drawn");
+        assert!(svg.contains(&format!("\n{expected}: ")), "{value}: {svg}");
+        assert!(!svg.contains("Most frequent phase"), "{value}");
+    }
+    let unknown = rsrs(place.path(), &["diagram", "out", "-o", "value.svg", "--value", "speed"]);
+    assert_eq!(code(&unknown), 2, "{}", stderr(&unknown));
+}
+
+#[test]
+fn two_sweeps_are_compared_cell_by_cell() {
+    let place = crate::laboratory::chosen();
+    write_sweep(place.path(), "blind.yaml", SPEEDS, "true_positive: 0.2");
+    let swept = rsrs(place.path(), &["sweep", "blind.yaml", "-o", "blind"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+
+    let same = rsrs(place.path(), &["diff", "out", "out"]);
+    let other = rsrs(place.path(), &["diff", "out", "blind", "-o", "difference.svg"]);
+    let json = rsrs(place.path(), &["diff", "out", "blind", "--format", "json"]);
+
+    assert_eq!((code(&same), code(&other)), (0, 0), "{}{}", stderr(&same), stderr(&other));
+    assert!(stdout(&same).contains("beyond its 95 % interval in 0"), "{}", stdout(&same));
+    let mill = "speed 0.15 m/s, turning rate 0.75 rad/s";
+    assert!(stdout(&other).contains(mill), "{}", stdout(&other));
+    let svg = std::fs::read_to_string(place.path().join("difference.svg")).expect("it was drawn");
+    assert!(
+        svg.contains("the 95 % intervals do not") && svg.contains("From out to blind"),
+        "{svg}"
+    );
+    let json: Value = serde_json::from_str(&stdout(&json)).expect("it is JSON");
+    assert_eq!((&json["n_cells"], &json["world"]), (&4.into(), &"harsher".into()));
+    assert!(json["n_moved"].as_u64() >= Some(1), "{json}");
+}

@@ -20,7 +20,7 @@ fn a_recorded_run_is_drawn_and_filmed() {
     }
     let svg = std::fs::read_to_string(here.join("run.svg")).expect("it was drawn");
     for text in
-        ["circliness (stable milling: 0.50 or more)", "label: stable milling", "mean radius"]
+        ["circliness (stable milling: 0.50 or more)", "s; stable milling", "ring: mean radius"]
     {
         assert!(svg.contains(text), "{text}");
     }

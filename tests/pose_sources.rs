@@ -72,7 +72,7 @@ fn every_command_judges_the_poses_that_the_run_went_by() {
         let draw = rsrs(folder, &[&["draw", "run", "-o", "run.svg"], more].concat());
         assert_eq!(code(&draw), 0, "{}", stderr(&draw));
         let drawn = std::fs::read_to_string(folder.join("run.svg")).expect("it was drawn");
-        assert!(drawn.contains(&format!("label: {phase}")), "{more:?}");
+        assert!(drawn.contains(&format!("s; {phase}")), "{more:?}");
         let film = ["film", "run", "-o", "run.gif", "--fps", "1", "--speed", "60"];
         let film = rsrs(folder, &[&film, more].concat());
         assert_eq!(code(&film), 0, "{}", stderr(&film));

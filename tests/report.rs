@@ -18,6 +18,19 @@ fn laboratory() -> tempfile::TempDir {
     place
 }
 
+#[test]
+fn a_sweep_without_runs_has_a_report_of_its_cells() {
+    let place = crate::laboratory::chosen();
+
+    let report = rsrs(place.path(), &["report", "out", "-o", "report.html"]);
+
+    assert_eq!(code(&report), 0, "{}", stderr(&report));
+    let html = std::fs::read_to_string(place.path().join("report.html")).expect("it was written");
+    assert_well_formed(&html);
+    assert_eq!(html.matches(" data-cell=").count(), 4, "the cells of the sweep");
+    assert!(html.contains("Replicate 0 of seed 7") && !html.contains("Verdict"), "{html}");
+}
+
 /// Every tag that is opened is closed, in order.
 fn assert_well_formed(html: &str) {
     let mut open: Vec<&str> = Vec::new();
@@ -113,6 +126,39 @@ fn a_diagram_fits_a_column_of_a_journal_and_shows_both_worlds() {
     }
     assert_eq!(code(&wrong), 2);
     assert!(stderr(&wrong).contains("expected a number and mm, cm or in"), "{}", stderr(&wrong));
+}
+
+#[test]
+fn for_a_paper_a_picture_has_neither_title_nor_facts_and_cells_and_verdict_are_tables() {
+    let place = laboratory();
+    let here = place.path();
+    let written = |name: &str, command: &[&str]| {
+        let output = rsrs(here, &[command, &["-o", name]].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        std::fs::read_to_string(here.join(name)).expect("it was written")
+    };
+    let paper = ["--theme", "paper", "--width", "88mm"];
+
+    for (name, command) in [("diagram.svg", ["diagram", "out"]), ("run.svg", ["draw", "one"])] {
+        let svg = written(name, &[&command[..], &paper].concat());
+        let drawn = svg.split_once("</desc>").expect("it is described").1;
+
+        assert!(svg.contains("width=\"332.6"), "88 mm: {svg:.200}");
+        for hidden in ["font-size=\"16\"", "9 robots, ", "not validated"] {
+            assert!(!drawn.contains(hidden), "{name} shows {hidden}: {drawn}");
+        }
+        assert!(svg.contains("9 robots, "), "the file has it");
+    }
+    let cells = written("cells.tex", &["diagram", "out"]);
+    assert_eq!(cells.matches(" \\\\\n").count(), 1 + 4, "a head and four cells: {cells}");
+    assert!(cells.contains("speed (m/s) & turning rate (rad/s) & most frequent phase"), "{cells}");
+    assert!(cells.contains("$0.15$ & $0.75$ & stable milling & 100.0\\,\\% & "), "{cells}");
+    let verdict = written("verdict.tex", &["compare", "out", "--bags", "one", "a<b>&c"]);
+    for expected in ["All runs: 2 of 2 milled, ", "$B_r \\ge B_s - 0.1$", "Verdict: undecided."] {
+        assert!(verdict.contains(expected), "no {expected} in {verdict}");
+    }
+    let wrong = rsrs(here, &["compare", "out", "--bags", "one", "-o", "verdict.pdf"]);
+    assert!(stderr(&wrong).contains("name the table `-o verdict.tex`"), "{}", stderr(&wrong));
 }
 
 #[test]

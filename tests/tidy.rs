@@ -99,8 +99,9 @@ const ONE_WAY: [(&str, &[&str]); 15] = [
     ),
 ];
 /// The rooms of the core, each of which names only those before it.
-const CORE: [&str; 15] = [
+const CORE: [&str; 16] = [
     "help",
+    "natural_order",
     "digest",
     "document",
     "printable",

@@ -31,8 +31,8 @@ fn a_sweep_holds_both_worlds_and_a_diagram_states_which_it_shows() {
         ),
         "{header}"
     );
-    assert!(worse.contains("robots made worse, N = 9"), "{worse}");
-    assert!(measured.contains("robots as measured, N = 9"), "{measured}");
+    assert!(worse.contains("robots made worse, 9 robots"), "{worse}");
+    assert!(measured.contains("robots as measured, 9 robots"), "{measured}");
 }
 
 #[test]

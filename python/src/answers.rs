@@ -9,6 +9,7 @@ use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_pipeline::choose::text::{none_viable, viable};
 use rsrs_pipeline::choose::{CONFIRM, Chosen, NoViableCell, Options, write};
 use rsrs_pipeline::execution::Execution;
+use rsrs_pipeline::picture_file::PageStyle;
 use rsrs_pipeline::{answer, diagnose, picture};
 
 use crate::error::{raised, refused};
@@ -221,7 +222,9 @@ impl Answers {
     }
     /// All curves as a picture.
     fn picture(&self) -> PyResult<Picture> {
-        picture::of_answers(&self.0).map(Picture::new).map_err(|error| raised(&error))
+        picture::of_answers(&self.0, PageStyle::default())
+            .map(Picture::new)
+            .map_err(|error| raised(&error))
     }
     fn _repr_svg_(&self) -> PyResult<String> {
         Ok(self.picture()?.svg().to_owned())

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::Context;
 use pyo3::prelude::*;
 use rsrs_core::comparison::MARGIN;
 use rsrs_core::robot::other_profile::OtherProfile;
@@ -159,9 +160,9 @@ pub fn report(
     let options =
         options(bags, labels, margin, (with_lost_robots, with_implausible, other_profile))?;
     work_to_end(py, move || {
-        let (html, comparison) = html(&folder, &options)?;
+        let (html, comparison) = html(&folder, Some(&options))?;
         write_file(&output, html.as_bytes())?;
-        Ok(comparison)
+        comparison.context("a report of runs compares them")
     })
     .map(Comparison)
 }

@@ -8,9 +8,10 @@ use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::fit::{self as fitting, Details, Population, Unmeasured};
 use rsrs_pipeline::error::{help_of, texts, with_help};
 use rsrs_pipeline::init::{check_name, check_radius};
-use rsrs_pipeline::measure::fit::{Mixture, fit_files};
+use rsrs_pipeline::measure::fit::{FittedFiles, Mixture, fit_files};
 use rsrs_pipeline::measure::sources::Paths;
 use rsrs_pipeline::picture;
+use rsrs_pipeline::picture_file::PageStyle;
 use rsrs_pipeline::validate::file::ValidationReport;
 use rsrs_pipeline::validate::{self, StandIn};
 use rsrs_sim::reachable_set::ReachOptions;
@@ -311,7 +312,7 @@ pub fn fit(
     }
     let mixture = if mixed { Mixture::Allowed } else { Mixture::Refused };
     work_to_end(py, move || {
-        let (mut fitted, notes) = fit_files(&paths, &unmeasured, mixture)
+        let FittedFiles { fit: mut fitted, notes, .. } = fit_files(&paths, &unmeasured, mixture)
             .map_err(|error| tables.name_in_error(&error))?;
         let files = &mut fitted.details.files;
         for file in [&mut files.speed, &mut files.turn, &mut files.detection]
@@ -424,6 +425,7 @@ pub fn validate_sweep(
             tolerance_rad: tolerance_rad.unwrap_or(usual.tolerance_rad),
             ..usual
         },
+        style: PageStyle::default(),
     };
     work_to_end(py, move || {
         let output: Option<&Path> = output.as_deref();

@@ -16,6 +16,7 @@ use rsrs_core::statistics::share::Share;
 use rsrs_pipeline::choose::choose;
 use rsrs_pipeline::error::{help_of, helped, with_help};
 use rsrs_pipeline::picture::{self, DiagramOptions, Worlds};
+use rsrs_pipeline::picture_file::PageStyle;
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{self, World};
 use rsrs_pipeline::sweep::source::ResolvedSweep;
@@ -440,7 +441,8 @@ impl SweepResult {
             numbers: if numbers { Numbers::Shown } else { Numbers::Hidden },
             experiments: Vec::new(),
             worlds,
-            width: None,
+            style: PageStyle::default(),
+            values: None,
             validation: file::note(self.path(), &self.result.source)
                 .map_err(|error| raised(&error))?,
         };

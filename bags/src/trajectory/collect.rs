@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rsrs_core::natural_order::natural_key;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::{HandOver, Taken, TrackerFrame};
 use rsrs_msgs::geometry_msgs::{PoseArray, PoseStamped, Twist, TwistStamped};
@@ -456,12 +457,6 @@ fn decode<M: RosMessage>(message: &BagMessage) -> Result<M, TrajectoryError> {
         time_s: message.log_time_ns as f64 / 1e9,
         source,
     })
-}
-
-/// Orders names by the number at their end, where there is one.
-pub fn natural_key(name: &str) -> (String, Option<u64>) {
-    let stem = name.trim_end_matches(|character: char| character.is_ascii_digit());
-    (stem.to_owned(), name[stem.len()..].parse().ok())
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Bags of runs on the command line, and whose labels of them count.
+//! How bags of runs are held against a sweep, from the command line.
 
 use std::path::PathBuf;
 
@@ -9,12 +9,9 @@ use crate::profile_arguments::ProfileArguments;
 use rsrs_pipeline::compare;
 use rsrs_pipeline::label::Labeller;
 
-/// Which runs are held against a sweep.
+/// How runs are held against a sweep.
 #[derive(Clone, clap::Args)]
 pub struct BagArguments {
-    /// Bags of runs: rosbag2 folders or single .mcap files.
-    #[arg(long, required = true, num_args = 1.., value_name = "BAG")]
-    pub bags: Vec<PathBuf>,
     /// Whose labels count: the judge's, or those of one person, as `human:WHO` (default: judge).
     #[arg(
         long,
@@ -43,12 +40,21 @@ pub struct BagArguments {
     pub other: ProfileArguments,
 }
 
-impl From<BagArguments> for compare::Options {
-    fn from(arguments: BagArguments) -> Self {
-        let BagArguments { bags, labels, with_lost_robots, with_implausible, margin, poses, other } =
-            arguments;
-        let other_profile = other.profile();
-        Self { bags, labels, with_lost_robots, with_implausible, margin, poses, other_profile }
+impl BagArguments {
+    /// What is compared, and how.
+    pub fn of(&self, bags: &[PathBuf]) -> compare::Options {
+        let Self { labels, with_lost_robots, with_implausible, margin, poses, other } =
+            self.clone();
+        let (bags, other_profile) = (bags.to_vec(), other.profile());
+        compare::Options {
+            bags,
+            labels,
+            with_lost_robots,
+            with_implausible,
+            margin,
+            poses,
+            other_profile,
+        }
     }
 }
 

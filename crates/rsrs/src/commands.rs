@@ -8,6 +8,7 @@ pub mod compare;
 pub mod completions;
 pub mod diagnose;
 pub mod diagram;
+pub mod diff;
 pub mod draw;
 pub mod dry_run;
 pub mod episode;

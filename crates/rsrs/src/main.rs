@@ -10,6 +10,7 @@ mod interrupt;
 mod keyboard;
 mod notes;
 mod output;
+mod page_arguments;
 mod pose_arguments;
 mod profile_arguments;
 mod progress;
@@ -59,6 +60,7 @@ enum Command {
     Sweep(commands::sweep::Arguments),
     Merge(commands::merge::Arguments),
     Diagram(commands::diagram::Arguments),
+    Diff(commands::diff::Arguments),
     Episode(commands::episode::Arguments),
     Choose(commands::choose::Arguments),
     Answer(commands::answer::Arguments),
@@ -98,6 +100,7 @@ fn main() -> ExitCode {
         Command::Sweep(arguments) => commands::sweep::run(arguments),
         Command::Merge(arguments) => commands::merge::run(arguments),
         Command::Diagram(arguments) => commands::diagram::run(arguments),
+        Command::Diff(arguments) => commands::diff::run(arguments),
         Command::Episode(arguments) => commands::episode::run(arguments),
         Command::Choose(arguments) => commands::choose::run(arguments),
         Command::Answer(arguments) => commands::answer::run(arguments),

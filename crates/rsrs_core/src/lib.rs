@@ -38,6 +38,7 @@ pub mod comparison;
 pub mod conditions;
 pub mod diagram;
 pub mod judge;
+pub mod natural_order;
 pub mod quantity;
 pub mod robot;
 pub mod statistics;

@@ -11,6 +11,7 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::observation::order_of;
 use rsrs_view::film::{Film, Kind, film as encode};
 use rsrs_view::order_over_time::{OrderPicture, RunPicture, svg as run_svg};
+use rsrs_view::theme::Theme;
 use rsrs_view::trajectory::TrajectoryPicture;
 
 use crate::error::with_help;
@@ -58,7 +59,7 @@ impl DrawnRun {
     }
 
     /// The run from above, with the rows of robots that were lost.
-    pub fn above<'a>(&'a self, lost: &'a [usize]) -> TrajectoryPicture<'a> {
+    pub fn above<'a>(&'a self, lost: &'a [usize], theme: Theme) -> TrajectoryPicture<'a> {
         let trajectory = &self.run.recorded.trajectory;
         let (n_robots, duration_s) = (trajectory.n_robots, trajectory.duration_s());
         TrajectoryPicture {
@@ -67,8 +68,11 @@ impl DrawnRun {
             tail_s: WINDOW_S,
             phase: self.labelled().map(|labelled| labelled.phase),
             lost,
+            names: &self.run.recorded.robots,
+            walls_m: self.run.walls_m,
             title: title(&self.bag),
             subtitle: format!("{n_robots} robots, {duration_s:.0} s; {}", self.label_in_words()),
+            theme,
         }
     }
 
@@ -154,20 +158,18 @@ impl DrawnRun {
 /// # Errors
 ///
 /// As [`read_run`].
-pub fn svg(bag: &Path, options: LabelOptions) -> anyhow::Result<String> {
+pub fn svg(bag: &Path, options: LabelOptions, theme: Theme) -> anyhow::Result<String> {
     let run = DrawnRun::read(bag, options)?;
-    let mut notes = match &run.run.label {
-        Ok(labelled) => vec![format!("label: {}", labelled.phase_in_words())],
-        Err(none) => vec![none.to_string()],
-    };
-    notes.extend(run.labelled().into_iter().flat_map(|labelled| labelled.why.iter().cloned()));
+    // The label itself is above the run.
+    let mut notes: Vec<String> =
+        run.labelled().into_iter().flat_map(|labelled| labelled.why.iter().cloned()).collect();
     notes.extend(run.run.labels.iter().map(|label| format!("label: {label}")));
     notes.extend(run.run.lost_robots.iter().map(ToString::to_string));
     let paused = run.labelled().into_iter().flat_map(|labelled| &labelled.paused_robots);
     notes.extend(paused.map(ToString::to_string));
     let (lost, blocks, rules) = (run.lost_rows(), run.blocks(), run.rules());
     let run_order = run.order(&blocks, &rules, &notes);
-    let picture = RunPicture { run: run.above(&lost), order: run_order };
+    let picture = RunPicture { run: run.above(&lost, theme), order: run_order };
     run_svg(&picture).with_context(|| bag.display().to_string())
 }
 
@@ -216,6 +218,8 @@ pub fn film(
     let film = Film {
         trajectory: &run.recorded().trajectory,
         radius_m: run.radius_m(),
+        names: &run.recorded().robots,
+        walls_m: run.run.walls_m,
         title: title(bag),
         captions: &run.phases(),
         speed: options.speed,

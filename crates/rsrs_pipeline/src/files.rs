@@ -8,7 +8,6 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_view::raster::{PNG_WIDTH_PX, png};
 
 use crate::wording::size;
 
@@ -28,16 +27,6 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     written.with_context(|| cannot_write(path))?;
     wrote(path);
     Ok(())
-}
-
-/// Writes a picture as `NAME.svg` and as `NAME.png`.
-///
-/// # Errors
-///
-/// If it cannot be rasterised, or a file not be written.
-pub fn write_svg_and_png(folder: &Path, name: &str, svg: &str) -> anyhow::Result<()> {
-    write_file(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
-    write_file(&folder.join(format!("{name}.png")), &png(svg, PNG_WIDTH_PX)?)
 }
 
 /// Writes one file as [`write_file`] does, on the disk at once: the old or the new one is there,

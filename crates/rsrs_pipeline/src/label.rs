@@ -22,7 +22,7 @@ use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::record::{
-    Ending, EndingKind, ExperimentRecord, LostRobot, OwnProfile, PausedRobot,
+    Backend, Ending, EndingKind, ExperimentRecord, LostRobot, OwnProfile, PausedRobot,
 };
 use serde::{Deserialize, Serialize};
 
@@ -275,6 +275,8 @@ pub struct ReadRun {
     pub bodies: Bodies,
     /// What the run is judged for.
     pub behaviour: Behaviour,
+    /// Distance of simulated walls from the origin, in metres, where there are some.
+    pub walls_m: Option<f64>,
     /// Robots that did not take part to the end.
     pub lost_robots: Vec<LostRobot>,
     /// Labels by people.
@@ -383,9 +385,12 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
         .map_err(|error| refused(path, error, ending.as_ref()))?;
     let part = part_of_run(&bag, &recorded, record.as_ref(), ending.as_ref());
     let behaviour = behaviour_of(record.as_ref(), options);
+    // A floor of real robots has its own frame and its own walls.
+    let simulated = record.as_ref().filter(|record| record.backend == Backend::Simulator);
+    let walls_m = simulated.and_then(|record| record.conditions.arena.walls_m());
     let lost_robots = ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default();
     let without_label = |recorded, label, labels, lost_robots| {
-        Ok(ReadRun { label: Err(label), recorded, bodies, behaviour, lost_robots, labels })
+        Ok(ReadRun { label: Err(label), recorded, bodies, behaviour, walls_m, lost_robots, labels })
     };
     if let (Some(part), CutRun::Refused) = (part, options.cut) {
         return without_label(recorded, NoLabel::Part(part), labels, lost_robots);
@@ -435,7 +440,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
         own_profiles: record.as_ref().map(|it| it.own_profiles.clone()).unwrap_or_default(),
         controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
     };
-    Ok(ReadRun { label: Ok(labelled), recorded, bodies, behaviour, lost_robots, labels })
+    Ok(ReadRun { label: Ok(labelled), recorded, bodies, behaviour, walls_m, lost_robots, labels })
 }
 
 /// What a run is judged for: what was asked for, else what its record has.

@@ -2,31 +2,32 @@
 
 mod boundaries;
 mod curves;
-mod file;
-mod length;
+mod values;
 
 use std::path::Path;
 
-use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::diagram::choice::Choice;
+use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::Sees;
-use rsrs_view::diagram::{DiagramPicture, DrawnDiagram, ExperimentMark, Numbers, Panel};
+use rsrs_view::diagram::{
+    CellValues, DiagramPicture, DrawnDiagram, ExperimentMark, Numbers, Panel,
+};
 use rsrs_view::raster::{PNG_WIDTH_PX, png};
 
-use crate::error::helped;
+use crate::error::{helped, with_help};
 use crate::files::write_draft;
 use crate::picture::boundaries::{Plane, boundaries};
+use crate::picture_file::{Length, PageStyle};
 use crate::sweep::result::{SweepResult, World};
 use crate::validate;
-use crate::wording::{count, percent, quantity};
+use crate::wording::{capitalised, count, percent, quantity, significant};
 
 pub use curves::of_answers;
-pub use file::PictureFile;
-pub use length::Length;
+pub use values::{CellNumber, CellNumbers, ShareDifference};
 
 /// The note on a picture whose simulator was not validated against real robots.
 const NOT_VALIDATED: &str = "simulated robots not validated against real trajectories";
@@ -45,14 +46,16 @@ pub struct DiagramOptions {
     pub chosen: Option<Choice>,
     /// The title; the robot's name in a sentence if not given.
     pub title: Option<String>,
-    /// Whether `B_s` is written into the cells.
+    /// Numbers that the cells show in the place of their phases.
+    pub values: Option<CellNumbers>,
+    /// Whether `B_s`, or what is shown in its place, is written into the cells.
     pub numbers: Numbers,
     /// Where experiments were run.
     pub experiments: Vec<ExperimentMark>,
     /// The worlds.
     pub worlds: Worlds,
-    /// Width of the picture; as wide as it takes if not given.
-    pub width: Option<Length>,
+    /// How it is printed.
+    pub style: PageStyle,
     /// The result of `rsrs validate`, if there is one.
     pub validation: Option<String>,
 }
@@ -73,7 +76,8 @@ impl Default for Worlds {
 }
 
 impl Worlds {
-    fn all(self) -> &'static [World] {
+    /// Each of them.
+    pub fn all(self) -> &'static [World] {
         match self {
             Self::One(World::Harsher) => &[World::Harsher],
             Self::One(World::AsMeasured) => &[World::AsMeasured],
@@ -127,17 +131,22 @@ pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<D
             .copied()
             .find(|axis| *axis != x && options.at.iter().all(|(at, _)| at != axis))
     });
+    if options.values.is_some() && y.is_none() {
+        return Err(with_help(
+            "a sweep of one axis has curves of its phases, and no map",
+            "leave `--value` out, or sweep two axes",
+        ));
+    }
     let of = Drawn { result, options, x, y };
     let panels = of.panels()?;
+    let shown = of.shown(&panels);
     let conditions = of.conditions()?;
     let robot = &result.source.profile.name;
     let swarm = result.source.sweep.behaviour.swarm();
-    let title = options.title.clone().unwrap_or_else(|| format!("Phases of {swarm}: {robot}"));
-    let subtitle = format!(
-        "{}. {}",
-        subtitle(result, diagram, options.worlds, &conditions),
-        how(result, options.worlds)?
-    );
+    let title = options.title.clone().unwrap_or_else(|| match &options.values {
+        Some(values) => format!("{} in {swarm}: {robot}", capitalised(&values.title)),
+        None => format!("Phases of {swarm}: {robot}"),
+    });
     let mut note = options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned());
     if let Some(origin) = result.source.profile.provenance.trials {
         note.extend(["; their profile was fitted to trials of ", origin.whose()]);
@@ -147,15 +156,32 @@ pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<D
         x,
         y,
         title,
-        subtitle,
+        subtitle: subtitle(result, diagram, options.worlds, &conditions),
+        details: how(result, options.worlds, &conditions)?,
         chosen: options.chosen.as_ref().map(|choice| &choice.cell),
         chosen_note: options.chosen.as_ref().map(confirmed),
+        values: options.values.as_ref().map(|values| cell_values(values, &shown)),
         numbers: options.numbers,
         experiments: &options.experiments,
+        wanted: Some((VIABLE_B_S_LOW, format!("viable: {}", percent(VIABLE_B_S_LOW)))),
         note: Some(note),
-        width_px: options.width.map(Length::px),
+        theme: options.style.theme,
+        width_px: options.style.width.map(Length::px),
     };
     rsrs_view::diagram::drawn(&picture).map_err(helped)
+}
+
+/// The numbers of each panel, by the world that it shows.
+fn cell_values(values: &CellNumbers, shown: &[World]) -> CellValues {
+    CellValues {
+        name: values.name.clone(),
+        scale: values.scale,
+        of_panels: shown.iter().map(|world| values.of(*world)).collect(),
+        framed: values
+            .framed
+            .as_ref()
+            .map(|(words, framed)| (words.clone(), shown.iter().map(|_| framed.clone()).collect())),
+    }
 }
 
 /// What is drawn of a sweep, over which axes.
@@ -195,7 +221,13 @@ impl<'a> Drawn<'a> {
                     heading: heading.join(", "),
                     diagram,
                     at: at.clone(),
-                    boundaries: boundaries(&conditions, plane, &mills),
+                    // They are about milling, not about what is shown in its place.
+                    boundaries: if options.values.is_some() {
+                        Vec::new()
+                    } else {
+                        boundaries(&conditions, plane, &mills)
+                    },
+                    compared: self.compared(*world, worlds.len())?,
                 });
             }
         }
@@ -204,6 +236,27 @@ impl<'a> Drawn<'a> {
 
     fn robots(&self, world: World) -> &'static str {
         robots(self.result, world)
+    }
+
+    /// The world of each panel, in the order in which [`Self::panels`] makes them.
+    fn shown(&self, panels: &[Panel]) -> Vec<World> {
+        let is_one = self.result.source.as_measured().is_none();
+        let worlds = if is_one { &[World::Harsher] } else { self.options.worlds.all() };
+        worlds.iter().copied().cycle().take(panels.len()).collect()
+    }
+
+    /// Robots as measured beside those made worse, where there is one axis and one panel.
+    fn compared(
+        &self,
+        world: World,
+        n_worlds: usize,
+    ) -> anyhow::Result<Option<(String, &'a PhaseDiagram)>> {
+        let is_second = self.y.is_none() && n_worlds == 1 && world == World::Harsher;
+        if !is_second || self.result.source.as_measured().is_none() {
+            return Ok(None);
+        }
+        let words = self.robots(World::AsMeasured).to_owned();
+        Ok(Some((words, self.result.of_world(World::AsMeasured)?)))
     }
 
     /// All slices, if nothing selects one and there are few enough; else the selected one.
@@ -320,20 +373,38 @@ fn subtitle(
         Worlds::One(world) => robots(result, world),
         Worlds::Both => "robots made worse and robots as measured",
     };
-    let sees = match conditions.robot.sees {
-        Sees::Body => "sees bodies",
-        Sees::Centre => "sees centres",
-    };
-    let robots = if diagram.axes.contains(&Axis::Robots) {
-        String::new()
-    } else {
-        format!("N = {}, ", conditions.robots)
-    };
     let n = |entry: &DiagramCell| entry.counts.total();
     let least = diagram.cells.iter().map(n).min().unwrap_or(0);
     let most = diagram.cells.iter().map(n).max().unwrap_or(0);
     let replicates = if least == most { least.to_string() } else { format!("{least} to {most}") };
-    format!("{world}, {robots}{} s, {replicates} replicates per cell, {sees}", sweep.duration_s)
+    let mut facts = vec![world.to_owned()];
+    if !diagram.axes.contains(&Axis::Robots) {
+        facts.push(format!("{} robots", conditions.robots));
+    }
+    facts.push(format!("{} s", sweep.duration_s));
+    facts.push(format!("{replicates} replicates per cell"));
+    match &conditions.placement {
+        _ if diagram.axes.contains(&Axis::PlacementRadius) => {}
+        Placement::DiscFacingOut { radius_m } => {
+            facts.push(format!("start disc {} m", significant(*radius_m)));
+        }
+        Placement::BoxFacingOut { width_m, height_m }
+        | Placement::BoxFacingAnyWay { width_m, height_m } => {
+            facts.push(format!(
+                "start box {} × {} m",
+                significant(*width_m),
+                significant(*height_m)
+            ));
+        }
+        Placement::Given { .. } => facts.push("starts from a table".to_owned()),
+        Placement::Pair { .. } => {}
+    }
+    match conditions.arena.walls_m() {
+        _ if diagram.axes.contains(&Axis::Arena) => {}
+        Some(_) => facts.push(format!("arena {} m", significant(conditions.arena.side_m))),
+        None => facts.push("no walls".to_owned()),
+    }
+    facts.join(", ")
 }
 
 /// The robots of a world.
@@ -356,8 +427,8 @@ fn confirmed(choice: &Choice) -> String {
     )
 }
 
-/// What else it takes to repeat the sweep: what was fixed, how robots were made worse, the seed.
-fn how(result: &SweepResult, worlds: Worlds) -> anyhow::Result<String> {
+/// What else it takes to repeat the sweep, for the picture's file: what was fixed, how robots were made worse, the seed.
+fn how(result: &SweepResult, worlds: Worlds, conditions: &Conditions) -> anyhow::Result<String> {
     let sweep = &result.source.sweep;
     // The number of robots is stated before.
     let fixed = sweep.fixed.values.iter().filter(|(axis, _)| *axis != Axis::Robots);
@@ -369,6 +440,10 @@ fn how(result: &SweepResult, worlds: Worlds) -> anyhow::Result<String> {
         let changed = changed.filter(|(key, factor)| none.get(key) != Some(factor));
         parts.extend(changed.map(|(key, factor)| format!("{key} {factor}")));
     }
+    parts.push(match conditions.robot.sees {
+        Sees::Body => "sees bodies".to_owned(),
+        Sees::Centre => "sees centres".to_owned(),
+    });
     parts.push(format!("seed {}", sweep.seed));
     parts.push(format!("sweep {}", result.source.digest()));
     Ok(parts.join(", "))

@@ -7,18 +7,20 @@ mod tables;
 use std::path::Path;
 
 use anyhow::Context;
+use rsrs_core::comparison;
 use rsrs_core::diagram::choice::Choice;
-use rsrs_view::report::{ReportPage, Slice, html as write};
+use rsrs_core::natural_order::natural_key;
+use rsrs_view::report::{ReportPage, Slice, Verdict, VerdictMark, html as write};
 
-use crate::compare::report::Report as Comparison;
+use crate::compare::report::{ComparedBag, Report as Comparison};
 use crate::compare::{Options, compare};
 use crate::picture::{self, DiagramOptions};
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::validate::file;
-use crate::wording::{counted, percent, quantity};
+use crate::wording::{capitalised, counted, percent, quantity};
 
-/// Compares runs with a sweep, and shows both on a page: a diagram whose cells respond with their
+/// Compares runs with a sweep, if there are some, and shows both on a page: a diagram whose cells respond with their
 /// numbers and one of their runs in motion, and every real run in motion beside its order parameters.
 ///
 /// # Arguments
@@ -27,16 +29,25 @@ use crate::wording::{counted, percent, quantity};
 ///
 /// # Returns
 ///
-/// The page, which needs no other file, and the comparison.
+/// The page, which needs no other file, and the comparison, if runs were compared.
 ///
 /// # Errors
 ///
 /// As [`compare()`].
-pub fn html(folder: &Path, runs: &Options) -> anyhow::Result<(String, Comparison)> {
+pub fn html(folder: &Path, runs: Option<&Options>) -> anyhow::Result<(String, Option<Comparison>)> {
     let result = folder::read(folder)?;
     let choice = folder::read_choice(folder)?;
-    let comparison = compare(folder, runs)?;
-    let of = Reported { folder, result: &result, choice: choice.as_ref(), comparison: &comparison };
+    let mut comparison = runs.map(|runs| compare(folder, runs)).transpose()?;
+    if let Some(comparison) = &mut comparison {
+        let path = |run: &ComparedBag| natural_key(&run.labelled.bag.to_string_lossy());
+        comparison.bags.sort_by_cached_key(path);
+    }
+    let of = Reported {
+        folder,
+        result: &result,
+        choice: choice.as_ref(),
+        comparison: comparison.as_ref(),
+    };
     Ok((write(&of.page()?), comparison))
 }
 
@@ -45,7 +56,7 @@ struct Reported<'a> {
     folder: &'a Path,
     result: &'a SweepResult,
     choice: Option<&'a Choice>,
-    comparison: &'a Comparison,
+    comparison: Option<&'a Comparison>,
 }
 
 impl Reported<'_> {
@@ -53,44 +64,40 @@ impl Reported<'_> {
         let Self { result, comparison, .. } = self;
         let cells = cells::facts(self)?;
         let sweep = serde_saphyr::to_string(&result.source).context("the sweep as YAML")?;
+        let mut details = vec![("The sweep with its profile".to_owned(), sweep)];
+        if let Some(comparison) = comparison {
+            details.insert(0, ("The comparison as text".to_owned(), comparison.to_string()));
+        }
+        let robot = &result.source.profile.name;
         Ok(ReportPage {
-            title: format!("Simulated and real runs: {}", result.source.profile.name),
-            verdict: comparison.verdict_in_a_word().to_owned(),
-            summary: self.summary(),
+            title: if comparison.is_some() {
+                format!("Simulated runs and experiments: {robot}")
+            } else {
+                format!("Simulated runs: {robot}")
+            },
+            verdict: comparison.map(|comparison| Verdict {
+                words: comparison.verdict_in_a_word().to_owned(),
+                mark: mark(comparison.verdict),
+            }),
+            summary: comparison.map_or_else(Vec::new, summary),
             diagrams: self.diagrams()?,
             first_cell: cells.iter().position(|cell| cell.is_chosen).unwrap_or(0),
             cells,
             chosen: self.choice.map(chosen),
-            comparison: tables::comparison(comparison),
-            runs: runs::facts(comparison)?,
-            not_counted: tables::not_counted(comparison),
+            comparison: comparison.map_or_else(Vec::new, tables::comparison),
+            runs: comparison.map(runs::facts).transpose()?.unwrap_or_default(),
+            not_counted: comparison.and_then(tables::not_counted),
             profile: tables::profile(&result.source.profile)?,
             provenance: tables::provenance(self),
-            details: vec![
-                ("The comparison as text".to_owned(), comparison.to_string()),
-                ("The sweep with its profile".to_owned(), sweep),
-            ],
+            details,
         })
-    }
-
-    fn summary(&self) -> Vec<String> {
-        let comparison = self.comparison;
-        let mill = comparison.behaviour().verb().plain;
-        let next = comparison.next_in_words().join(": ");
-        let mut sentences = vec![
-            format!("Claim: real robots {mill} at least as often as simulated ones."),
-            format!("{}.", upper(&comparison.reason_in_words())),
-            format!("Next: {next}."),
-        ];
-        sentences.extend(comparison.notes.iter().map(|note| format!("Note: {note}.")));
-        sentences
     }
 
     /// One picture for each slice.
     fn diagrams(&self) -> anyhow::Result<Vec<Slice>> {
         let options = DiagramOptions {
             chosen: self.choice.cloned(),
-            experiments: self.comparison.marks(),
+            experiments: self.comparison.map(Comparison::marks).unwrap_or_default(),
             validation: file::note(self.folder, &self.result.source)?,
             ..DiagramOptions::default()
         };
@@ -106,6 +113,26 @@ impl Reported<'_> {
     }
 }
 
+fn summary(comparison: &Comparison) -> Vec<String> {
+    let mill = comparison.behaviour().verb().plain;
+    let next = comparison.next_in_words().join(": ");
+    let mut sentences = vec![
+        format!("Claim: real robots {mill} at least as often as simulated ones."),
+        format!("{}.", capitalised(&comparison.reason_in_words())),
+        format!("Next: {next}."),
+    ];
+    sentences.extend(comparison.notes.iter().map(|note| format!("Note: {note}.")));
+    sentences
+}
+
+fn mark(verdict: comparison::Verdict) -> VerdictMark {
+    match verdict {
+        comparison::Verdict::Supported => VerdictMark::Supported,
+        comparison::Verdict::Violated => VerdictMark::Violated,
+        comparison::Verdict::Undecided | comparison::Verdict::NoClaim => VerdictMark::Open,
+    }
+}
+
 /// How many samples take at least so long; 1 or more.
 #[expect(
     clippy::cast_possible_truncation,
@@ -114,12 +141,6 @@ impl Reported<'_> {
 )]
 fn samples_at_least(duration_s: f64, period_s: f64) -> usize {
     ((duration_s / period_s - 1e-9).ceil() as usize).max(1)
-}
-
-fn upper(sentence: &str) -> String {
-    let mut characters = sentence.chars();
-    let first = characters.next().map(|first| first.to_uppercase().to_string());
-    first.unwrap_or_default() + characters.as_str()
 }
 
 fn chosen(choice: &Choice) -> String {

@@ -18,6 +18,7 @@ use rsrs_sim::reachable_set::{ReachOptions, smallest_factors, validate as contai
 
 use crate::error::{helped, with_help};
 use crate::measure::trial_files::{Trajectories, table, trajectories};
+use crate::picture_file::PageStyle;
 use crate::provenance::Provenance;
 use crate::sweep::source::ResolvedSweep;
 use crate::sweep::{Draw, folder};
@@ -37,6 +38,8 @@ pub struct Options {
     pub at: Cell,
     /// How the reach is simulated; the seed is that of the sweep.
     pub reach: ReachOptions,
+    /// How the pictures are printed.
+    pub style: PageStyle,
 }
 
 /// Whether trajectories of the simulator may stand in for real ones.
@@ -90,7 +93,7 @@ pub fn validate(
     let answer = judge(&case)?;
     let beside_sweep = swept.as_ref().map(|_| sweep);
     if let Some(folder) = output.or(beside_sweep) {
-        drawings::write(folder, &case, &answer)?;
+        drawings::write(folder, &case, &answer, options.style)?;
         answer.write(folder)?;
     }
     if let (Some(swept), None) = (&swept, output) {

@@ -7,6 +7,7 @@ use crate::panel::{HEADING_PX, Lines, above_px};
 use crate::picture::DiagramPicture;
 use crate::plot::size_px;
 use crate::slice::Slice;
+use crate::theme::Theme;
 
 /// Around a page that is as wide as it takes, in pixels.
 const MARGIN_PX: f64 = 24.0;
@@ -72,11 +73,11 @@ impl Arrangement {
             n_columns: slices.len().min(if slices.len() == 4 { 2 } else { MOST_COLUMNS }),
             axis_px: axes_px.fold(0.0, f64::max),
             above_px: above_px(lines) + heading_px,
-            beside_px: if lines == Lines::Drawn { 2.0 * OUTSIDE_PX + 5.0 } else { 10.0 },
+            beside_px: if lines == Lines::Drawn { 2.0 * OUTSIDE_PX + 9.0 } else { 10.0 },
         };
         match picture.width_px {
             None => free.as_wide_as_it_takes(),
-            Some(width_px) => free.within(width_px, slices.len()),
+            Some(width_px) => free.within(width_px, slices.len(), picture.theme),
         }
     }
 
@@ -89,7 +90,7 @@ impl Arrangement {
     }
 
     /// As many panels side by side as are legible, and the legend beside them where there is room.
-    fn within(mut self, width_px: f64, n_panels: usize) -> Self {
+    fn within(mut self, width_px: f64, n_panels: usize, theme: Theme) -> Self {
         self.page_px = width_px;
         self.margin_px = NARROW_MARGIN_PX;
         let room_px = width_px - 2.0 * self.margin_px;
@@ -103,7 +104,9 @@ impl Arrangement {
         };
         let (beside, below) = (fitting(beside_legend_px), fitting(room_px));
         let (legend, n_columns, room_px) = match beside {
-            Some(n_columns) if beside >= below => (LegendPlace::Right, n_columns, beside_legend_px),
+            Some(n_columns) if beside >= below && theme == Theme::Screen => {
+                (LegendPlace::Right, n_columns, beside_legend_px)
+            }
             Some(_) | None => (LegendPlace::Below, below.unwrap_or(1), room_px),
         };
         let natural_px = self.plot_px;

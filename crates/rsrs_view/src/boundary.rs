@@ -12,6 +12,8 @@ pub const TAG_PX: f64 = 8.0;
 pub const OUTSIDE_PX: f64 = TAG_PX + 1.0;
 /// Lines are followed in steps of this length, in pixels.
 const STEP_PX: f64 = 0.5;
+/// Pieces into which a segment is cut where it is bent on the page.
+const BETWEEN: u32 = 50;
 /// From one tick to the next along the line, in pixels.
 const TICKS_PX: f64 = 24.0;
 /// Length of a tick, in pixels.
@@ -180,7 +182,13 @@ fn tick(points: &[Point], at: usize, towards: Point) -> Option<[Point; 2]> {
 fn clipped(plot: &Plot, boundary: &Boundary) -> Vec<Vec<Point>> {
     let to_px = |(x, y): Point| (plot.x.position_px(x), plot.y.position_px(y));
     let mut pieces: Vec<Vec<Point>> = Vec::new();
-    for pair in boundary.points.windows(2) {
+    // What is straight in values is none on a logarithmic axis.
+    let points: Vec<Point> = if plot.x.is_linear() && plot.y.is_linear() {
+        boundary.points.clone()
+    } else {
+        finer(&boundary.points)
+    };
+    for pair in points.windows(2) {
         let Some((from, to)) = clip(plot, to_px(pair[0]), to_px(pair[1])) else { continue };
         match pieces.last_mut() {
             Some(piece) if piece.last() == Some(&from) => piece.push(to),
@@ -188,6 +196,19 @@ fn clipped(plot: &Plot, boundary: &Boundary) -> Vec<Vec<Point>> {
         }
     }
     pieces
+}
+
+/// The same points with others between them.
+fn finer(points: &[Point]) -> Vec<Point> {
+    let between = |pair: &[Point]| {
+        let (from, to) = (pair[0], pair[1]);
+        let at = move |step: u32| {
+            let share = f64::from(step) / f64::from(BETWEEN);
+            (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1))
+        };
+        (0..BETWEEN).map(at).collect::<Vec<Point>>()
+    };
+    points.windows(2).flat_map(between).chain(points.last().copied()).collect()
 }
 
 /// The part of a segment inside the plot.

@@ -11,7 +11,8 @@ use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::{label, labels};
 use crate::svg::{Element, line_of_text, number, rectangle};
-use crate::text::{Weight, width_px};
+use crate::text::{Weight, wrap};
+use crate::theme::Theme;
 
 const MARGIN_PX: f64 = 24.0;
 /// The narrowest curve beside another one on a page whose width is given, in pixels.
@@ -25,6 +26,9 @@ const COLUMNS: usize = 3;
 /// Between curves, besides their axes.
 const BETWEEN_PX: f64 = 14.0;
 const HEADING_PX: f64 = 12.5;
+/// From one line of a heading to the next.
+const HEADING_LINE_PX: f64 = 15.0;
+const GREEN: &str = "#009e73";
 const BLUE: &str = "#0072b2";
 const VERMILION: &str = "#d55e00";
 /// A curve of at most so many values shows each as a dot.
@@ -37,6 +41,10 @@ pub struct CurvesPicture {
     pub title: String,
     /// Under the title; any texts.
     pub subtitles: Vec<String>,
+    /// What else it takes to repeat the picture, in the file and not on it; any text.
+    pub details: String,
+    /// Where it is looked at.
+    pub theme: Theme,
     /// The curves, side by side if there are several.
     pub curves: Vec<Curve>,
     /// What marked values are.
@@ -64,6 +72,8 @@ pub struct Curve {
     pub marked: Option<f64>,
     /// Lines of theory.
     pub boundaries: Vec<UprightBoundary>,
+    /// The same of other robots, in words, and their values and runs, ascending.
+    pub compared: Option<(String, Vec<(f64, Share)>)>,
     /// Real runs.
     pub real: Vec<(f64, Share)>,
 }
@@ -134,15 +144,19 @@ pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictur
         Page::of(picture);
     let pitch_px = LEFT_PX + width_px + BETWEEN_PX;
     let room_px = page_px - 2.0 * margin_px;
-    let (texts, header_px) = header(&picture.title, &picture.subtitles, margin_px, room_px);
+    let (texts, header_px) =
+        header(picture.theme, &picture.title, &picture.subtitles, margin_px, room_px);
     let (mut panels, mut charts) = (Vec::new(), Vec::new());
     let mut top_px = header_px + 10.0;
     for row in picture.curves.chunks(columns) {
+        let n_lines = row.iter().map(|curve| heading_lines(curve, width_px).len()).max();
+        let more = n_lines.unwrap_or(0).saturating_sub(1) as f64;
+        let above_px = HEADING_PX + 10.0 + more * HEADING_LINE_PX;
         for (column, curve) in row.iter().enumerate() {
             let left_px = margin_px + LEFT_PX + column as f64 * pitch_px;
             let chart = Chart {
                 left_px,
-                top_px: top_px + HEADING_PX + 10.0,
+                top_px: top_px + above_px,
                 width_px,
                 height_px,
                 x: span(curve),
@@ -151,12 +165,17 @@ pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictur
             panels.push(panel(curve, &chart, picture.wanted.as_ref().map(|(share, _)| *share)));
             charts.push(chart);
         }
-        top_px += HEADING_PX + 10.0 + height_px + BELOW_PX + BETWEEN_PX;
+        top_px += above_px + height_px + BELOW_PX + BETWEEN_PX;
     }
     let place = (margin_px + LEFT_PX, top_px - BETWEEN_PX);
     let (legend, bottom_px) = legend(&entries(picture), place, room_px - LEFT_PX);
     let size_px = (page_px, bottom_px + 12.0);
     let page = Element::picture(size_px.0, size_px.1, &picture.title)
+        .described(
+            &picture
+                .theme
+                .description(picture.subtitles.iter().map(String::as_str), &picture.details),
+        )
         .children(texts)
         .children(panels)
         .children(legend);
@@ -218,40 +237,48 @@ fn span(curve: &Curve) -> [f64; 2] {
     let values = || curve.points.iter().chain(&curve.real).map(|(value, _)| *value);
     let low = values().fold(f64::INFINITY, f64::min);
     let high = values().fold(f64::NEG_INFINITY, f64::max);
-    let spare = if high > low { 0.02 * (high - low) } else { 0.5 };
+    let spare = match curve.axis {
+        // A bar has its width.
+        Axis::Robots => 0.5,
+        _ if high > low => 0.02 * (high - low),
+        _ => 0.5,
+    };
     [low - spare, high + spare]
 }
 
 fn panel(curve: &Curve, chart: &Chart, wanted: Option<f64>) -> Element {
-    let heading = line_of_text(chart.left_px, chart.top_px - 8.0, &fitting(curve, chart))
-        .at("font-size", HEADING_PX)
-        .with("font-weight", "bold")
-        .with("fill", INK);
+    let lines = heading_lines(curve, chart.width_px);
+    let n = lines.len();
+    let heading = lines.into_iter().enumerate().map(|(index, line)| {
+        let above_px = 8.0 + (n - 1 - index) as f64 * HEADING_LINE_PX;
+        line_of_text(chart.left_px, chart.top_px - above_px, &line)
+            .at("font-size", HEADING_PX)
+            .with("font-weight", "bold")
+            .with("fill", INK)
+    });
+    let is_counted = curve.axis == Axis::Robots;
     Element::new("g")
         .children(curve.range.map(|range| shade(chart, range)))
-        .child(band(chart, &curve.points))
+        .children(curve.compared.iter().map(|(_, points)| compared(chart, points, curve.axis)))
+        .children(if is_counted {
+            bars(chart, &curve.points)
+        } else {
+            vec![band(chart, &curve.points)]
+        })
         .children(wanted.map(|share| across(chart, share)))
         .children(boundaries(chart, &curve.boundaries))
-        .child(line(chart, &curve.points))
+        .children((!is_counted).then(|| line(chart, &curve.points, BLUE)))
         .children(dots(curve, chart))
         .children(curve.real.iter().map(|run| real(chart, curve.behaviour, run)))
         .children(curve.marked.map(|value| pointer(chart, value)))
         .child(chart.frame(&curve.axis.label()))
         .child(chart.y_axis(&format!("share of {}", curve.behaviour.noun())))
-        .child(heading)
+        .children(heading)
 }
 
-/// The heading, cut where it would leave its curve.
-fn fitting(curve: &Curve, chart: &Chart) -> String {
-    let fits = |text: &str| width_px(text, HEADING_PX, Weight::Bold) <= chart.width_px;
-    let mut text = curve.heading.clone();
-    if fits(&text) {
-        return text;
-    }
-    while !text.is_empty() && !fits(&format!("{text}…")) {
-        text.pop();
-    }
-    text + "…"
+/// The heading in lines that leave no curve.
+fn heading_lines(curve: &Curve, width_px: f64) -> Vec<String> {
+    wrap(&curve.heading, HEADING_PX, Weight::Bold, width_px)
 }
 
 fn shade(chart: &Chart, [low, high]: [f64; 2]) -> Element {
@@ -271,12 +298,40 @@ fn band(chart: &Chart, points: &[(f64, Share)]) -> Element {
         .with("fill-opacity", "0.22")
 }
 
-fn line(chart: &Chart, points: &[(f64, Share)]) -> Element {
+/// A bar for each value, with the interval of its share: there is nothing between 5 and 6 robots.
+fn bars(chart: &Chart, points: &[(f64, Share)]) -> Vec<Element> {
+    let gap = points.windows(2).map(|pair| pair[1].0 - pair[0].0).fold(1.0, f64::min);
+    let half_px = (0.35 * gap * chart.width_px / (chart.x[1] - chart.x[0])).max(1.0);
+    let bar = |(value, share): &(f64, Share)| {
+        let (x_px, interval) = (chart.x_px(*value), share.interval());
+        let top_px = chart.y_px(share.value());
+        let body = rectangle(x_px - half_px, top_px, 2.0 * half_px, chart.bottom_px() - top_px)
+            .with("fill", BLUE)
+            .with("fill-opacity", "0.22");
+        let (low, high) = (number(chart.y_px(interval.low)), number(chart.y_px(interval.high)));
+        let whisker = stroke(&format!("M{} {high}V{low}", number(x_px)), BLUE, 1.6);
+        Element::new("g").child(body).child(whisker)
+    };
+    points.iter().map(bar).collect()
+}
+
+fn line(chart: &Chart, points: &[(f64, Share)], colour: &str) -> Element {
     let place = |(value, share): &(f64, Share)| {
         format!("{} {}", number(chart.x_px(*value)), number(chart.y_px(share.value())))
     };
     let places: Vec<String> = points.iter().map(place).collect();
-    stroke(&format!("M{}", places.join("L")), BLUE, 1.8)
+    stroke(&format!("M{}", places.join("L")), colour, 1.8)
+}
+
+/// The same of other robots: a line, or a short stroke for each number of robots.
+fn compared(chart: &Chart, points: &[(f64, Share)], axis: Axis) -> Element {
+    if axis != Axis::Robots {
+        return line(chart, points, GREEN);
+    }
+    let dash = |(value, share): &(f64, Share)| {
+        format!("M{} {}h18", number(chart.x_px(*value) - 9.0), number(chart.y_px(share.value())))
+    };
+    stroke(&points.iter().map(dash).collect::<String>(), GREEN, 2.2)
 }
 
 fn stroke(path: &str, colour: &str, width_px: f64) -> Element {
@@ -387,6 +442,9 @@ fn entries(picture: &CurvesPicture) -> Vec<(Element, String)> {
             .child(stroke_mark(BLUE, 1.8)),
         format!("simulated: the share of runs that {}, and its 95 % interval", verb.plain),
     )];
+    if let Some((words, _)) = picture.curves.iter().find_map(|curve| curve.compared.as_ref()) {
+        entries.push((stroke_mark(GREEN, 1.6), format!("the same, {words}")));
+    }
     if let Some((_, text)) = &picture.wanted {
         let mark = stroke_mark(QUIET_INK, 1.0).with("stroke-dasharray", "2 3");
         entries.push((mark, text.clone()));
@@ -396,7 +454,8 @@ fn entries(picture: &CurvesPicture) -> Vec<(Element, String)> {
         entries.push((mark, "the range around the recommendation".to_owned()));
     }
     if some(|curve| curve.marked.is_some()) {
-        entries.push((stroke_mark(VERMILION, 1.6), picture.marked.to_owned()));
+        let triangle = Element::new("path").with("d", "M11 5l-5 -9h10z").with("fill", VERMILION);
+        entries.push((triangle, picture.marked.to_owned()));
     }
     if some(|curve| !curve.real.is_empty()) {
         entries.push((stroke_mark(INK, 1.8), "real runs, with the 95 % interval".to_owned()));
@@ -404,7 +463,10 @@ fn entries(picture: &CurvesPicture) -> Vec<(Element, String)> {
     for curve in &picture.curves {
         for (index, line) in curve.boundaries.iter().enumerate() {
             let mark = stroke_mark(INK, 1.4).with("stroke-dasharray", dashes(index));
-            entries.push((mark, format!("{}, {}", line.label, line.holds.in_words())));
+            let entry = (mark, format!("{}, {}", line.label, line.holds.in_words()));
+            if entries.iter().all(|(_, text)| *text != entry.1) {
+                entries.push(entry);
+            }
         }
     }
     entries

@@ -1,5 +1,6 @@
 //! The phase diagram as a picture for a paper.
 
+use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::help::Help;
 use rsrs_core::statistics::share::Share;
 
@@ -8,15 +9,17 @@ use crate::axes::BELOW_PX;
 use crate::curves::{self, Curve, CurvesPicture, CurvesPictureError, UprightBoundary};
 use crate::header::header;
 use crate::layout;
-use crate::legend::{WIDTH_PX, legend};
+use crate::legend::{WIDTH_PX, compact, legend};
 use crate::palette::QUIET_INK;
 use crate::panel::{Drawing, contents};
 use crate::plot::{Plot, quantity};
 use crate::slice::{Slice, is_same};
 use crate::svg::{Element, line_of_text};
 use crate::text::{Weight, wrap};
+use crate::theme::Theme;
 
 pub use crate::boundary::{Boundary, Side};
+pub use crate::cell_values::{CellValues, ValueScale};
 pub use crate::layout::{CellBox, DrawnDiagram};
 pub use crate::marks::ExperimentMark;
 pub use crate::picture::{DiagramPicture, LEAST_WIDTH_PX, Numbers, Panel};
@@ -69,8 +72,9 @@ impl Help for PictureError {
 /// Draws a phase diagram.
 ///
 /// Hue is the most frequent phase of a cell, lightness its share, the number the share of stable
-/// milling `B_s`; hovering a cell shows its counts. Lines separate the phases. A real run is drawn
-/// as its phase's symbol, and takes the place of the cell's number.
+/// milling `B_s`; hovering a cell shows its counts. Lines separate the phases. Below the number of a cell
+/// with real runs stands how many of them ended in the wanted phase, behind the symbol of their most
+/// frequent one.
 ///
 /// # Returns
 ///
@@ -103,11 +107,15 @@ impl Help for PictureError {
 ///     y: Some(Axis::TurnRate),
 ///     title: "Nine Flockbots".to_owned(),
 ///     subtitle: "300 s, 16 replicates".to_owned(),
+///     details: "seed 42".to_owned(),
 ///     chosen: Some(&cell),
 ///     chosen_note: None,
+///     values: None,
 ///     numbers: Numbers::Shown,
 ///     experiments: &[],
+///     wanted: None,
 ///     note: None,
+///     theme: rsrs_view::theme::Theme::Screen,
 ///     width_px: None,
 /// };
 ///
@@ -133,14 +141,18 @@ pub fn drawn(picture: &DiagramPicture) -> Result<DrawnDiagram, PictureError> {
     let arrangement = Arrangement::of(picture, &slices);
     let margin_px = arrangement.margin_px;
     let room_px = arrangement.page_px - 2.0 * margin_px;
-    let (header, header_px) =
-        header(&picture.title, &subtitles(picture, &slices), margin_px, room_px);
+    let subtitles = subtitles(picture, &slices);
+    let (header, header_px) = header(picture.theme, &picture.title, &subtitles, margin_px, room_px);
     let plots: Vec<Plot> = slices
         .iter()
         .enumerate()
         .map(|(index, slice)| {
             let corner_px = arrangement.corner_px(index, header_px);
-            Plot::new(slice, corner_px, arrangement.plot_px)
+            let plot = Plot::new(slice, corner_px, arrangement.plot_px);
+            match &picture.values {
+                Some(values) => plot.with_values(values, picture.panels[index].diagram, index),
+                None => plot,
+            }
         })
         .collect();
     let drawings: Vec<Drawing> = picture
@@ -158,12 +170,17 @@ pub fn drawn(picture: &DiagramPicture) -> Result<DrawnDiagram, PictureError> {
         LegendPlace::Below => (margin_px, plots_px + 8.0),
     };
     let contents = contents(picture, &plots, &drawings);
-    let (legend, legend_px) = legend(&contents, legend_corner_px, WIDTH_PX.min(room_px));
-    let (note, bottom_px) =
-        note(picture.note.as_deref(), (margin_px, plots_px.max(legend_px)), room_px);
+    let (legend, legend_px) = match picture.theme {
+        Theme::Screen => legend(&contents, legend_corner_px, WIDTH_PX.min(room_px)),
+        Theme::Paper => compact(&contents, (margin_px, plots_px), room_px),
+    };
+    let text = picture.note.as_deref().filter(|_| picture.theme == Theme::Screen);
+    let (note, bottom_px) = note(text, (margin_px, plots_px.max(legend_px)), room_px);
 
-    let size_px = (arrangement.page_px, bottom_px + 14.0);
+    let below_px = if picture.theme == Theme::Paper { 2.0 } else { 14.0 };
+    let size_px = (arrangement.page_px, bottom_px + below_px);
     let page = Element::picture(size_px.0, size_px.1, &picture.title)
+        .described(&description(picture, &subtitles))
         .children(header)
         .children(drawings.into_iter().flat_map(|drawing| drawing.elements))
         .children(legend)
@@ -171,6 +188,13 @@ pub fn drawn(picture: &DiagramPicture) -> Result<DrawnDiagram, PictureError> {
     let panels = picture.panels.iter().zip(&plots);
     let rows = panels.flat_map(|(panel, plot)| layout::in_plot(panel.diagram, plot)).collect();
     Ok(DrawnDiagram { svg: format!("{page}\n"), size_px, rows })
+}
+
+/// What is in the file and not on the picture.
+fn description(picture: &DiagramPicture, subtitles: &[String]) -> String {
+    let texts = subtitles.iter().map(String::as_str).chain(picture.note.as_deref());
+    let texts = texts.chain(picture.chosen_note.as_deref());
+    picture.theme.description(texts, &picture.details)
 }
 
 /// Diagrams of one axis.
@@ -181,9 +205,11 @@ fn drawn_curves(picture: &DiagramPicture, slices: &[Slice]) -> Result<DrawnDiagr
     let curves = curves::drawn(&CurvesPicture {
         title: picture.title.clone(),
         subtitles,
+        details: picture.details.clone(),
+        theme: picture.theme,
         curves: panels().map(|(panel, slice)| curve(picture, panel, slice)).collect(),
         marked: "chosen cell",
-        wanted: None,
+        wanted: picture.wanted.clone(),
         width_px: picture.width_px,
     })?;
     let rows = panels()
@@ -210,6 +236,13 @@ fn curve(picture: &DiagramPicture, panel: &Panel, slice: &Slice) -> Curve {
         let value = boundary.points.first()?.0;
         Some(UprightBoundary { value, label: boundary.label.clone(), holds: boundary.holds })
     };
+    let other = |diagram: &PhaseDiagram| -> Vec<(f64, Share)> {
+        let Ok(slice) = Slice::new(diagram, picture.x, None, &panel.at) else { return Vec::new() };
+        let point = |(column, value): (usize, &f64)| {
+            slice.counts(column, 0).map(|counts| (*value, Share::milling(&counts)))
+        };
+        slice.x_values.iter().enumerate().filter_map(point).collect()
+    };
     Curve {
         heading: panel.heading.clone(),
         axis: picture.x,
@@ -218,6 +251,7 @@ fn curve(picture: &DiagramPicture, panel: &Panel, slice: &Slice) -> Curve {
         range: None,
         marked: picture.chosen.and_then(|cell| slice.place(cell)).map(|(value, _)| value),
         boundaries: panel.boundaries.iter().filter_map(line).collect(),
+        compared: panel.compared.as_ref().map(|(words, diagram)| (words.clone(), other(diagram))),
         real,
     }
 }

@@ -7,6 +7,7 @@ use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
 use crate::svg::{Element, line_of_text, number};
 use crate::text::{Weight, width_px};
+use crate::theme::Theme;
 
 const PAGE_PX: f64 = 640.0;
 const MARGIN_PX: f64 = 24.0;
@@ -20,10 +21,25 @@ const VERMILION: &str = "#d55e00";
 pub struct DistributionPicture<'a> {
     /// Every robot at every command, as a fit has them.
     pub speeds: &'a [SpeedFit],
+    /// The trials behind them.
+    pub trials: &'a [DrivenSpeed],
+    /// Where it is looked at.
+    pub theme: Theme,
     /// The title; any text.
     pub title: String,
     /// Under the title; any text.
     pub subtitle: String,
+}
+
+/// How fast one robot was in one trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrivenSpeed {
+    /// The robot.
+    pub robot: String,
+    /// The command, in metres per second.
+    pub commanded_m_s: f64,
+    /// The mean speed of the trial, in metres per second; finite.
+    pub measured_m_s: f64,
 }
 
 /// Why there is no picture of distributions.
@@ -47,7 +63,7 @@ pub enum DistributionPictureError {
 /// Draws the normal distribution of every robot's speed, a panel for each command.
 ///
 /// Every curve is as high as its row, because robots whose trials hardly differ would hide all
-/// others. A robot with one trial gets a stroke. Speeds are in mm/s, as in `tab:speed1`.
+/// others. A robot with one trial gets a stroke. A dot is a trial.
 ///
 /// # Errors
 ///
@@ -59,8 +75,13 @@ pub enum DistributionPictureError {
 pub fn svg(picture: &DistributionPicture) -> Result<String, DistributionPictureError> {
     check(picture)?;
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-    let (texts, header_px) =
-        header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
+    let (texts, header_px) = header(
+        picture.theme,
+        &picture.title,
+        std::slice::from_ref(&picture.subtitle),
+        MARGIN_PX,
+        room_px,
+    );
     let names_px = picture
         .speeds
         .iter()
@@ -71,11 +92,15 @@ pub fn svg(picture: &DistributionPicture) -> Result<String, DistributionPictureE
     let mut top_px = header_px + 14.0;
     let mut panels = Vec::new();
     for rows in panels_of(picture.speeds) {
-        let chart = chart(&rows, left_px, top_px);
-        panels.push(panel(&rows, chart));
+        let chart = chart(&rows, picture.trials, (left_px, top_px));
+        panels.push(panel(&rows, picture.trials, chart));
         top_px = chart.bottom_px() + BELOW_PX + 16.0;
     }
     let entries = [
+        (
+            Element::new("circle").at("cx", 11.0).at("cy", 0.0).at("r", 2.4).with("fill", INK),
+            "a trial",
+        ),
         (stroke_mark(BLUE, 1.8), "normal distribution of the trials, each as high as its row"),
         (stroke_mark(VERMILION, 1.8).with("stroke-dasharray", "5 3"), "commanded"),
     ]
@@ -83,6 +108,7 @@ pub fn svg(picture: &DistributionPicture) -> Result<String, DistributionPictureE
     let (legend, bottom_px) =
         legend(&entries, (left_px, top_px - 16.0), PAGE_PX - MARGIN_PX - left_px);
     let page = Element::picture(PAGE_PX, bottom_px + 12.0, &picture.title)
+        .described(&picture.theme.description([picture.subtitle.as_str()], ""))
         .children(texts)
         .children(panels)
         .children(legend);
@@ -117,14 +143,16 @@ fn panels_of(speeds: &[SpeedFit]) -> Vec<Vec<&SpeedFit>> {
     commands.iter().map(at).collect()
 }
 
-fn chart(rows: &[&SpeedFit], left_px: f64, top_px: f64) -> Chart {
+fn chart(rows: &[&SpeedFit], trials: &[DrivenSpeed], (left_px, top_px): (f64, f64)) -> Chart {
     let ends = rows.iter().flat_map(|speed| {
         let away_m_s = 3.2 * speed.sd_m_s.unwrap_or(0.0);
-        [speed.mean_m_s - away_m_s, speed.mean_m_s + away_m_s, speed.commanded_m_s]
+        let driven = trials.iter().filter(|trial| is_its(trial, speed));
+        let driven = driven.map(|trial| trial.measured_m_s);
+        let curve = [speed.mean_m_s - away_m_s, speed.mean_m_s + away_m_s, speed.commanded_m_s];
+        curve.into_iter().chain(driven).collect::<Vec<f64>>()
     });
-    let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| {
-        (low.min(end * 1000.0), high.max(end * 1000.0))
-    });
+    let (low, high) = ends
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end), high.max(end)));
     let spare = (0.04 * (high - low)).max(0.001 * high.abs()).max(1e-6);
     Chart {
         left_px,
@@ -136,8 +164,13 @@ fn chart(rows: &[&SpeedFit], left_px: f64, top_px: f64) -> Chart {
     }
 }
 
-fn panel(rows: &[&SpeedFit], chart: Chart) -> Element {
-    let commanded = rows[0].commanded_m_s * 1000.0;
+/// Whether a trial is one of a robot at a command.
+fn is_its(trial: &DrivenSpeed, speed: &SpeedFit) -> bool {
+    trial.robot == speed.robot && trial.commanded_m_s.total_cmp(&speed.commanded_m_s).is_eq()
+}
+
+fn panel(rows: &[&SpeedFit], trials: &[DrivenSpeed], chart: Chart) -> Element {
+    let commanded = rows[0].commanded_m_s;
     let command = Element::new("path")
         .with(
             "d",
@@ -153,18 +186,26 @@ fn panel(rows: &[&SpeedFit], chart: Chart) -> Element {
         .with("stroke-dasharray", "5 3");
     let curves = rows.iter().enumerate().flat_map(|(row, speed)| {
         let base_px = chart.top_px + ROW_PX * (row as f64 + 1.0);
-        [curve(chart, base_px, speed), name(chart, base_px, speed)]
+        let dots = trials.iter().filter(|trial| is_its(trial, speed)).map(move |trial| {
+            Element::new("circle")
+                .at("cx", chart.x_px(trial.measured_m_s))
+                .at("cy", base_px - 4.0)
+                .at("r", 2.4)
+                .with("fill", INK)
+                .with("fill-opacity", "0.75")
+        });
+        [curve(chart, base_px, speed), name(chart, base_px, speed)].into_iter().chain(dots)
     });
     Element::new("g")
         .child(command)
         .children(curves)
-        .child(chart.frame(&format!("measured speed (mm/s), commanded {commanded} mm/s")))
+        .child(chart.frame(&format!("measured speed (m/s), commanded {commanded} m/s")))
 }
 
 fn curve(chart: Chart, base_px: f64, speed: &SpeedFit) -> Element {
     let high_px = ROW_PX - 8.0;
-    let mean = speed.mean_m_s * 1000.0;
-    let path = match speed.sd_m_s.map(|sd_m_s| sd_m_s * 1000.0) {
+    let mean = speed.mean_m_s;
+    let path = match speed.sd_m_s {
         Some(sd) if chart.x_px(mean + sd) - chart.x_px(mean) > 0.3 => {
             let points: Vec<String> = (-32..=32)
                 .map(|step| {
@@ -177,10 +218,10 @@ fn curve(chart: Chart, base_px: f64, speed: &SpeedFit) -> Element {
         }
         _ => format!("M{} {}v{}", number(chart.x_px(mean)), number(base_px), number(-high_px)),
     };
-    let sd = speed.sd_m_s.map_or("one trial".to_owned(), |sd_m_s| {
-        format!("standard deviation {:.2} mm/s", sd_m_s * 1000.0)
-    });
-    let tooltip = format!("{}: mean {mean:.2} mm/s, {sd}, {} trials", speed.robot, speed.n_trials);
+    let sd = speed
+        .sd_m_s
+        .map_or("one trial".to_owned(), |sd_m_s| format!("standard deviation {sd_m_s:.5} m/s"));
+    let tooltip = format!("{}: mean {mean:.5} m/s, {sd}, {} trials", speed.robot, speed.n_trials);
     Element::new("path")
         .with("d", &path)
         .with("fill", BLUE)

@@ -33,6 +33,10 @@ pub struct Film<'a> {
     pub width_px: u32,
     /// Robots that did not take part to the end, by their index, to be drawn in red.
     pub lost: &'a [usize],
+    /// Names of the robots, in the order of their indices; none if they are not shown.
+    pub names: &'a [String],
+    /// Distance of the walls from the origin, in metres, where there are some.
+    pub walls_m: Option<f64>,
 }
 
 /// Kinds of film.

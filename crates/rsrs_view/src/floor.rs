@@ -5,7 +5,8 @@ use rsrs_core::robot::unicycle::Pose;
 
 use crate::palette::INK;
 use crate::scale::label;
-use crate::svg::{Element, line_of_text, number};
+use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::text::{Weight, width_px};
 use crate::track::Point;
 
 /// Width of the page, in pixels.
@@ -18,6 +19,8 @@ pub const CAPTION_PX: f64 = 11.0;
 pub const TAIL: &str = "#0072b2";
 /// A robot that was lost.
 pub const LOST: &str = "#c1121f";
+/// Walls.
+pub const WALL: &str = "#8a6d4b";
 const FIELD_PX: f64 = PAGE_PX - 2.0 * MARGIN_PX;
 
 /// From metres on the floor to pixels on the page.
@@ -101,6 +104,121 @@ pub fn robot(field: &Field, pose: Pose, radius_m: f64, stroke: &str) -> Element 
         .at("stroke-width", (radius_px / 8.0).clamp(1.2, 2.0))
         .child(body)
         .child(heading)
+}
+
+/// `3` of `robot_3`: what is written on a robot's lid. Names without a number stay whole.
+pub fn short(name: &str) -> &str {
+    match name.rsplit_once('_') {
+        Some((_, number)) if number.bytes().all(|byte| byte.is_ascii_digit()) => number,
+        _ => name,
+    }
+}
+
+/// Size of the letters in a tag, in pixels.
+const TAG_PX: f64 = 9.0;
+
+/// Names on robots that are large enough, or beside them where they lie on no other name and on no robot; one
+/// for which there is no such place is left out.
+///
+/// # Arguments
+///
+/// * `names` — short ones, in the order of the poses.
+/// * `radius_m` — of a body, in metres.
+pub fn tags(field: &Field, poses: &[Pose], names: &[String], radius_m: f64) -> Vec<Element> {
+    let radius_px = (radius_m * field.px_per_m).max(3.0);
+    let centres: Vec<Point> = places(poses).map(|(x_m, y_m)| field.point(x_m, y_m)).collect();
+    let mut taken: Vec<[f64; 4]> = centres
+        .iter()
+        .map(|(x, y)| {
+            let reach_px = 1.6 * radius_px + 1.0;
+            [x - reach_px, y - reach_px, x + reach_px, y + reach_px]
+        })
+        .collect();
+    let page = [2.0, field.top_px - 8.0, PAGE_PX - 2.0, field.top_px + field.height_px + 8.0];
+    let mut tags = Vec::new();
+    for (centre, name) in centres.iter().zip(names) {
+        // The ground around the letters is larger than they are, so that no track touches them.
+        let half_px = (width_px(name, TAG_PX, Weight::Bold) / 1.3 + 2.0, 0.72 * TAG_PX);
+        let beside = |(dx, dy): (f64, f64)| {
+            let away_px = 1.6 * radius_px + 2.0;
+            let x = centre.0 + dx * (away_px + half_px.0);
+            let y = centre.1 + dy * (away_px + half_px.1);
+            [x - half_px.0, y - half_px.1, x + half_px.0, y + half_px.1]
+        };
+        let slant = std::f64::consts::FRAC_1_SQRT_2;
+        let around = [
+            (1.0, 0.0),
+            (0.0, -1.0),
+            (-1.0, 0.0),
+            (0.0, 1.0),
+            (slant, -slant),
+            (-slant, -slant),
+            (-slant, slant),
+            (slant, slant),
+        ];
+        let on_it = beside((0.0, 0.0));
+        let fits = libm::hypot(half_px.0, half_px.1) <= radius_px;
+        let is_apart = |other: &&Point| {
+            libm::hypot(other.0 - centre.0, other.1 - centre.1) > radius_px + half_px.0
+        };
+        if fits && centres.iter().filter(is_apart).count() + 1 == centres.len() {
+            tags.push(tag(name, on_it));
+            continue;
+        }
+        let is_free = |room: &[f64; 4]| {
+            let is_inside = room[0] >= page[0]
+                && room[1] >= page[1]
+                && room[2] <= page[2]
+                && room[3] <= page[3];
+            is_inside && taken.iter().all(|other| !overlap(room, other))
+        };
+        let Some(room) = around.map(beside).into_iter().find(is_free) else { continue };
+        taken.push(room);
+        tags.push(tag(name, room));
+    }
+    tags
+}
+
+fn overlap(one: &[f64; 4], other: &[f64; 4]) -> bool {
+    one[0] < other[2] && other[0] < one[2] && one[1] < other[3] && other[1] < one[3]
+}
+
+fn tag(name: &str, [left, top, right, bottom]: [f64; 4]) -> Element {
+    let ground =
+        rectangle(left, top, right - left, bottom - top).at("rx", 4.0).with("fill", "#ffffff");
+    let y_px = f64::midpoint(top, bottom) + 0.36 * TAG_PX;
+    let text = line_of_text(f64::midpoint(left, right), y_px, name)
+        .with("text-anchor", "middle")
+        .at("font-size", TAG_PX)
+        .with("font-weight", "bold")
+        .with("fill", INK);
+    Element::new("g").fixed().child(ground).child(text)
+}
+
+/// The walls of a square arena around the origin, as far as they lie in the field.
+///
+/// # Arguments
+///
+/// * `walls_m` — their distance from the origin, in metres.
+pub fn walls(field: &Field, walls_m: f64) -> Option<Element> {
+    let (left, upper) = field.point(-walls_m, walls_m);
+    let (right, lower) = field.point(walls_m, -walls_m);
+    let (top, bottom) = (field.top_px - 6.0, field.top_px + field.height_px + 6.0);
+    let sides = (MARGIN_PX - 6.0, PAGE_PX - MARGIN_PX + 6.0);
+    let span =
+        |from: f64, to: f64, (low, high): Point| (from.clamp(low, high), to.clamp(low, high));
+    let (x_from, x_to) = span(left, right, sides);
+    let (y_from, y_to) = span(upper, lower, (top, bottom));
+    let mut path: Vec<String> = Vec::new();
+    for y in [upper, lower].into_iter().filter(|y| (top..=bottom).contains(y)) {
+        path.push(format!("M{} {}H{}", number(x_from), number(y), number(x_to)));
+    }
+    for x in [left, right].into_iter().filter(|x| (sides.0..=sides.1).contains(x)) {
+        path.push(format!("M{} {}V{}", number(x), number(y_from), number(y_to)));
+    }
+    let drawn =
+        Element::new("path").with("d", &path.concat()).with("stroke", WALL).at("stroke-width", 3.0);
+    (!path.is_empty()).then(|| drawn.with("fill", "none").with("stroke-linecap", "square"))
 }
 
 /// A bar of a round length of at most a quarter of the field.

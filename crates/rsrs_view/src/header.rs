@@ -3,21 +3,28 @@
 use crate::palette::{INK, QUIET_INK};
 use crate::svg::{Element, line_of_text};
 use crate::text::{Weight, wrap};
+use crate::theme::Theme;
 
 const TITLE_PX: f64 = 16.0;
 const SUBTITLE_PX: f64 = 11.5;
+/// Above a picture in a paper.
+const PAPER_PX: f64 = 4.0;
 
-/// Draws a title and smaller lines under it, each wrapped to the room there is.
+/// Draws a title and smaller lines under it, each wrapped to the room there is; nothing in a paper.
 ///
 /// # Returns
 ///
 /// The texts, and the height down to where they end, in pixels.
 pub fn header(
+    theme: Theme,
     title: &str,
     subtitles: &[String],
     left_px: f64,
     room_px: f64,
 ) -> (Vec<Element>, f64) {
+    if theme == Theme::Paper {
+        return (Vec::new(), PAPER_PX);
+    }
     let mut texts = Vec::new();
     let mut y_px = 14.0;
     for line in wrap(title, TITLE_PX, Weight::Bold, room_px) {

@@ -1,10 +1,10 @@
 //! Where the cells of a diagram lie on its picture.
 
-use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
+use rsrs_core::diagram::PhaseDiagram;
 
 use crate::chart::Chart;
 use crate::plot::Plot;
-use crate::slice::{Slice, is_same};
+use crate::slice::Slice;
 
 /// A diagram as SVG, with where its cells lie.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +36,7 @@ pub struct CellBox {
 pub fn in_plot(diagram: &PhaseDiagram, plot: &Plot) -> Vec<Vec<CellBox>> {
     let slice = plot.slice;
     let mut rows: Vec<Vec<CellBox>> = vec![Vec::new(); slice.y_values.len()];
-    let mut places = places(diagram, slice);
+    let mut places = slice.places(diagram);
     places.sort_by_key(|(column, _, _)| *column);
     for (column, row, index) in places {
         let (left_px, top_px, width_px, height_px) = plot.cell_px(column, row);
@@ -48,7 +48,7 @@ pub fn in_plot(diagram: &PhaseDiagram, plot: &Plot) -> Vec<Vec<CellBox>> {
 
 /// The cells of a curve: from halfway to the value before to halfway to the one after.
 pub fn along_curve(diagram: &PhaseDiagram, slice: &Slice, chart: &Chart) -> Vec<Vec<CellBox>> {
-    let mut places = places(diagram, slice);
+    let mut places = slice.places(diagram);
     places.sort_by_key(|(column, _, _)| *column);
     let x_px: Vec<f64> = slice.x_values.iter().map(|value| chart.x_px(*value)).collect();
     let middle_px = |one: usize, other: usize| f64::midpoint(x_px[one], x_px[other]);
@@ -66,15 +66,4 @@ pub fn along_curve(diagram: &PhaseDiagram, slice: &Slice, chart: &Chart) -> Vec<
         }
     };
     vec![places.into_iter().map(boxed).collect()]
-}
-
-/// Column, row and index of each cell of the diagram that the slice shows.
-fn places(diagram: &PhaseDiagram, slice: &Slice) -> Vec<(usize, usize, usize)> {
-    let find = |values: &[f64], value| values.iter().position(|other| is_same(*other, value));
-    let place = |(index, entry): (usize, &DiagramCell)| {
-        let (x, y) = slice.place(&entry.cell)?;
-        let row = if slice.y.is_some() { find(&slice.y_values, y)? } else { 0 };
-        Some((find(&slice.x_values, x)?, row, index))
-    };
-    diagram.cells.iter().enumerate().filter_map(place).collect()
 }

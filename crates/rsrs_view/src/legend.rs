@@ -4,21 +4,22 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 
 use crate::boundary::{dashes, tag};
+use crate::cell_values::ValueScale;
 use crate::overlay::{ChosenShape, double_stroke, ring};
 use crate::palette::{INK, LEAST_SHARE, NOT_SWEPT, QUIET_INK, shade};
-use crate::svg::{Element, line_of_text, rectangle};
+use crate::svg::{Element, line_of_text, number, rectangle};
 use crate::symbol::{Filling, MARK_PX, mark};
 use crate::text::{Weight, width_px, wrap};
 
 /// Width of the legend where there is room, in pixels.
 pub const WIDTH_PX: f64 = 250.0;
 
-const OUTSIDE: &str = " (not shown)";
 const TEXT_PX: f64 = 11.5;
 const SMALL_PX: f64 = 9.5;
 const ROW_PX: f64 = 19.0;
 const RAMP_STEPS: usize = 5;
 const STEP_PX: f64 = 14.0;
+const VALUE_STEPS: usize = 15;
 /// From the left edge of the keys to that of the texts.
 const KEY_PX: f64 = RAMP_STEPS as f64 * STEP_PX + 10.0;
 
@@ -27,27 +28,29 @@ const KEY_PX: f64 = RAMP_STEPS as f64 * STEP_PX + 10.0;
 pub struct Contents {
     /// The behaviour whose phases are shown.
     pub behaviour: Behaviour,
+    /// What the cells show in the place of phases, how it becomes a colour, and what a frame means.
+    pub values: Option<(String, ValueScale, Option<String>)>,
+    /// The phases that some cell shows.
+    pub phases: Vec<Phase>,
     /// Font size of the numbers in the cells, in pixels, if there are any.
     pub number_px: Option<f64>,
-    /// The chosen cell, a line per axis, and its mark if the picture shows it.
-    pub chosen: Option<(Vec<String>, Option<ChosenShape>)>,
-    /// Labels of the boundaries.
-    pub boundaries: Vec<(String, Visibility)>,
+    /// The chosen cell if the picture shows it, a line per axis, and its mark.
+    pub chosen: Option<(Vec<String>, ChosenShape)>,
+    /// Numbers and labels of the boundaries that the picture shows.
+    pub boundaries: Vec<(usize, String)>,
     /// Real runs per phase, settled or not, without those that did not occur.
     pub experiments: Vec<(Phase, Filling, u64)>,
     /// Real runs that the picture does not show.
     pub n_experiments_elsewhere: u64,
-    /// Whether some cells have no result.
+    /// Whether some cells have nothing to show.
     pub has_holes: bool,
 }
 
-/// Whether the picture shows something.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Visibility {
-    /// It is drawn.
-    Shown,
-    /// It lies outside the axes or in another slice.
-    Outside,
+impl Contents {
+    /// What a cell with nothing to show means.
+    fn blank(&self) -> &'static str {
+        if self.values.is_some() { "no such run" } else { "no result" }
+    }
 }
 
 struct Legend {
@@ -68,29 +71,151 @@ pub fn legend(
     width_px: f64,
 ) -> (Vec<Element>, f64) {
     let mut legend = Legend { left_px, width_px, y_px: top_px, elements: Vec::new() };
-    legend.phases(contents.behaviour);
-    if let Some(size_px) = contents.number_px {
-        legend.number(contents.behaviour, size_px);
+    if let Some((name, scale, framed)) = &contents.values {
+        legend.values(name, *scale, framed.as_deref());
+    } else {
+        legend.phases(contents.behaviour);
+        if let Some(size_px) = contents.number_px {
+            legend.number(contents.behaviour, size_px);
+        }
     }
     if contents.has_holes {
         let swatch = rectangle(left_px + KEY_PX - 38.0, legend.y_px + 3.0, 28.0, 13.0)
             .with("fill", NOT_SWEPT)
             .with("stroke", "#cccccc");
-        legend.row(Some(swatch), "no result");
+        legend.row(Some(swatch), contents.blank());
     }
     if let Some((values, shape)) = &contents.chosen {
         legend.chosen(values, *shape);
     }
     if !contents.boundaries.is_empty() {
         legend.heading("Theory");
-        for (index, (label, visibility)) in contents.boundaries.iter().enumerate() {
-            legend.boundary(index, label, *visibility);
+        for (index, label) in &contents.boundaries {
+            legend.boundary(*index, label);
         }
     }
     if !contents.experiments.is_empty() || contents.n_experiments_elsewhere > 0 {
         legend.experiments(contents);
     }
     (legend.elements, legend.y_px)
+}
+
+/// One entry of a legend of few lines: its key around the origin, the key's width, and its text.
+struct Entry {
+    key: Element,
+    key_px: f64,
+    text: String,
+}
+
+/// Size of the letters of a legend of few lines, in pixels.
+const COMPACT_PX: f64 = 10.0;
+/// From one of its lines to the next, in pixels.
+const COMPACT_LINE_PX: f64 = 17.0;
+/// Between two of its entries, in pixels.
+const COMPACT_GAP_PX: f64 = 13.0;
+
+/// Draws a legend of few lines for a paper, entry beside entry, as wide as asked for, in pixels.
+///
+/// # Returns
+///
+/// As [`legend`].
+pub fn compact(
+    contents: &Contents,
+    (left_px, top_px): (f64, f64),
+    width_px: f64,
+) -> (Vec<Element>, f64) {
+    let mut elements = Vec::new();
+    let (mut x_px, mut y_px) = (left_px, top_px + 8.0);
+    for Entry { key, key_px, text } in entries(contents) {
+        let room_px = width_px - key_px - 5.0;
+        let lines = wrap(&text, COMPACT_PX, Weight::Regular, room_px);
+        let widest_px = lines
+            .iter()
+            .map(|line| crate::text::width_px(line, COMPACT_PX, Weight::Regular))
+            .fold(0.0, f64::max);
+        let entry_px = key_px + 5.0 + widest_px;
+        if x_px > left_px && x_px + entry_px > left_px + width_px {
+            (x_px, y_px) = (left_px, y_px + COMPACT_LINE_PX);
+        }
+        let place = format!("translate({} {})", number(x_px), number(y_px));
+        elements.push(Element::new("g").with("transform", &place).child(key));
+        for (index, line) in lines.iter().enumerate() {
+            let baseline_px = y_px + 3.6 + index as f64 * 13.0;
+            let line = line_of_text(x_px + key_px + 5.0, baseline_px, line);
+            elements.push(line.at("font-size", COMPACT_PX).with("fill", INK));
+        }
+        x_px += entry_px + COMPACT_GAP_PX;
+        if lines.len() > 1 {
+            (x_px, y_px) = (left_px, y_px + COMPACT_LINE_PX + (lines.len() - 1) as f64 * 13.0);
+        }
+    }
+    let end_px = if x_px > left_px { y_px + COMPACT_LINE_PX / 2.0 } else { y_px };
+    (elements, end_px)
+}
+
+fn entries(contents: &Contents) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    let frame = |width_px: f64| {
+        rectangle(0.0, -5.0, 14.0, 10.0)
+            .with("fill", "none")
+            .with("stroke", INK)
+            .at("stroke-width", width_px)
+    };
+    let words = |text: &str| {
+        let size_px = COMPACT_PX - 1.0;
+        let key = line_of_text(0.0, 3.4, text).at("font-size", size_px).with("fill", INK);
+        (key.with("font-weight", "bold"), width_px(text, size_px, Weight::Bold))
+    };
+    if let Some((name, scale, framed)) = &contents.values {
+        let [low, high] = scale.ends();
+        let step = |step: usize| {
+            let value = low + (high - low) * (step as f64 + 0.5) / VALUE_STEPS as f64;
+            rectangle(6.0 * step as f64, -5.0, 6.2, 10.0).with("fill", &scale.colour(value).hex())
+        };
+        let key = Element::new("g").children((0..VALUE_STEPS).map(step));
+        let [from, to] = scale.end_labels();
+        let key_px = 6.0 * VALUE_STEPS as f64;
+        entries.push(Entry { key, key_px, text: format!("{name}: {from} to {to}") });
+        if let Some(words) = framed {
+            entries.push(Entry { key: frame(2.0), key_px: 14.0, text: words.clone() });
+        }
+    } else {
+        for phase in &contents.phases {
+            let step = |step: usize| {
+                let share = LEAST_SHARE + (1.0 - LEAST_SHARE) * step as f64 / 2.0;
+                rectangle(8.0 * step as f64, -5.0, 8.0, 10.0)
+                    .with("fill", &shade(*phase, share).hex())
+            };
+            let key = Element::new("g").children((0..3).map(step));
+            entries.push(Entry { key, key_px: 24.0, text: phase.title().to_owned() });
+        }
+        if contents.number_px.is_some() {
+            let (key, key_px) = words("0.xx");
+            let text = format!("share of {}", contents.behaviour.noun());
+            entries.push(Entry { key, key_px, text });
+        }
+    }
+    if contents.has_holes {
+        let key =
+            rectangle(0.0, -5.0, 14.0, 10.0).with("fill", NOT_SWEPT).with("stroke", "#cccccc");
+        entries.push(Entry { key, key_px: 14.0, text: contents.blank().to_owned() });
+    }
+    if contents.chosen.is_some() {
+        entries.push(Entry { key: frame(3.0), key_px: 14.0, text: "chosen cell".to_owned() });
+    }
+    for (index, label) in &contents.boundaries {
+        entries.push(Entry { key: tag((8.0, 0.0), *index), key_px: 17.0, text: label.clone() });
+    }
+    if !contents.experiments.is_empty() {
+        let (key, key_px) = words("n/n");
+        let text = format!("experiments that {}, of all", contents.behaviour.verb().plain);
+        entries.push(Entry { key, key_px, text });
+    }
+    for (phase, filling, n) in &contents.experiments {
+        let key = mark(*phase, *filling, ((6.0, 0.0), 4.6));
+        entries.push(Entry { key, key_px: 12.0, text: format!("{phase}: {n}") });
+    }
+    entries
 }
 
 impl Legend {
@@ -150,13 +275,48 @@ impl Legend {
         }
     }
 
+    /// A ramp from the least number to the greatest.
+    fn values(&mut self, name: &str, scale: ValueScale, framed: Option<&str>) {
+        self.y_px -= 10.0;
+        for line in wrap(name, TEXT_PX, Weight::Bold, self.width_px) {
+            self.heading(&line);
+            self.y_px -= 14.0;
+        }
+        self.y_px += 14.0;
+        let [low, high] = scale.ends();
+        let width_px = self.width_px.min(180.0) / VALUE_STEPS as f64;
+        for step in 0..VALUE_STEPS {
+            let value = low + (high - low) * (step as f64 + 0.5) / VALUE_STEPS as f64;
+            let x_px = self.left_px + step as f64 * width_px;
+            let swatch =
+                rectangle(x_px, self.y_px, width_px, 13.0).with("fill", &scale.colour(value).hex());
+            self.elements.push(swatch);
+        }
+        self.y_px += 26.0;
+        let right_px = self.left_px + width_px * VALUE_STEPS as f64;
+        let [from, to] = scale.end_labels();
+        let from = line_of_text(self.left_px, self.y_px, &from);
+        let to = line_of_text(right_px, self.y_px, &to).with("text-anchor", "end");
+        for text in [from, to] {
+            self.elements.push(text.at("font-size", TEXT_PX).with("fill", INK));
+        }
+        self.y_px += 10.0;
+        if let Some(words) = framed {
+            let key = rectangle(self.left_px + KEY_PX - 34.0, self.y_px + 3.0, 20.0, 13.0)
+                .with("fill", "none")
+                .with("stroke", INK)
+                .at("stroke-width", 2.0);
+            self.row(Some(key), words);
+        }
+    }
+
     fn small(&mut self, text: Element) {
         self.elements.push(text.at("font-size", SMALL_PX).with("fill", QUIET_INK));
     }
 
     fn number(&mut self, behaviour: Behaviour, size_px: f64) {
         self.y_px += 6.0;
-        let example = "0.86";
+        let example = "0.xx";
         let x_px = self.left_px + KEY_PX - 12.0 - width_px(example, size_px, Weight::Regular);
         let key = line_of_text(x_px, self.y_px + 13.5, example)
             .at("font-size", size_px)
@@ -178,25 +338,24 @@ impl Legend {
         self.y_px += ROW_PX;
     }
 
-    fn chosen(&mut self, values: &[String], shape: Option<ChosenShape>) {
+    fn chosen(&mut self, values: &[String], shape: ChosenShape) {
         self.y_px += 6.0;
         let centre_px = (self.left_px + KEY_PX - 24.0, self.y_px + 9.5);
-        let key = shape.map(|shape| match shape {
+        let key = match shape {
             ChosenShape::Ring => ring(centre_px),
             ChosenShape::Frame => double_stroke(|| {
                 rectangle(centre_px.0 - 10.0, centre_px.1 - 7.0, 20.0, 14.0)
                     .with("stroke-linejoin", "round")
             }),
-        });
-        let outside = if shape.is_none() { OUTSIDE } else { "" };
-        self.row(key, &format!("chosen cell{outside}:"));
+        };
+        self.row(Some(key), "chosen cell:");
         for value in values {
             self.y_px -= 3.0;
             self.row(None, value);
         }
     }
 
-    fn boundary(&mut self, index: usize, label: &str, visibility: Visibility) {
+    fn boundary(&mut self, index: usize, label: &str) {
         let y_px = self.y_px + 9.5;
         let line = Element::new("line")
             .at("x1", self.left_px)
@@ -207,17 +366,21 @@ impl Legend {
             .at("stroke-width", 1.8)
             .with("stroke-dasharray", dashes(index));
         self.elements.push(line);
-        let outside = match visibility {
-            Visibility::Shown => "",
-            Visibility::Outside => OUTSIDE,
-        };
         let key = tag((self.left_px + KEY_PX - 20.0, y_px), index);
-        self.row(Some(key), &format!("{label}{outside}"));
+        self.row(Some(key), label);
         self.y_px += 3.0;
     }
 
     fn experiments(&mut self, contents: &Contents) {
         self.heading("Experiments");
+        if !contents.experiments.is_empty() {
+            let text = format!("those that {}, of all", contents.behaviour.verb().plain);
+            let key = line_of_text(self.left_px + KEY_PX - 34.0, self.y_px + 13.5, "n/n")
+                .at("font-size", TEXT_PX)
+                .with("font-weight", "bold")
+                .with("fill", INK);
+            self.row(Some(key), &text);
+        }
         for (phase, filling, n) in &contents.experiments {
             let at_px = (self.left_px + KEY_PX - 20.0, self.y_px + 9.5);
             let key = mark(*phase, *filling, (at_px, MARK_PX));
@@ -228,6 +391,7 @@ impl Legend {
             self.row(Some(key), &format!("{phase}: {n}{warning}"));
         }
         if contents.n_experiments_elsewhere > 0 {
+            // Where nobody reads this, runs would seem to be missing.
             let text = format!("{} not shown", contents.n_experiments_elsewhere);
             self.row(None, &text);
         }

@@ -3,9 +3,11 @@
 //! [`diagram`] draws a phase diagram, [`curves`] shares along one quantity, [`trajectory`] one run,
 //! [`order_over_time`] the same beside its order parameters, and [`placement`] its start; of the measured
 //! robots, [`distribution`] draws their speeds, [`sensor`] what they detect, and [`reachable_set`] real
-//! trajectories over simulated ones. [`film`] moves a run, and [`gallery`] shows some side by side. All others give SVG text that is the same on every machine; [`raster`] turns it into
-//! a PNG with a font that it carries along, [`pdf`] into a PDF, [`page`] puts pictures and tables into one HTML file, and
-//! [`report`] is one whose cells and runs, packed by [`replay`], respond and move.
+//! trajectories over simulated ones. [`film`] moves a run, and [`gallery`] shows some side by side. All
+//! others give SVG text that is the same on every machine, for a screen or a paper ([`theme`]); [`raster`]
+//! turns it into a PNG with a font that it carries along, [`pdf`] into a PDF, [`page`] puts pictures and
+//! tables into one HTML file, and [`report`] is one whose cells and runs, packed by [`replay`], respond and
+//! move.
 //! Nothing here opens a file or asks the machine for its fonts.
 
 pub mod curves;
@@ -25,10 +27,12 @@ pub mod pdf;
 pub mod raster;
 pub mod replay;
 pub mod report;
+pub mod theme;
 
 mod arrangement;
 mod axes;
 mod boundary;
+mod cell_values;
 mod chart;
 mod floor;
 mod header;
@@ -45,3 +49,5 @@ mod svg;
 mod symbol;
 mod text;
 mod track;
+
+pub use svg::resized;

@@ -1,18 +1,18 @@
-//! Real runs on the heat map: each by the symbol of its phase.
+//! Real runs on the heat map: the symbol of their phase, and how many ended as wanted.
 
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::quantity::Cell;
 
 use crate::overlay::{grid_cell, position_px};
 use crate::palette::INK;
-use crate::plot::Plot;
+use crate::plot::{Kept, NumberPlace, Plot};
 use crate::svg::{Element, line_of_text};
 use crate::symbol::{Filling, MARK_PX, mark};
 use crate::text::{Weight, width_px};
 use crate::track::Point;
 
 const COUNT_PX: f64 = 10.0;
-/// Sizes that symbols may have where each run has its own, in pixels, the best first.
+/// Sizes that symbols may have, in pixels, the best first.
 const SIZES_PX: [f64; 5] = [MARK_PX, 4.6, 3.8, 3.2, 2.7];
 
 /// How often real runs at one cell ended in one phase, surely or not.
@@ -48,147 +48,167 @@ impl ExperimentMark {
     }
 }
 
-/// Draws the real runs of every cell: each with its name if all have one and there is room, else those
-/// of a phase together with their number.
+/// Real runs at one place: the symbol of their most frequent phase, and how many of all ended in the
+/// wanted one.
+pub struct MarkPlace<'a> {
+    /// The cell of the grid, if they are on one.
+    pub grid_cell: Option<(usize, usize)>,
+    /// Where the cell's number stands beside them.
+    pub number: NumberPlace,
+    runs: Vec<&'a ExperimentMark>,
+    centre_px: Point,
+    size: MarkSize,
+}
+
+/// What a place has room for, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MarkSize {
+    /// Radius of the symbol, if there is one.
+    radius_px: Option<f64>,
+    /// Font size of the text, if there is one.
+    text_px: Option<f64>,
+}
+
+impl MarkSize {
+    /// All that may be, the best first: symbol and text, the text alone, the symbol alone.
+    fn all() -> impl Iterator<Item = Self> {
+        let both = TEXTS_PX.into_iter().flat_map(|text_px| {
+            let fitting =
+                SIZES_PX.into_iter().filter(move |radius_px| 2.0 * radius_px <= 1.2 * text_px);
+            fitting
+                .map(move |radius_px| Self { radius_px: Some(radius_px), text_px: Some(text_px) })
+        });
+        let text = TEXTS_PX.map(|text_px| Self { radius_px: None, text_px: Some(text_px) });
+        let symbol = SIZES_PX.map(|radius_px| Self { radius_px: Some(radius_px), text_px: None });
+        both.chain(text).chain(symbol)
+    }
+
+    fn height_px(self) -> f64 {
+        (2.5 * self.radius_px.unwrap_or(0.0)).max(0.8 * self.text_px.unwrap_or(0.0))
+    }
+}
+
+/// Sizes of the text behind a symbol, in pixels, the best first.
+const TEXTS_PX: [f64; 4] = [COUNT_PX, 9.0, 8.0, 7.0];
+/// Between a symbol and its text, in pixels.
+const GAP_PX: f64 = 2.0;
+
+/// Where the real runs of a picture are drawn.
 ///
-/// # Returns
+/// # Arguments
 ///
-/// The symbols, and how many runs lie in cells that the picture does not show.
-pub fn experiments(plot: &Plot, marks: &[ExperimentMark]) -> (Vec<Element>, u64) {
+/// * `number_px` — font size of the numbers in the cells; `None` where there are none.
+pub fn places<'a>(
+    plot: &Plot,
+    marks: &'a [ExperimentMark],
+    number_px: Option<f64>,
+) -> Vec<MarkPlace<'a>> {
     let mut places: Vec<(Point, Vec<&ExperimentMark>)> = Vec::new();
-    let mut n_elsewhere = 0;
     for run in marks.iter().filter(|run| run.n > 0) {
-        let Some(place) = position_px(plot, &run.cell) else {
-            n_elsewhere += run.n;
-            continue;
-        };
+        let Some(place) = position_px(plot, &run.cell) else { continue };
         let is_here = |(x, y): Point| (x - place.0).abs() < 0.5 && (y - place.1).abs() < 0.5;
         match places.iter_mut().find(|(other, _)| is_here(*other)) {
             Some((_, runs)) => runs.push(run),
             None => places.push((place, vec![run])),
         }
     }
-    let drawn = |(place, runs): &(Point, Vec<&ExperimentMark>)| {
-        one_by_one(plot, *place, runs)
-            .or_else(|| stacked(plot, *place, runs))
-            .unwrap_or_else(|| side_by_side(*place, runs))
-    };
-    (places.iter().flat_map(drawn).collect(), n_elsewhere)
+    let place = |(at_px, runs)| MarkPlace::of(plot, at_px, runs, number_px);
+    places.into_iter().map(place).collect()
 }
 
-/// A symbol for each run, in rows within the cell; `None` if they have no names or no room.
-fn one_by_one(plot: &Plot, place: Point, runs: &[&ExperimentMark]) -> Option<Vec<Element>> {
-    let has_names = |run: &&ExperimentMark| run.names.len() as u64 == run.n;
-    if !runs.iter().all(has_names) {
-        return None;
-    }
-    let (column, row) = grid_cell(plot, &runs.first()?.cell)?;
-    let (_, _, width_px, height_px) = plot.cell_px(column, row);
-    let named: Vec<(&ExperimentMark, &String)> =
-        runs.iter().flat_map(|run| run.names.iter().map(|name| (*run, name))).collect();
-    let (radius_px, n_columns) = SIZES_PX.into_iter().find_map(|radius_px| {
-        let fitting = |room_px: f64| {
-            (1..=named.len())
-                .take_while(|n| *n as f64 * pitch_px(radius_px) <= room_px - 2.0)
-                .count()
+impl<'a> MarkPlace<'a> {
+    fn of(
+        plot: &Plot,
+        at_px: Point,
+        runs: Vec<&'a ExperimentMark>,
+        number_px: Option<f64>,
+    ) -> Self {
+        let grid_cell = grid_cell(plot, &runs[0].cell);
+        let free = Self {
+            grid_cell,
+            number: NumberPlace::Nowhere,
+            runs,
+            centre_px: at_px,
+            size: MarkSize { radius_px: Some(MARK_PX), text_px: Some(COUNT_PX) },
         };
-        let (columns, rows) = (fitting(width_px), fitting(height_px));
-        (columns * rows >= named.len()).then_some((radius_px, columns))
-    })?;
-    let n_rows = named.len().div_ceil(n_columns);
-    let n_columns = named.len().div_ceil(n_rows);
-    let pitch_px = pitch_px(radius_px);
-    let symbol = |(index, (run, name)): (usize, &(&ExperimentMark, &String))| {
-        let row = index / n_columns;
-        let n_in_row = (named.len() - row * n_columns).min(n_columns);
-        let middle = |n: usize| (n as f64 - 1.0) / 2.0;
-        let x_px = place.0 + pitch_px * ((index % n_columns) as f64 - middle(n_in_row));
-        let y_px = place.1 + pitch_px * (row as f64 - middle(n_rows));
-        run.symbol((x_px, y_px), radius_px).child(title(&format!("{name}: {}", run.label())))
-    };
-    Some(named.iter().enumerate().map(symbol).collect())
-}
-
-/// One phase below the other, each with its number, where they would leave a narrow cell side by side;
-/// `None` if they would not, or have no room below one another either.
-fn stacked(plot: &Plot, place: Point, runs: &[&ExperimentMark]) -> Option<Vec<Element>> {
-    let (column, row) = grid_cell(plot, &runs.first()?.cell)?;
-    let (_, _, width_px, height_px) = plot.cell_px(column, row);
-    if side_by_side_px(runs) <= width_px {
-        return None;
-    }
-    let n_rows = runs.len() as f64;
-    let count_px = |radius_px: f64| (2.2 * radius_px).min(COUNT_PX);
-    let row_px = |run: &ExperimentMark, radius_px: f64| {
-        let count_px = width_px_of(run, count_px(radius_px));
-        2.5 * radius_px + if run.n > 1 { count_px + 1.5 } else { 0.0 }
-    };
-    let widest_px =
-        |radius_px: f64| runs.iter().map(|run| row_px(run, radius_px)).fold(0.0, f64::max);
-    let radius_px = SIZES_PX.into_iter().find(|radius_px| {
-        widest_px(*radius_px) <= width_px && n_rows * pitch_px(*radius_px) <= height_px
-    })?;
-    let mut elements = Vec::new();
-    for (index, run) in runs.iter().enumerate() {
-        let y_px = place.1 + pitch_px(radius_px) * (index as f64 - (n_rows - 1.0) / 2.0);
-        let left_px = place.0 - row_px(run, radius_px) / 2.0;
-        elements.push(named(run, (left_px + 1.25 * radius_px, y_px), radius_px));
-        if run.n > 1 {
-            let size_px = count_px(radius_px);
-            let at_px = (left_px + 2.5 * radius_px + 1.5, y_px + 0.36 * size_px);
-            elements.push(haloed(at_px, &count(run)).at("font-size", size_px));
+        let Some((column, row)) = grid_cell else { return free };
+        let (left_px, top_px, width_px, height_px) = plot.cell_px(column, row);
+        let x_px = left_px + width_px / 2.0;
+        // The upper part is the number's.
+        let above_px = number_px.map(|size_px| 0.28 * height_px + 0.36 * size_px + 2.5);
+        let below_number = above_px.and_then(|above_px| {
+            let size = free.fitting(width_px, height_px - above_px - 2.0)?;
+            let y_px = top_px + f64::midpoint(above_px, height_px - 2.0);
+            size.text_px.is_some().then_some((size, y_px))
+        });
+        if let Some((size, y_px)) = below_number {
+            return Self { number: NumberPlace::Above, size, centre_px: (x_px, y_px), ..free };
         }
+        let least = MarkSize { radius_px: Some(SIZES_PX[4]), text_px: None };
+        let size = free.fitting(width_px, height_px).unwrap_or(least);
+        Self { size, centre_px: (x_px, top_px + height_px / 2.0), ..free }
     }
-    Some(elements)
-}
 
-/// A symbol with the names of its runs.
-fn named(run: &ExperimentMark, at_px: Point, radius_px: f64) -> Element {
-    let names = (!run.names.is_empty()).then(|| title(&run.names.join(", ")));
-    run.symbol(at_px, radius_px).children(names)
-}
-
-fn count(run: &ExperimentMark) -> String {
-    if run.n > 1 { run.n.to_string() } else { String::new() }
-}
-
-fn width_px_of(run: &ExperimentMark, size_px: f64) -> f64 {
-    width_px(&count(run), size_px, Weight::Bold)
-}
-
-/// Between phases that lie side by side, in pixels.
-const GAP_PX: f64 = 8.0;
-
-/// The room of one phase beside others.
-fn room_px(run: &ExperimentMark) -> f64 {
-    2.0 * MARK_PX + if run.n > 1 { width_px_of(run, COUNT_PX) + 3.0 } else { 0.0 }
-}
-
-fn side_by_side_px(runs: &[&ExperimentMark]) -> f64 {
-    runs.iter().map(|run| room_px(run) + GAP_PX).sum::<f64>() - GAP_PX
-}
-
-/// From one symbol to the next: the widest ones reach a quarter beyond their radius.
-fn pitch_px(radius_px: f64) -> f64 {
-    2.5 * radius_px + 2.0
-}
-
-fn title(text: &str) -> Element {
-    Element::new("title").text(text)
-}
-
-fn side_by_side((centre_px, y_px): Point, runs: &[&ExperimentMark]) -> Vec<Element> {
-    let mut x_px = centre_px - side_by_side_px(runs) / 2.0;
-    let mut elements = Vec::new();
-    for run in runs {
-        elements.push(named(run, (x_px + MARK_PX, y_px), MARK_PX));
-        if run.n > 1 {
-            let at_px = (x_px + 2.0 * MARK_PX + 3.0, y_px + 0.36 * COUNT_PX);
-            elements.push(haloed(at_px, &count(run)).at("font-size", COUNT_PX));
-        }
-        x_px += room_px(run) + GAP_PX;
+    /// The best size in a room, in pixels.
+    fn fitting(&self, width_px: f64, height_px: f64) -> Option<MarkSize> {
+        MarkSize::all()
+            .find(|size| self.width_px(*size) + 3.0 <= width_px && size.height_px() <= height_px)
     }
-    elements
+
+    fn width_px(&self, size: MarkSize) -> f64 {
+        let symbol_px = size.radius_px.map(|radius_px| 2.5 * radius_px);
+        let text_px = size.text_px.map(|size_px| width_px(&self.text(), size_px, Weight::Bold));
+        let gap_px = if symbol_px.is_some() && text_px.is_some() { GAP_PX } else { 0.0 };
+        symbol_px.unwrap_or(0.0) + gap_px + text_px.unwrap_or(0.0)
+    }
+
+    /// How many runs ended in the wanted phase, of all: `21/24`.
+    fn text(&self) -> String {
+        let is_wanted = |run: &&&ExperimentMark| run.phase == run.phase.behaviour().wanted();
+        let n_wanted: u64 = self.runs.iter().filter(is_wanted).map(|run| run.n).sum();
+        let n: u64 = self.runs.iter().map(|run| run.n).sum();
+        format!("{n_wanted}/{n}")
+    }
+
+    /// The room that it takes, with the text's halo.
+    pub fn kept(&self) -> Kept {
+        let half_px = self.width_px(self.size) / 2.0 + 2.0;
+        let high_px = self.size.height_px() / 2.0 + 2.0;
+        let (x_px, y_px) = self.centre_px;
+        [x_px - half_px, y_px - high_px, x_px + half_px, y_px + high_px]
+    }
+
+    /// Draws the symbol and the text; hovering shows the runs.
+    pub fn drawn(&self) -> Element {
+        let most = self.runs.iter().rev().max_by_key(|run| run.n).expect("a place has runs");
+        let MarkSize { radius_px, text_px } = self.size;
+        let (x_px, y_px) = self.centre_px;
+        let (left_px, right_px) = {
+            let half_px = self.width_px(self.size) / 2.0;
+            (x_px - half_px, x_px + half_px)
+        };
+        let symbol =
+            radius_px.map(|radius_px| most.symbol((left_px + 1.25 * radius_px, y_px), radius_px));
+        let text = text_px.map(|size_px| {
+            let at_px = right_px - width_px(&self.text(), size_px, Weight::Bold);
+            haloed((at_px, y_px + 0.36 * size_px), &self.text()).at("font-size", size_px)
+        });
+        let hover = Element::new("title").text(&self.in_words());
+        Element::new("g").child(hover).children(symbol).children(text)
+    }
+
+    /// A line for each phase, with the names of its runs: `21 stable milling: run_1, run_2`.
+    fn in_words(&self) -> String {
+        let line = |run: &&ExperimentMark| {
+            let names = if run.names.is_empty() {
+                String::new()
+            } else {
+                format!(": {}", run.names.join(", "))
+            };
+            format!("{} {}{names}", run.n, run.label())
+        };
+        self.runs.iter().map(line).collect::<Vec<_>>().join("\n")
+    }
 }
 
 fn haloed((x_px, y_px): Point, text: &str) -> Element {

@@ -1,4 +1,5 @@
-//! One run from above, and beside it its order parameters over time with the bounds of the wanted phase.
+//! One run from above, and beside it its order parameters over time, a row for each with the bound of the
+//! wanted phase.
 
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::rule::{Condition, Parameter, Rules};
@@ -7,9 +8,16 @@ use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::floor::PAGE_PX;
 use crate::palette::{INK, QUIET_INK};
 use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::theme::Theme;
 use crate::trajectory::{TrajectoryPicture, TrajectoryPictureError, elements};
 
-const CHART_PX: (f64, f64) = (430.0, 240.0);
+const WIDTH_PX: f64 = 430.0;
+/// Height of one row, and of its name above it.
+const ROW_PX: f64 = 44.0;
+const NAME_PX: f64 = 18.0;
+/// From one row to the next.
+const PITCH_PX: f64 = NAME_PX + ROW_PX + 4.0;
+const ROW_NAME_PX: f64 = 11.0;
 const MARGIN_PX: f64 = 24.0;
 const HEADING_PX: f64 = 12.5;
 
@@ -70,10 +78,15 @@ struct Line {
 /// As [`crate::trajectory::svg`].
 pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
     let (run, run_height_px) = elements(&picture.run)?;
-    let chart = chart(&picture.order, (PAGE_PX + LEFT_PX, 62.0));
-    let (curves, curves_px) = curves(&picture.order, &chart);
-    let width_px = chart.left_px + chart.width_px + MARGIN_PX;
+    // In a column of a paper there is room for one of them.
+    let (corner_px, width_px) = match picture.run.theme {
+        Theme::Screen => ((PAGE_PX + LEFT_PX, 62.0), PAGE_PX + LEFT_PX + WIDTH_PX + MARGIN_PX),
+        Theme::Paper => ((LEFT_PX, run_height_px + 20.0), LEFT_PX + WIDTH_PX + MARGIN_PX),
+    };
+    let rows = Rows::of(&picture.order, corner_px);
+    let (curves, curves_px) = rows.drawn(&picture.order);
     let page = Element::picture(width_px, run_height_px.max(curves_px), &picture.run.title)
+        .described(&picture.run.theme.description([picture.run.subtitle.as_str()], ""))
         .children(run)
         .children(curves);
     Ok(format!("{page}\n"))
@@ -85,41 +98,112 @@ pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
 ///
 /// * `title` — for screen readers; any text.
 pub fn order_svg(picture: &OrderPicture, title: &str) -> DrawnOrder {
-    let chart = chart(picture, (LEFT_PX, 36.0));
-    let (curves, height_px) = curves(picture, &chart);
-    let width_px = chart.left_px + chart.width_px + MARGIN_PX;
+    let rows = Rows::of(picture, (LEFT_PX, 36.0));
+    let (curves, height_px) = rows.drawn(picture);
+    let width_px = LEFT_PX + WIDTH_PX + MARGIN_PX;
     let page = Element::picture(width_px, height_px, title).children(curves);
+    let (first, last) = (rows.charts[0], rows.charts[rows.charts.len() - 1]);
     DrawnOrder {
         svg: format!("{page}\n"),
         size_px: (width_px, height_px),
-        corner_px: (chart.left_px, chart.top_px),
-        curves_px: (chart.width_px, chart.height_px),
+        corner_px: (first.left_px, first.top_px),
+        curves_px: (first.width_px, last.bottom_px() - first.top_px),
     }
 }
 
-fn chart(picture: &OrderPicture, (left_px, top_px): (f64, f64)) -> Chart {
-    let (width_px, height_px) = CHART_PX;
-    Chart { left_px, top_px, width_px, height_px, x: [0.0, picture.duration_s], y: [0.0, 1.0] }
+/// A row for each order parameter, one below the other.
+struct Rows {
+    lines: Vec<Line>,
+    charts: Vec<Chart>,
 }
 
-/// The curves with heading, axes and legend, and where they end below, in pixels.
-fn curves(picture: &OrderPicture, chart: &Chart) -> (Vec<Element>, f64) {
-    let lines = lines(picture.rules);
-    let heading = line_of_text(chart.left_px, chart.top_px - 10.0, "Order parameters")
-        .at("font-size", HEADING_PX)
-        .with("font-weight", "bold")
-        .with("fill", INK);
-    let (legend, legend_px) = legend(
-        &entries(&lines, picture),
-        (chart.left_px, chart.bottom_px() + BELOW_PX),
-        chart.width_px,
+impl Rows {
+    fn of(picture: &OrderPicture, (left_px, top_px): (f64, f64)) -> Self {
+        let lines = lines(picture.rules);
+        let whole_s = end_s(picture.duration_s);
+        let chart = |row: usize| Chart {
+            left_px,
+            top_px: top_px + NAME_PX + row as f64 * PITCH_PX,
+            width_px: WIDTH_PX,
+            height_px: ROW_PX,
+            x: [0.0, whole_s],
+            // A line at 0 or 1 lies on no frame.
+            y: [-0.08, 1.08],
+        };
+        let charts = (0..lines.len()).map(chart).collect();
+        Self { lines, charts }
+    }
+
+    /// The curves with heading, axes and legend, and where they end below, in pixels.
+    fn drawn(&self, picture: &OrderPicture) -> (Vec<Element>, f64) {
+        let (first, last) = (self.charts[0], self.charts[self.charts.len() - 1]);
+        let heading_px = first.top_px - NAME_PX - 10.0;
+        let heading = line_of_text(first.left_px, heading_px, "Order parameters")
+            .at("font-size", HEADING_PX)
+            .with("font-weight", "bold")
+            .with("fill", INK);
+        let mut elements = vec![heading];
+        for (line, chart) in self.lines.iter().zip(&self.charts) {
+            elements.push(name(line, chart, picture));
+            elements.push(judged(chart, picture.window_start_s));
+            elements.push(bound(chart, line));
+            elements.push(curve(chart, line, picture));
+            elements.push(shares(chart));
+        }
+        elements.push(last.frame("time since the start (s)"));
+        let corner_px = (last.left_px, last.bottom_px() + BELOW_PX - 6.0);
+        let (legend, legend_px) = legend(&entries(picture), corner_px, last.width_px);
+        elements.extend(legend);
+        (elements, legend_px + 12.0)
+    }
+}
+
+/// Where the axis of time ends: at a round time that the last sample has all but reached.
+fn end_s(duration_s: f64) -> f64 {
+    let round_s = (duration_s / 10.0).round() * 10.0;
+    if round_s > duration_s && round_s - duration_s < 0.01 * duration_s {
+        round_s
+    } else {
+        duration_s
+    }
+}
+
+/// What a row shows, above it.
+fn name(line: &Line, chart: &Chart, picture: &OrderPicture) -> Element {
+    let Line { colour, condition } = line;
+    let text = format!("{} ({}: {condition})", condition.parameter.key(), picture.rules.wanted);
+    let place = format!(
+        "translate({} {})",
+        number(chart.left_px),
+        number(chart.top_px - 0.5 * NAME_PX + 1.0)
     );
-    let mut elements = vec![heading, judged(chart, picture.window_start_s)];
-    elements.extend(lines.iter().map(|line| bound(chart, line)));
-    elements.extend(lines.iter().map(|line| curve(chart, line, picture)));
-    elements.extend([chart.frame("time since the start (s)"), chart.y_axis("order parameter")]);
-    elements.extend(legend);
-    (elements, legend_px + 12.0)
+    let swatch = Element::new("g").with("transform", &place).child(stroke_mark(colour, 1.8));
+    let words = line_of_text(chart.left_px + 28.0, chart.top_px - 0.5 * NAME_PX + 5.0, &text)
+        .at("font-size", ROW_NAME_PX)
+        .with("fill", INK);
+    Element::new("g").child(swatch).child(words)
+}
+
+/// The frame of a row with its numbers.
+fn shares(chart: &Chart) -> Element {
+    let border = rectangle(chart.left_px, chart.top_px, chart.width_px, chart.height_px)
+        .with("fill", "none")
+        .with("stroke", INK)
+        .at("stroke-width", 1.0);
+    let left = number(chart.left_px);
+    let values = [(0.0, "0"), (0.5, "0.5"), (1.0, "1")];
+    let tick = |(value, _): &(f64, &str)| format!("M{left} {}h-4", number(chart.y_px(*value)));
+    let ticks = values.iter().map(tick).collect::<Vec<_>>().concat();
+    let texts = values.map(|(value, text)| {
+        line_of_text(chart.left_px - 8.0, chart.y_px(value) + 3.5, text)
+            .at("font-size", 10.0)
+            .with("text-anchor", "end")
+            .with("fill", QUIET_INK)
+    });
+    Element::new("g")
+        .child(border)
+        .child(Element::new("path").with("d", &ticks).with("stroke", INK).at("stroke-width", 1.0))
+        .children(texts)
 }
 
 fn lines(rules: &Rules) -> Vec<Line> {
@@ -144,9 +228,14 @@ fn colour(parameter: Parameter) -> &'static str {
 /// The window that the judge looks at.
 fn judged(chart: &Chart, start_s: f64) -> Element {
     let left_px = chart.x_px(start_s.max(chart.x[0]));
-    rectangle(left_px, chart.top_px, chart.left_px + chart.width_px - left_px, chart.height_px)
-        .with("fill", "#0072b2")
-        .with("fill-opacity", "0.07")
+    rectangle(
+        left_px,
+        chart.top_px,
+        (chart.left_px + chart.width_px - left_px).max(0.0),
+        chart.height_px,
+    )
+    .with("fill", "#0072b2")
+    .with("fill-opacity", "0.07")
 }
 
 fn bound(chart: &Chart, line: &Line) -> Element {
@@ -175,16 +264,13 @@ fn curve(chart: &Chart, line: &Line, picture: &OrderPicture) -> Element {
         .with("stroke-linejoin", "round")
 }
 
-fn entries(lines: &[Line], picture: &OrderPicture) -> Vec<(Element, String)> {
-    let wanted = picture.rules.wanted;
-    let entry = |line: &Line| {
-        let Line { colour, condition } = line;
-        let text = format!("{} ({wanted}: {condition})", condition.parameter.key());
-        (stroke_mark(colour, 1.8), text)
-    };
-    let mut entries: Vec<(Element, String)> = lines.iter().map(entry).collect();
+fn entries(picture: &OrderPicture) -> Vec<(Element, String)> {
+    let bound = stroke_mark(QUIET_INK, 0.9).with("stroke-dasharray", "2 4");
     let shade = stroke_mark("#0072b2", 11.0).with("stroke-opacity", "0.07");
-    entries.push((shade, "the window that is judged".to_owned()));
+    let mut entries = vec![(bound, format!("bound of {}", picture.rules.wanted))];
+    if picture.window_start_s < picture.duration_s {
+        entries.push((shade, "the window that is judged".to_owned()));
+    }
     let none = || stroke_mark(QUIET_INK, 0.0);
     entries.extend(picture.notes.iter().map(|note| (none(), note.clone())));
     entries

@@ -67,6 +67,19 @@ pub fn shade(phase: Phase, share: f64) -> Colour {
     Colour::from_linear(linear_of_oklab([lightness + (1.0 - amount), a, b]))
 }
 
+/// A colour between two others, as far from the first as a share states.
+pub fn between(from: Colour, to: Colour, share: f64) -> Colour {
+    let (one, other) = (oklab(linear(from)), oklab(linear(to)));
+    let mixed = [0, 1, 2].map(|at| one[at] + share * (other[at] - one[at]));
+    if share <= 0.0 {
+        from
+    } else if share >= 1.0 {
+        to
+    } else {
+        Colour::from_linear(linear_of_oklab(mixed))
+    }
+}
+
 impl Colour {
     /// The colour as SVG has it: `#0072b2`.
     pub fn hex(self) -> String {

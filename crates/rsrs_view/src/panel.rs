@@ -4,12 +4,12 @@ use rsrs_core::judge::phase::Phase;
 
 use crate::axes::axes;
 use crate::boundary::{self, Boundary};
-use crate::legend::{Contents, Visibility};
+use crate::legend::Contents;
 use crate::marks;
 use crate::overlay::{self, ChosenShape};
 use crate::palette::INK;
 use crate::picture::{DiagramPicture, Numbers, Panel};
-use crate::plot::{self, Plot, quantity};
+use crate::plot::{self, NumberPlace, Plot, quantity};
 use crate::svg::{Element, line_of_text};
 use crate::symbol::Filling;
 
@@ -29,28 +29,33 @@ pub struct Drawing {
 impl Drawing {
     /// Draws a panel.
     pub fn of(picture: &DiagramPicture, panel: &Panel, plot: &Plot) -> Self {
-        let is_covered = |column: usize, row: usize| {
-            let here = Some((column, row));
-            let is_here = |run: &marks::ExperimentMark| overlay::grid_cell(plot, &run.cell) == here;
-            picture.experiments.iter().any(|run| run.n > 0 && is_here(run))
+        let number_px = plot.number_px().filter(|_| picture.numbers == Numbers::Shown);
+        let places = marks::places(plot, picture.experiments, number_px);
+        let place = |column: usize, row: usize| {
+            let here = places.iter().find(|place| place.grid_cell == Some((column, row)));
+            here.map_or(NumberPlace::Middle, |place| place.number)
         };
-        let (numbers, kept) = match picture.numbers {
-            Numbers::Shown => plot::numbers(plot, is_covered),
+        let (numbers, mut kept) = match picture.numbers {
+            Numbers::Shown => plot::numbers(plot, place),
             Numbers::Hidden => (None, Vec::new()),
         };
+        kept.extend(places.iter().map(marks::MarkPlace::kept));
         let labels = labels(picture);
         let number_of = |line: &Boundary| labels.iter().position(|label| *label == line.label);
-        let numbered: Vec<(usize, &Boundary)> = panel
-            .boundaries
-            .iter()
-            .filter_map(|boundary| Some((number_of(boundary)?, boundary)))
-            .collect();
+        // Across an axis of one value nothing lies on either side of a line.
+        let has_sides = plot.x.values.len() > 1 && plot.y.values.len() > 1;
+        let boundaries = panel.boundaries.iter().filter(|_| has_sides);
+        let numbered: Vec<(usize, &Boundary)> =
+            boundaries.filter_map(|boundary| Some((number_of(boundary)?, boundary))).collect();
         let (lines, shown) = boundary::boundaries(plot, &numbered, &kept);
         let (chosen, frame) = picture.chosen.and_then(|cell| overlay::chosen(plot, cell)).unzip();
-        let (symbols, _) = marks::experiments(plot, picture.experiments);
+        let symbols = places.iter().map(marks::MarkPlace::drawn);
         let y = picture.y.expect("a heat map has two axes");
 
-        let mut elements = vec![plot::heat_map(plot), plot::region_lines(plot), axes(plot, y)];
+        let mut elements = vec![plot::heat_map(plot)];
+        elements.extend(picture.values.is_none().then(|| plot::region_lines(plot)));
+        elements.extend(plot::frames(plot));
+        elements.push(axes(plot, y));
         elements.extend(heading(panel, plot, Lines::of(picture)));
         elements.extend(lines);
         elements.extend(numbers);
@@ -111,20 +116,25 @@ fn labels(picture: &DiagramPicture) -> Vec<String> {
     labels
 }
 
+/// The phases that some cell shows, in their order.
+fn seen(plots: &[Plot]) -> Vec<Phase> {
+    let cells = plots.iter().flat_map(Plot::majorities).collect::<Vec<Phase>>();
+    Phase::ALL.into_iter().filter(|phase| cells.contains(phase)).collect()
+}
+
 /// What the legend has to contain about all panels.
 pub fn contents(picture: &DiagramPicture, plots: &[Plot], drawings: &[Drawing]) -> Contents {
     let boundaries = || picture.panels.iter().flat_map(|panel| &panel.boundaries);
-    let in_legend = |label: String| {
+    let in_legend = |(index, label): (usize, String)| {
         let is_visible = drawings.iter().any(|drawing| drawing.visible.contains(&label));
         let side = boundaries().find(|boundary| boundary.label == label);
         let side = side.map_or("", |boundary| boundary.holds.in_words());
-        let visibility = if is_visible { Visibility::Shown } else { Visibility::Outside };
-        (format!("{label}, {side}"), visibility)
+        is_visible.then(|| (index, format!("{label}, {side}")))
     };
-    let chosen = picture.chosen.map(|cell| {
+    let chosen = picture.chosen.and_then(|cell| {
         let values = cell.iter().map(|(axis, value)| quantity(axis, value));
-        let shape = drawings.iter().find_map(|drawing| drawing.chosen);
-        (values.chain(picture.chosen_note.clone()).collect(), shape)
+        let shape = drawings.iter().find_map(|drawing| drawing.chosen)?;
+        Some((values.chain(picture.chosen_note.clone()).collect(), shape))
     });
     let is_shown = |run: &&marks::ExperimentMark| {
         plots.iter().any(|plot| overlay::position_px(plot, &run.cell).is_some())
@@ -145,11 +155,16 @@ pub fn contents(picture: &DiagramPicture, plots: &[Plot], drawings: &[Drawing]) 
     let behaviour = picture.panels.first().map(|panel| panel.diagram.behaviour());
     Contents {
         behaviour: behaviour.unwrap_or_default(),
+        values: picture.values.as_ref().map(|values| {
+            let framed = values.framed.as_ref().map(|(words, _)| words.clone());
+            (values.name.clone(), values.scale, framed)
+        }),
         number_px: numbers.reduce(f64::max).filter(|_| picture.numbers == Numbers::Shown),
+        phases: seen(plots),
         chosen,
-        boundaries: labels(picture).into_iter().map(in_legend).collect(),
+        boundaries: labels(picture).into_iter().enumerate().filter_map(in_legend).collect(),
         experiments,
         n_experiments_elsewhere,
-        has_holes: plots.iter().any(|plot| plot.slice.has_holes()),
+        has_holes: plots.iter().any(Plot::has_blanks),
     }
 }

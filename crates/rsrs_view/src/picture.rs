@@ -4,7 +4,9 @@ use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::quantity::{Axis, Cell};
 
 use crate::boundary::Boundary;
+use crate::cell_values::CellValues;
 use crate::marks::ExperimentMark;
+use crate::theme::Theme;
 
 /// The narrowest page, in pixels of 1/96 inch: 60 mm.
 pub const LEAST_WIDTH_PX: f64 = 226.0;
@@ -24,18 +26,26 @@ pub struct DiagramPicture<'a> {
     pub y: Option<Axis>,
     /// The title; any text.
     pub title: String,
-    /// Under the title: profile, replicates, duration, how robots see; any text.
+    /// Under the title: profile, replicates, duration; any text.
     pub subtitle: String,
+    /// What else it takes to repeat the picture, in the file and not on it; any text.
+    pub details: String,
     /// The recommended cell, to be marked.
     pub chosen: Option<&'a Cell>,
     /// What is known of it, beside its values; any text.
     pub chosen_note: Option<String>,
-    /// Whether `B_s` is written into the cells.
+    /// Numbers that the cells show in the place of their phases.
+    pub values: Option<CellValues>,
+    /// Whether `B_s`, or what is shown in its place, is written into the cells.
     pub numbers: Numbers,
     /// Real experiments, to be laid over the simulated cells.
     pub experiments: &'a [ExperimentMark],
+    /// A share to be drawn across a curve, with what it is; any text.
+    pub wanted: Option<(f64, String)>,
     /// Under the picture: what a reader must not overlook; any text.
     pub note: Option<String>,
+    /// Where it is looked at.
+    pub theme: Theme,
     /// Width of the page, in pixels of 1/96 inch, at least [`LEAST_WIDTH_PX`]; as wide as it takes if
     /// not given.
     pub width_px: Option<f64>,
@@ -53,12 +63,20 @@ pub struct Panel<'a> {
     pub at: Vec<(Axis, f64)>,
     /// Analytic boundaries, to be drawn as dashed lines.
     pub boundaries: Vec<Boundary>,
+    /// Other robots, in words, and their diagram: a second curve where there is one axis.
+    pub compared: Option<(String, &'a PhaseDiagram)>,
 }
 
 impl<'a> Panel<'a> {
     /// A diagram of the axes of its picture, without boundaries.
     pub fn of(diagram: &'a PhaseDiagram) -> Self {
-        Self { heading: String::new(), diagram, at: Vec::new(), boundaries: Vec::new() }
+        Self {
+            heading: String::new(),
+            diagram,
+            at: Vec::new(),
+            boundaries: Vec::new(),
+            compared: None,
+        }
     }
 }
 

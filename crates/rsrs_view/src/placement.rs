@@ -2,10 +2,17 @@
 
 use rsrs_core::robot::unicycle::Pose;
 
-use crate::floor::{CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, scale_bar};
+use crate::floor::{CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, scale_bar, short, tags};
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
+use crate::scale::labels;
 use crate::svg::{Element, line_of_text, number};
+use crate::theme::Theme;
+
+/// Colour of the grid.
+const GRID: &str = "#dde3e8";
+/// From one robot to the next in the table, in pixels.
+const ROW_PX: f64 = 15.0;
 
 /// Start poses and the text about them.
 #[derive(Clone, Debug)]
@@ -16,6 +23,8 @@ pub struct PlacementPicture<'a> {
     pub area: Area,
     /// Radius of a robot's body, in metres; positive.
     pub radius_m: f64,
+    /// Where it is looked at.
+    pub theme: Theme,
     /// The title; any text.
     pub title: String,
     /// Under the title; any text.
@@ -103,26 +112,101 @@ pub fn svg(picture: &PlacementPicture) -> String {
         "a placement is made of finite numbers"
     );
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-    let (header, header_px) =
-        header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
+    let (header, header_px) = header(
+        picture.theme,
+        &picture.title,
+        std::slice::from_ref(&picture.subtitle),
+        MARGIN_PX,
+        room_px,
+    );
     let corners_m = [-1.0, 1.0].map(|sign| (sign * half_x_m, sign * half_y_m));
     let field = Field::around(corners_m.into_iter(), picture.radius_m, header_px + 10.0);
     let bodies = picture.robots.iter().map(|(_, pose)| robot(&field, *pose, picture.radius_m, INK));
-    let names = picture.robots.iter().map(|(name, pose)| name_of(&field, name, *pose));
+    let short: Vec<String> =
+        picture.robots.iter().map(|(name, _)| short(name).to_owned()).collect();
+    let poses: Vec<Pose> = picture.robots.iter().map(|(_, pose)| *pose).collect();
+    let names = tags(&field, &poses, &short, picture.radius_m);
     let bottom_px = field.top_px + field.height_px + 28.0;
-    let page = Element::picture(PAGE_PX, bottom_px + 16.0, &picture.title)
+    let (table, end_px) = table(picture.robots, bottom_px + 12.0);
+    let page = Element::picture(PAGE_PX, end_px + 10.0, &picture.title)
+        .described(&picture.theme.description([picture.subtitle.as_str()], ""))
         .children(header)
+        .children(grid(&field, (half_x_m, half_y_m)))
         .children(picture.area.border(&field))
         .children(axes(&field, half_x_m.min(half_y_m)))
         .children(bodies)
         .children(names)
         .children(scale_bar(&field, bottom_px))
-        .child(small(MARGIN_PX, bottom_px, picture.area.caption()).with("fill", QUIET_INK));
+        .child(small(MARGIN_PX, bottom_px, picture.area.caption()).with("fill", QUIET_INK))
+        .children(table);
     format!("{page}\n")
 }
 
 fn small(x_px: f64, y_px: f64, text: &str) -> Element {
     line_of_text(x_px, y_px, text).at("font-size", CAPTION_PX)
+}
+
+/// Lines at round distances from the origin, as they would be taped onto the floor, with their numbers at
+/// the left and at the top.
+fn grid(field: &Field, (half_x_m, half_y_m): (f64, f64)) -> Vec<Element> {
+    let step_m = round_step(half_x_m.max(half_y_m) / 3.0);
+    let n = |half_m: f64| (1..=20).take_while(|step| f64::from(*step) * step_m <= half_m).count();
+    let places = |half_m: f64| -> Vec<f64> {
+        let n = i32::try_from(n(half_m)).expect("at most 20");
+        (-n..=n).filter(|step| *step != 0).map(|step| f64::from(step) * step_m).collect()
+    };
+    let (xs, ys) = (places(half_x_m), places(half_y_m));
+    let (left_px, upper_px) = field.point(-half_x_m, half_y_m);
+    let (right_px, lower_px) = field.point(half_x_m, -half_y_m);
+    let mut path: Vec<String> = Vec::new();
+    let mut texts = Vec::new();
+    for (x_m, text) in xs.iter().zip(labels(&xs)) {
+        let x_px = field.point(*x_m, 0.0).0;
+        path.push(format!("M{} {}V{}", number(x_px), number(upper_px), number(lower_px)));
+        let text = small(x_px, upper_px - 4.0, &text).with("text-anchor", "middle");
+        texts.push(text.with("fill", QUIET_INK));
+    }
+    for (y_m, text) in ys.iter().zip(labels(&ys)) {
+        let y_px = field.point(0.0, *y_m).1;
+        path.push(format!("M{} {}H{}", number(left_px), number(y_px), number(right_px)));
+        let text = small(left_px - 4.0, y_px + 4.0, &text).with("text-anchor", "end");
+        texts.push(text.with("fill", QUIET_INK));
+    }
+    let lines =
+        Element::new("path").with("d", &path.concat()).with("stroke", GRID).at("stroke-width", 0.8);
+    std::iter::once(lines).chain(texts).collect()
+}
+
+/// The largest of 1, 2, 5 times a power of ten that is not above a length.
+fn round_step(most_m: f64) -> f64 {
+    let decade = libm::pow(10.0, libm::floor(libm::log10(most_m)));
+    [5.0, 2.0].into_iter().map(|step| step * decade).find(|step| *step <= most_m).unwrap_or(decade)
+}
+
+/// Where each robot stands and heads, in two columns: what a person with a tape reads.
+///
+/// # Returns
+///
+/// The texts, and where they end below, in pixels.
+fn table(robots: &[(String, Pose)], top_px: f64) -> (Vec<Element>, f64) {
+    let n_rows = robots.len().div_ceil(2);
+    let column_px = (PAGE_PX - 2.0 * MARGIN_PX) / 2.0;
+    let row = |(index, (name, pose)): (usize, &(String, Pose))| {
+        let (column, row) = ((index / n_rows) as f64, (index % n_rows) as f64);
+        let degrees = pose.heading_rad.to_degrees();
+        let name = short(name);
+        let text = format!(
+            "{name}: x {:.2} m, y {:.2} m, {:.0}°",
+            pose.x_m + 0.0,
+            pose.y_m + 0.0,
+            degrees + 0.0
+        )
+        .replace('-', "\u{2212}");
+        let x_px = MARGIN_PX + column * column_px;
+        small(x_px, top_px + (row + 1.0) * ROW_PX, &text).with("fill", INK)
+    };
+    let texts = robots.iter().enumerate().map(row).collect();
+    (texts, top_px + n_rows as f64 * ROW_PX)
 }
 
 /// Short arrows for x and y at the origin.
@@ -145,25 +229,6 @@ fn axes(field: &Field, half_extent_m: f64) -> [Element; 3] {
     ]
 }
 
-/// The name on the body.
-fn name_of(field: &Field, name: &str, pose: Pose) -> Element {
-    let (x_px, y_px) = field.point(pose.x_m, pose.y_m);
-    small(x_px, y_px + CAPTION_PX / 3.0, short(name))
-        .with("text-anchor", "middle")
-        .with("fill", INK)
-        .with("stroke", "#ffffff")
-        .at("stroke-width", 3.0)
-        .with("paint-order", "stroke")
-}
-
-/// `3` of `robot_3`: what is written on a robot's lid. Names without a number stay whole.
-fn short(name: &str) -> &str {
-    match name.rsplit_once('_') {
-        Some((_, number)) if number.bytes().all(|byte| byte.is_ascii_digit()) => number,
-        _ => name,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -177,6 +242,7 @@ mod tests {
             robots,
             area,
             radius_m: 0.075,
+            theme: Theme::Screen,
             title: "Start".to_owned(),
             subtitle: "2 robots".to_owned(),
         })

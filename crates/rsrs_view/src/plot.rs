@@ -1,11 +1,12 @@
 //! The heat map: where its cells lie, their colours, numbers and tooltips.
 
-use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::quantity::Axis;
 
-use crate::palette::{INK, NOT_SWEPT, shade};
-use crate::scale::{Scale, label};
+use crate::cell_values::{CellValues, ValueScale};
+use crate::palette::{Colour, INK, NOT_SWEPT, shade};
+use crate::scale::{Scale, label, widest_px};
 use crate::slice::Slice;
 use crate::svg::{Element, line_of_text, number, rectangle};
 use crate::text::{Weight, width_px};
@@ -30,6 +31,17 @@ pub struct Plot<'a> {
     pub top_px: f64,
     /// Lower edge, in pixels.
     pub bottom_px: f64,
+    /// Numbers in the place of phases.
+    values: Option<PlotValues<'a>>,
+}
+
+/// The numbers of the cells of one plot.
+#[derive(Clone, Debug)]
+struct PlotValues<'a> {
+    name: &'a str,
+    scale: ValueScale,
+    /// Row by row from the lowest, with whether the cell is framed.
+    cells: Vec<(Option<f64>, bool)>,
 }
 
 /// Width and height of the cells, in pixels: large cells for small grids, within bounds that leave
@@ -56,7 +68,52 @@ impl<'a> Plot<'a> {
             right_px,
             top_px,
             bottom_px,
+            values: None,
         }
+    }
+
+    /// The same with numbers in the place of its phases.
+    ///
+    /// # Arguments
+    ///
+    /// * `values` — of all panels of the picture.
+    /// * `panel` — which of them this is.
+    pub fn with_values(
+        mut self,
+        values: &'a CellValues,
+        diagram: &PhaseDiagram,
+        panel: usize,
+    ) -> Self {
+        let n_columns = self.slice.x_values.len();
+        let mut cells = vec![(None, false); n_columns * self.slice.y_values.len()];
+        for (column, row, index) in self.slice.places(diagram) {
+            let is_framed = values.framed.as_ref().is_some_and(|(_, framed)| framed[panel][index]);
+            cells[row * n_columns + column] = (values.of_panels[panel][index], is_framed);
+        }
+        self.values = Some(PlotValues { name: &values.name, scale: values.scale, cells });
+        self
+    }
+
+    /// The number of a cell: none without numbers, or where it has none.
+    fn value(&self, column: usize, row: usize) -> Option<(f64, &PlotValues<'a>)> {
+        let values = self.values.as_ref()?;
+        Some((values.cells[row * self.slice.x_values.len() + column].0?, values))
+    }
+
+    /// Whether some cell has nothing to show.
+    pub fn has_blanks(&self) -> bool {
+        let is_blank = |values: &PlotValues| values.cells.iter().any(|(value, _)| value.is_none());
+        self.values.as_ref().map_or_else(|| self.slice.has_holes(), is_blank)
+    }
+
+    /// The colour of a cell; `None` where it has no result.
+    fn colour(&self, column: usize, row: usize) -> Option<Colour> {
+        if self.values.is_some() {
+            return self.value(column, row).map(|(value, values)| values.scale.colour(value));
+        }
+        let counts = self.slice.counts(column, row)?;
+        let phase = counts.majority()?;
+        Some(shade(phase, counts.share(phase)))
     }
 
     /// Columns and rows of all cells, row by row.
@@ -64,6 +121,11 @@ impl<'a> Plot<'a> {
         let n_columns = self.slice.x_values.len();
         (0..self.slice.y_values.len())
             .flat_map(move |row| (0..n_columns).map(move |column| (column, row)))
+    }
+
+    /// The most frequent phase of each cell that has one.
+    pub fn majorities(&self) -> impl Iterator<Item = Phase> + '_ {
+        self.cells().filter_map(|(column, row)| self.slice.counts(column, row)?.majority())
     }
 
     /// Left, top, width and height of a cell, in pixels.
@@ -83,8 +145,11 @@ impl<'a> Plot<'a> {
 
     fn fits(&self, (column, row): (usize, usize), size_px: f64) -> bool {
         let (_, _, cell_width_px, cell_height_px) = self.cell_px(column, row);
-        width_px("0.00", size_px, Weight::Regular) + 5.0 <= cell_width_px
-            && size_px * 1.3 <= cell_height_px
+        let widest = match &self.values {
+            Some(values) => values.scale.ends().map(|end| values.scale.text(end)),
+            None => ["0.00".to_owned(), String::new()],
+        };
+        widest_px(&widest, size_px) + 8.0 <= cell_width_px && size_px * 1.3 <= cell_height_px
     }
 }
 
@@ -99,38 +164,44 @@ pub fn heat_map(plot: &Plot) -> Element {
     let has_rims = smallest_px >= 14.0;
     let cells = plot.cells().map(|(column, row)| {
         let (x_px, y_px, width_px, height_px) = plot.cell_px(column, row);
-        let fill = fill(plot.slice.counts(column, row));
+        let colour = plot.colour(column, row);
+        let fill = colour.map_or_else(|| NOT_SWEPT.to_owned(), Colour::hex);
         // Light rims around large cells; small ones overlap a little, else seams would show.
         let stroke = if has_rims { "#ffffff" } else { &fill };
         rectangle(x_px, y_px, width_px, height_px)
             .with("fill", &fill)
             .with("stroke", stroke)
-            .child(Element::new("title").text(&tooltip(plot.slice, column, row)))
+            .child(Element::new("title").text(&tooltip(plot, column, row)))
     });
     Element::new("g").fixed().at("stroke-width", 0.6).children(cells)
 }
 
-/// Writes `B_s` into every cell where it fits.
-///
-/// # Arguments
-///
-/// * `is_covered` — whether a mark lies on the cell of this column and row and takes the place of
-///   its number.
+/// Where the number of a cell stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NumberPlace {
+    /// In its middle.
+    Middle,
+    /// In its upper half: a mark lies below.
+    Above,
+    /// Nowhere: a mark takes all the room.
+    Nowhere,
+}
+
+/// Writes `B_s` into every cell where it fits, at the place that a cell of a column and a row has for it.
 ///
 /// # Returns
 ///
 /// The numbers, and the room that each takes.
 pub fn numbers(
     plot: &Plot,
-    is_covered: impl Fn(usize, usize) -> bool,
+    place: impl Fn(usize, usize) -> NumberPlace,
 ) -> (Option<Element>, Vec<Kept>) {
     let Some(size_px) = plot.number_px() else { return (None, Vec::new()) };
     let (texts, kept): (Vec<Element>, Vec<Kept>) = plot
         .cells()
         .filter_map(|(column, row)| {
-            let is_free = plot.fits((column, row), size_px) && !is_covered(column, row);
-            let counts = plot.slice.counts(column, row).filter(|_| is_free)?;
-            cell_number(plot, (column, row), counts, size_px)
+            let fits = plot.fits((column, row), size_px);
+            cell_number(plot, (column, row), place(column, row), size_px).filter(|_| fits)
         })
         .unzip();
     let group = Element::new("g")
@@ -144,28 +215,24 @@ pub fn numbers(
     (Some(group.children(texts)), kept)
 }
 
-fn fill(counts: Option<PhaseCounts>) -> String {
-    match counts.map(|counts| (counts, counts.majority())) {
-        Some((counts, Some(phase))) => shade(phase, counts.share(phase)).hex(),
-        Some((_, None)) | None => NOT_SWEPT.to_owned(),
-    }
-}
-
 fn cell_number(
     plot: &Plot,
     (column, row): (usize, usize),
-    counts: PhaseCounts,
+    place: NumberPlace,
     size_px: f64,
 ) -> Option<(Element, Kept)> {
-    let phase = counts.majority()?;
+    let colour = plot.colour(column, row)?;
     let (x_px, y_px, cell_width_px, height_px) = plot.cell_px(column, row);
-    let colour = shade(phase, counts.share(phase));
-    let text = match counts.wanted() {
-        0 => "0".to_owned(),
-        n if n == counts.total() => "1".to_owned(),
-        _ => format!("{:.2}", counts.wanted_share()),
+    let text = match plot.value(column, row) {
+        Some((value, values)) => values.scale.text(value),
+        None => format!("{:.2}", plot.slice.counts(column, row)?.wanted_share()),
     };
-    let (centre_px, middle_px) = (x_px + cell_width_px / 2.0, y_px + height_px / 2.0);
+    let middle_px = match place {
+        NumberPlace::Middle => y_px + height_px / 2.0,
+        NumberPlace::Above => y_px + 0.28 * height_px,
+        NumberPlace::Nowhere => return None,
+    };
+    let centre_px = x_px + cell_width_px / 2.0;
     let half_px = width_px(&text, size_px, Weight::Regular) / 2.0 + 2.5;
     let kept = [
         centre_px - half_px,
@@ -179,13 +246,19 @@ fn cell_number(
 }
 
 /// What a cell is and how its replicates ended, most frequent phase first.
-fn tooltip(slice: &Slice, column: usize, row: usize) -> String {
+fn tooltip(plot: &Plot, column: usize, row: usize) -> String {
+    let slice = plot.slice;
     let mut values = vec![quantity(slice.x, slice.x_values[column])];
     values.extend(slice.y.map(|y| quantity(y, slice.y_values[row])));
     let place = values.join(", ");
     let Some(counts) = slice.counts(column, row) else {
         return format!("{place}\nnot swept");
     };
+    if plot.values.is_some() {
+        let value = plot.value(column, row);
+        let value = value.map(|(value, it)| format!("{}: {}", it.name, it.scale.text(value)));
+        return format!("{place}\n{}", value.unwrap_or_else(|| "no value".to_owned()));
+    }
     let mut phases: Vec<Phase> =
         Phase::ALL.into_iter().filter(|phase| counts.get(*phase) > 0).collect();
     phases.sort_by_key(|phase| std::cmp::Reverse(counts.get(*phase)));
@@ -208,6 +281,23 @@ pub fn quantity(axis: Axis, value: f64) -> String {
     let unit = axis.unit();
     let name = axis.name();
     if unit.is_empty() { format!("{name} {value}") } else { format!("{name} {value} {unit}") }
+}
+
+/// Frames the cells that are to be framed.
+pub fn frames(plot: &Plot) -> Vec<Element> {
+    let Some(values) = &plot.values else { return Vec::new() };
+    let n_columns = plot.slice.x_values.len();
+    let framed = plot.cells().filter(|(column, row)| values.cells[row * n_columns + column].1);
+    let frame = |(column, row): (usize, usize)| {
+        let (x_px, y_px, width_px, height_px) = plot.cell_px(column, row);
+        rectangle(x_px + 1.5, y_px + 1.5, width_px - 3.0, height_px - 3.0)
+            .fixed()
+            .with("fill", "none")
+            .with("stroke", INK)
+            .at("stroke-width", 2.0)
+            .with("pointer-events", "none")
+    };
+    framed.map(frame).collect()
 }
 
 /// Draws a line wherever neighbouring cells end in different phases.

@@ -8,13 +8,17 @@ use rsrs_core::trials::validation::{Horizon, Tube};
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
-use crate::svg::{Element, line_of_text, number};
+use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::text::{Weight, width_px};
+use crate::theme::Theme;
 use crate::track;
 
 const PAGE_PX: f64 = 640.0;
 const MARGIN_PX: f64 = 24.0;
 const HIGHEST_PX: f64 = 460.0;
-const REGION: &str = "#e69f00";
+/// Colours of regions, by their times.
+const REGIONS: [&str; 4] = ["#fbe3ab", "#f3c04f", "#d98e00", "#f3c04f"];
+const OUTLINE: &str = "#8a5a00";
 const INSIDE: &str = "#0072b2";
 const OUTSIDE: &str = "#c1121f";
 /// Samples along a real trajectory: more would not be seen.
@@ -27,6 +31,8 @@ pub struct ReachPicture<'a> {
     pub tube: &'a Tube,
     /// Real trajectories under its commands, and whether each left it.
     pub trials: &'a [(&'a DrivenTrial, TubeMembership)],
+    /// Where it is looked at.
+    pub theme: Theme,
     /// The title; any text.
     pub title: String,
     /// Under the title; any text.
@@ -68,8 +74,13 @@ pub enum ReachPictureError {
 pub fn svg(picture: &ReachPicture) -> Result<String, ReachPictureError> {
     check(picture.tube)?;
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-    let (texts, header_px) =
-        header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
+    let (texts, header_px) = header(
+        picture.theme,
+        &picture.title,
+        std::slice::from_ref(&picture.subtitle),
+        MARGIN_PX,
+        room_px,
+    );
     let paths: Vec<(Vec<[f64; 2]>, TubeMembership)> =
         picture.trials.iter().map(|(trial, place)| (places_m(trial), *place)).collect();
     let [x, y] = bounds(picture.tube, &paths);
@@ -81,11 +92,19 @@ pub fn svg(picture: &ReachPicture) -> Result<String, ReachPictureError> {
     );
     let (legend, bottom_px) =
         legend(&entries(picture), (chart.left_px, chart.bottom_px() + BELOW_PX), room_px - LEFT_PX);
-    let regions = picture.tube.horizons.iter().map(|horizon| region(&chart, horizon));
+    let n = picture.tube.horizons.len();
+    let regions = picture
+        .tube
+        .horizons
+        .iter()
+        .enumerate()
+        .map(|(index, horizon)| region(&chart, horizon, shade(index, n)));
     let page = Element::picture(PAGE_PX, bottom_px + 10.0, &picture.title)
+        .described(&picture.theme.description([picture.subtitle.as_str()], ""))
         .children(texts)
         .child(Element::new("g").children(regions))
         .children(paths.iter().map(|(places_m, place)| path(&chart, places_m, *place)))
+        .children(dots(&chart, picture))
         .child(chart.frame("ahead of the start (m)"))
         .child(chart.y_axis("left of the start (m)"))
         .children(last_time(&chart, picture.tube))
@@ -137,8 +156,46 @@ fn bounds(tube: &Tube, paths: &[(Vec<[f64; 2]>, TubeMembership)]) -> [[f64; 2]; 
     })
 }
 
+/// The colour of one time, from light to dark and again, so that regions of times that follow on each other
+/// differ, and the places at a time have the colour of its region.
+fn shade(index: usize, n: usize) -> &'static str {
+    debug_assert!(index < n);
+    REGIONS[index % REGIONS.len()]
+}
+
+/// Where each trial was at the time of each region: in that region's colour, with a rim in that of the trial.
+fn dots(chart: &Chart, picture: &ReachPicture) -> Vec<Element> {
+    let n = picture.tube.horizons.len();
+    let of_trial = |(trial, place): &(&DrivenTrial, TubeMembership)| {
+        let horizons = picture.tube.horizons.iter().enumerate();
+        let reached = horizons.filter(|(_, horizon)| horizon.time_s <= trial.duration_s() + 1e-9);
+        let dot = |(index, horizon): (usize, &Horizon)| {
+            let pose = trial.displacement_at(horizon.time_s);
+            let words =
+                format!("{}, trial {}, after {:.1} s", trial.robot, trial.trial, horizon.time_s);
+            Element::new("circle")
+                .at("cx", chart.x_px(pose.x_m))
+                .at("cy", chart.y_px(pose.y_m))
+                .at("r", 2.6)
+                .with("fill", shade(index, n))
+                .with("stroke", colour(*place))
+                .at("stroke-width", 1.2)
+                .child(Element::new("title").text(&words))
+        };
+        reached.map(dot).collect::<Vec<Element>>()
+    };
+    picture.trials.iter().flat_map(of_trial).collect()
+}
+
+fn colour(place: TubeMembership) -> &'static str {
+    match place {
+        TubeMembership::Inside => INSIDE,
+        TubeMembership::Outside => OUTSIDE,
+    }
+}
+
 /// A region as its outline.
-fn region(chart: &Chart, horizon: &Horizon) -> Element {
+fn region(chart: &Chart, horizon: &Horizon, fill: &str) -> Element {
     let mut path = String::new();
     for corners_m in &horizon.region.loops_m {
         for (corner, [ahead_m, left_m]) in corners_m.iter().enumerate() {
@@ -154,9 +211,11 @@ fn region(chart: &Chart, horizon: &Horizon) -> Element {
     );
     Element::new("path")
         .with("d", &path)
-        .with("fill", REGION)
+        .with("fill", fill)
         .with("fill-rule", "evenodd")
-        .with("fill-opacity", "0.45")
+        .with("fill-opacity", "0.55")
+        .with("stroke", OUTLINE)
+        .at("stroke-width", 0.7)
         .child(Element::new("title").text(&tooltip))
 }
 
@@ -166,7 +225,7 @@ fn path(chart: &Chart, places_m: &[[f64; 2]], place: TubeMembership) -> Element 
     Element::new("path")
         .with("d", &track::path(&track::simplified(&points, 0.2)))
         .with("fill", "none")
-        .with("stroke", if place == TubeMembership::Inside { INSIDE } else { OUTSIDE })
+        .with("stroke", colour(place))
         .at("stroke-width", 1.4)
 }
 
@@ -175,15 +234,16 @@ fn last_time(chart: &Chart, tube: &Tube) -> Option<Element> {
     let last = tube.horizons.last()?;
     let [ahead_m, left_m] = last.mean_m;
     let text = format!("{:.0} s", last.time_s);
-    Some(
-        line_of_text(chart.x_px(ahead_m), chart.y_px(left_m) - 4.0, &text)
-            .with("text-anchor", "middle")
-            .at("font-size", 11.0)
-            .with("fill", INK)
-            .with("stroke", "#ffffff")
-            .at("stroke-width", 3.0)
-            .with("paint-order", "stroke"),
-    )
+    let half_px = width_px(&text, 11.0, Weight::Regular) / 1.3 + 2.0;
+    let (x_px, y_px) = (chart.x_px(ahead_m), chart.y_px(left_m) - 14.0);
+    let ground = rectangle(x_px - half_px, y_px - 9.0, 2.0 * half_px, 18.0)
+        .at("rx", 4.0)
+        .with("fill", "#ffffff");
+    let words = line_of_text(x_px, y_px + 4.0, &text)
+        .with("text-anchor", "middle")
+        .at("font-size", 11.0)
+        .with("fill", INK);
+    Some(Element::new("g").fixed().child(ground).child(words))
 }
 
 fn entries(picture: &ReachPicture) -> Vec<(Element, String)> {
@@ -198,7 +258,17 @@ fn entries(picture: &ReachPicture) -> Vec<(Element, String)> {
         last.time_s
     );
     let mut entries = vec![
-        (stroke_mark(REGION, 9.0).with("stroke-opacity", "0.6"), area),
+        (stroke_mark(REGIONS[1], 9.0), area),
+        (
+            Element::new("circle")
+                .at("cx", 11.0)
+                .at("cy", 0.0)
+                .at("r", 2.6)
+                .with("fill", REGIONS[2])
+                .with("stroke", INSIDE)
+                .at("stroke-width", 1.2),
+            "where a trial was at one of these times, in the colour of that region".to_owned(),
+        ),
         (stroke_mark(INSIDE, 1.8), format!("{} inside at every time", trials(n_inside))),
     ];
     if n_outside > 0 {

@@ -27,8 +27,8 @@ const SCRIPT: &str = include_str!("../assets/report.js");
 pub struct ReportPage {
     /// The title.
     pub title: String,
-    /// What follows, in a word: it is the first thing on the page.
-    pub verdict: String,
+    /// What follows from the runs, if some were compared: it is the first thing on the page.
+    pub verdict: Option<Verdict>,
     /// What follows, in sentences.
     pub summary: Vec<String>,
     /// The diagram, one picture for each slice.
@@ -51,6 +51,44 @@ pub struct ReportPage {
     pub provenance: Table,
     /// Heading and text of what is shown on demand.
     pub details: Vec<(String, String)>,
+}
+
+/// What follows from the runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// In a word.
+    pub words: String,
+    /// Which way it points.
+    pub mark: VerdictMark,
+}
+
+/// Which way a verdict points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VerdictMark {
+    /// The claim is supported.
+    Supported,
+    /// It is violated.
+    Violated,
+    /// Nothing follows.
+    Open,
+}
+
+impl VerdictMark {
+    fn sign(self) -> &'static str {
+        match self {
+            Self::Supported => "✓",
+            Self::Violated => "✗",
+            Self::Open => "?",
+        }
+    }
+
+    fn class(self) -> &'static str {
+        match self {
+            Self::Supported => "verdict supported",
+            Self::Violated => "verdict violated",
+            Self::Open => "verdict open",
+        }
+    }
 }
 
 /// One slice of the diagram.
@@ -128,22 +166,28 @@ pub fn html(page: &ReportPage) -> String {
     let replays = Replays::of(page);
     let body = html! {
         (symbols())
-        p.verdict { "Verdict: " strong { (page.verdict) } }
+        @if let Some(Verdict { words, mark }) = &page.verdict {
+            p class=(mark.class()) {
+                span.mark aria-hidden="true" { (mark.sign()) } " Verdict: " strong { (words) }
+            }
+        }
         @for sentence in &page.summary { p { (sentence) } }
         section aria-labelledby="diagram" {
             h2 id="diagram" { "Phase diagram" }
             (cells::section(page, &replays))
         }
-        section aria-labelledby="comparison" {
-            h2 id="comparison" { "Comparison" }
-            @for of in &page.comparison { (table(of)) }
-        }
-        section aria-labelledby="experiments" {
-            h2 id="experiments" { "Experiments" }
-            (runs::section(page, &replays))
+        @if page.verdict.is_some() {
+            section aria-labelledby="comparison" {
+                h2 id="comparison" { "Comparison" }
+                @for of in &page.comparison { (table(of)) }
+            }
+            section aria-labelledby="experiments" {
+                h2 id="experiments" { "Experiments" }
+                (runs::section(page, &replays))
+            }
         }
         section aria-labelledby="robots" {
-            h2 id="robots" { "Robots as measured" }
+            h2 id="robots" { "Profile of the robots" }
             (table(&page.profile))
         }
         section aria-labelledby="provenance" {

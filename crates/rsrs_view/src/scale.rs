@@ -2,17 +2,51 @@
 
 use crate::text::{Weight, width_px};
 
+/// Labels with more characters are those of values that are no round numbers.
+const LONG_LABEL: usize = 5;
+
 /// One axis of the plot, with a cell around each value.
 ///
-/// Linear between its ends, so that a curve in values stays that curve; cells meet halfway between
-/// neighbouring values, however irregular those are.
+/// Linear between its ends, or logarithmic where each value is the same multiple of the one before; cells
+/// meet halfway between neighbouring values, however irregular those are.
 #[derive(Clone, Debug)]
 pub struct Scale {
     /// The swept values, ascending.
     pub values: Vec<f64>,
+    /// Borders of the cells, as they are spread.
     edges: Vec<f64>,
+    spread: Spread,
     from_px: f64,
     to_px: f64,
+}
+
+/// How values are spread along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Spread {
+    Linear,
+    Logarithmic,
+}
+
+impl Spread {
+    /// Logarithmic for four positive values or more that grow by the same factor, but for their rounding.
+    fn of(values: &[f64]) -> Self {
+        let is_positive = values.iter().all(|value| *value > 0.0);
+        if values.len() < 4 || !is_positive || is_even(values) {
+            return Self::Linear;
+        }
+        let ratios: Vec<f64> = values.windows(2).map(|pair| libm::log(pair[1] / pair[0])).collect();
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        let is_alike = ratios.iter().all(|ratio| (ratio - mean).abs() <= 0.05 * mean);
+        if is_alike { Self::Logarithmic } else { Self::Linear }
+    }
+
+    /// Where a value lies, before it is scaled to pixels; values without a logarithm lie far below all.
+    fn place(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Logarithmic => libm::log(value.max(1e-9)),
+        }
+    }
 }
 
 impl Scale {
@@ -22,43 +56,65 @@ impl Scale {
     ///
     /// If there is no value.
     pub fn new(values: Vec<f64>, from_px: f64, to_px: f64) -> Self {
-        let edges = edges(&values);
-        Self { values, edges, from_px, to_px }
+        let spread = Spread::of(&values);
+        let places: Vec<f64> = values.iter().map(|value| spread.place(*value)).collect();
+        Self { edges: edges(&places), values, spread, from_px, to_px }
     }
 
     /// Where a value lies, in pixels; outside the plot for values outside the cells.
     pub fn position_px(&self, value: f64) -> f64 {
+        self.place_px(self.spread.place(value))
+    }
+
+    fn place_px(&self, place: f64) -> f64 {
         let low = self.edges[0];
         let high = self.edges[self.edges.len() - 1];
-        self.from_px + (self.to_px - self.from_px) * ((value - low) / (high - low))
+        self.from_px + (self.to_px - self.from_px) * ((place - low) / (high - low))
+    }
+
+    /// Whether what is straight in values is straight on the page.
+    pub fn is_linear(&self) -> bool {
+        self.spread == Spread::Linear
     }
 
     /// The pixels between which a value's cell lies, the smaller first.
     pub fn span_px(&self, index: usize) -> (f64, f64) {
-        let one = self.position_px(self.edges[index]);
-        let other = self.position_px(self.edges[index + 1]);
+        let one = self.place_px(self.edges[index]);
+        let other = self.place_px(self.edges[index + 1]);
         (one.min(other), one.max(other))
     }
 
     /// Whether a value lies within the cells.
     pub fn contains(&self, value: f64) -> bool {
-        self.edges[0] <= value && value <= self.edges[self.edges.len() - 1]
+        let place = self.spread.place(value);
+        self.edges[0] <= place && place <= self.edges[self.edges.len() - 1]
     }
 
     /// The labelled ticks: every value if there is room, else every few of them, or round numbers
-    /// if the values are evenly spaced.
+    /// where evenly spaced values have long labels.
     ///
     /// # Arguments
     ///
     /// * `room_px` — room that the widest of some labels needs along the axis, in pixels.
     pub fn ticks(&self, room_px: impl Fn(&[String]) -> f64) -> Vec<(f64, String)> {
         let texts = labels(&self.values);
-        let apart = self.apart(&self.values, room_px(&texts));
+        let room = room_px(&texts);
+        let apart = self.apart(&self.values, room);
         if apart.len() < self.values.len() && is_even(&self.values) {
-            self.round_ticks(room_px)
-        } else {
-            apart.into_iter().map(|index| (self.values[index], texts[index].clone())).collect()
+            let is_long = |text: &String| text.chars().count() > LONG_LABEL;
+            if texts.iter().any(is_long) {
+                return self.round_ticks(room_px);
+            }
+            return (2..self.values.len())
+                .map(|stride| self.values.iter().copied().zip(texts.clone()).step_by(stride))
+                .map(Iterator::collect::<Vec<_>>)
+                .find(|ticks| {
+                    let values: Vec<f64> = ticks.iter().map(|(value, _)| *value).collect();
+                    self.apart(&values, room).len() == values.len()
+                })
+                .unwrap_or_else(|| vec![(self.values[0], texts[0].clone())]);
         }
+        apart.into_iter().map(|index| (self.values[index], texts[index].clone())).collect()
     }
 
     /// Indices of values that are at least so far apart.
@@ -173,6 +229,17 @@ mod tests {
     }
 
     #[test]
+    fn values_that_grow_by_one_factor_have_cells_of_one_width() {
+        let scale = Scale::new(vec![0.03, 0.06, 0.12, 0.24], 0.0, 400.0);
+
+        let widths = (0..4).map(|index| scale.span_px(index)).map(|(from, to)| to - from);
+
+        assert!(widths.into_iter().all(|width| close(width, 100.0)));
+        assert!(close(scale.position_px(0.06), 150.0) && !scale.contains(0.0));
+        assert!(scale.position_px(0.0) < 0.0, "far below");
+    }
+
+    #[test]
     fn a_lone_value_sits_in_the_middle() {
         let scale = Scale::new(vec![9.0], 100.0, 0.0);
 
@@ -197,7 +264,7 @@ mod tests {
         };
 
         assert_eq!(ticks(5.0).len(), 10);
-        assert_eq!(ticks(25.0), ["0", "5"]);
+        assert_eq!(ticks(25.0), ["0", "3", "6", "9"]);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::header::header;
 use crate::palette::INK;
 use crate::svg::{Element, number};
+use crate::theme::Theme;
 
 const PAGE_PX: f64 = 560.0;
 const MARGIN_PX: f64 = 24.0;
@@ -22,6 +23,8 @@ pub struct SensorPicture<'a> {
     pub simulated_m: &'a [[f64; 2]],
     /// Radius of a robot's body, in metres; positive.
     pub radius_m: f64,
+    /// Where it is looked at.
+    pub theme: Theme,
     /// The title; any text.
     pub title: String,
     /// Under the title; any text.
@@ -63,8 +66,13 @@ pub enum SensorPictureError {
 pub fn svg(picture: &SensorPicture) -> Result<String, SensorPictureError> {
     check(picture)?;
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-    let (texts, header_px) =
-        header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
+    let (texts, header_px) = header(
+        picture.theme,
+        &picture.title,
+        std::slice::from_ref(&picture.subtitle),
+        MARGIN_PX,
+        room_px,
+    );
     let [x, y] = bounds(picture);
     let chart = Chart::to_scale(
         (MARGIN_PX + LEFT_PX, header_px + 12.0),
@@ -90,6 +98,7 @@ pub fn svg(picture: &SensorPicture) -> Result<String, SensorPictureError> {
     let (legend, bottom_px) =
         legend(&entries, (chart.left_px, chart.bottom_px() + BELOW_PX), room_px - LEFT_PX);
     let page = Element::picture(PAGE_PX, bottom_px + 10.0, &picture.title)
+        .described(&picture.theme.description([picture.subtitle.as_str()], ""))
         .children(texts)
         .child(outline(&picture.map.contour_m, (MEASURED, "0.12", 5.0)))
         .child(outline(picture.simulated_m, (SIMULATED, "0.08", 2.0)))

@@ -1,6 +1,6 @@
 //! The two-dimensional slice of a phase diagram that a picture shows.
 
-use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::help::Help;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::quantity::{Axis, Cell};
@@ -183,6 +183,16 @@ impl Slice {
         let x = cell.get(self.x)?;
         let y = self.y.map_or(Some(0.0), |y| cell.get(y))?;
         Some((x, y))
+    }
+
+    /// Column, row and index of each cell of a diagram that the slice shows.
+    pub fn places(&self, diagram: &PhaseDiagram) -> Vec<(usize, usize, usize)> {
+        let place = |(index, entry): (usize, &DiagramCell)| {
+            let (x, y) = self.place(&entry.cell)?;
+            let row = if self.y.is_some() { index_of(&self.y_values, Some(y))? } else { 0 };
+            Some((index_of(&self.x_values, Some(x))?, row, index))
+        };
+        diagram.cells.iter().enumerate().filter_map(place).collect()
     }
 }
 

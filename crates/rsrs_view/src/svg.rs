@@ -45,6 +45,12 @@ impl Element {
             .child(background)
     }
 
+    /// Adds what a reader of the file finds and the picture does not show; nothing for an empty text.
+    pub fn described(self, details: &str) -> Self {
+        let description = (!details.is_empty()).then(|| Self::new("desc").text(details));
+        self.children(description)
+    }
+
     /// Keeps its colours on a dark page, with all that is inside it.
     pub fn fixed(self) -> Self {
         self.with("class", FIXED)
@@ -116,6 +122,22 @@ impl fmt::Display for Element {
 /// A document of this crate as it stands within HTML, which accepts SVG without a namespace.
 pub fn inline(svg: &str) -> String {
     svg.replacen(&format!(" xmlns=\"{NAMESPACE}\""), "", 1)
+}
+
+/// The same picture as wide as asked for, in pixels, and as high as that makes it; the whole of it is
+/// larger or smaller.
+pub fn resized(svg: &str, width_px: f64) -> String {
+    let size = |name: &str| -> Option<(std::ops::Range<usize>, f64)> {
+        let from = svg.find(&format!(" {name}=\""))? + name.len() + 3;
+        let to = from + svg[from..].find('"')?;
+        Some((from..to, svg[from..to].parse().ok()?))
+    };
+    let (Some((wide, old_px)), Some((high, height_px))) = (size("width"), size("height")) else {
+        return svg.to_owned();
+    };
+    let height = number(height_px * width_px / old_px);
+    [&svg[..wide.start], &number(width_px), &svg[wide.end..high.start], &height, &svg[high.end..]]
+        .concat()
 }
 
 /// A rectangle by its upper left corner, in pixels.

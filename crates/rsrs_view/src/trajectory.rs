@@ -1,17 +1,28 @@
 //! One run from above: where every robot went, where it is now, and the ring if there is one.
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 
+use crate::chart::{legend, stroke_mark};
 use crate::floor::{
-    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, places, robot, scale_bar,
+    Field, LOST, MARGIN_PX, PAGE_PX, TAIL, WALL, not_finite, places, robot, scale_bar, short, tags,
+    walls,
 };
 use crate::header::header;
-use crate::palette::{INK, QUIET_INK, hue};
+use crate::palette::INK;
 use crate::scale::label;
-use crate::svg::{Element, line_of_text};
+use crate::svg::Element;
+use crate::theme::Theme;
 use crate::track::{self, Point};
+
+/// Where robots started.
+const START: &str = "#7d8b96";
+/// The dashes of a ring.
+const RING_DASHES: &str = "7 4";
+/// Width of the texts left of the scale bar, in pixels.
+const CAPTION_ROOM_PX: f64 = 300.0;
 
 /// One run and the text about it.
 #[derive(Clone, Debug)]
@@ -26,6 +37,12 @@ pub struct TrajectoryPicture<'a> {
     pub phase: Option<Phase>,
     /// Robots that did not take part to the end, by their index, to be drawn in red.
     pub lost: &'a [usize],
+    /// Names of the robots, in the order of their indices; none if they are not shown.
+    pub names: &'a [String],
+    /// Distance of the walls from the origin, in metres, where there are some.
+    pub walls_m: Option<f64>,
+    /// Where it is looked at.
+    pub theme: Theme,
     /// The title; any text.
     pub title: String,
     /// Under the title; any text.
@@ -68,8 +85,9 @@ pub enum TrajectoryPictureError {
 /// Draws one run.
 ///
 /// The earlier tracks are pale, the last `tail_s` seconds strong; a dot is where a robot started, and
-/// robots stand where they ended, with a line towards where they head. A milling run also gets the circle about the centroid of
-/// the tail with the mean distance from it as radius.
+/// robots stand where they ended, with a line towards where they head and their names. A milling run also
+/// gets the circle about the centroid of the tail with the mean distance from it as radius, and so does each
+/// of several mills.
 ///
 /// # Returns
 ///
@@ -80,7 +98,9 @@ pub enum TrajectoryPictureError {
 /// [`TrajectoryPictureError`], each variant as its name states.
 pub fn svg(picture: &TrajectoryPicture) -> Result<String, TrajectoryPictureError> {
     let (elements, height_px) = elements(picture)?;
-    let page = Element::picture(PAGE_PX, height_px, &picture.title).children(elements);
+    let page = Element::picture(PAGE_PX, height_px, &picture.title)
+        .described(&picture.theme.description([picture.subtitle.as_str()], ""))
+        .children(elements);
     Ok(format!("{page}\n"))
 }
 
@@ -95,14 +115,16 @@ pub(crate) fn elements(
     check(picture)?;
     let trajectory = picture.trajectory;
     let (header, header_px) = header(
+        picture.theme,
         &picture.title,
         std::slice::from_ref(&picture.subtitle),
         MARGIN_PX,
         PAGE_PX - 2.0 * MARGIN_PX,
     );
     let first_of_tail = first_of_tail(picture);
-    let ring = picture.phase.and_then(|phase| ring_of(phase, trajectory, first_of_tail));
-    let drawn_m = places(&trajectory.poses).chain(ring.into_iter().flat_map(Ring::corners_m));
+    let rings = rings(picture, first_of_tail);
+    let corners_m = rings.iter().flat_map(|(ring, _)| ring.corners_m());
+    let drawn_m = places(&trajectory.poses).chain(corners_m);
     let field = Field::around(drawn_m, picture.radius_m, header_px + 10.0);
 
     let last = trajectory.poses_at(trajectory.n_samples() - 1);
@@ -110,13 +132,16 @@ pub(crate) fn elements(
         let stroke = if picture.lost.contains(&index) { LOST } else { INK };
         robot(&field, *pose, picture.radius_m, stroke)
     });
-    let (caption, bottom_px) = caption(picture, ring, field.top_px + field.height_px + 12.0);
+    let names: Vec<String> = picture.names.iter().map(|name| short(name).to_owned()).collect();
+    let (caption, bottom_px) = caption(picture, &rings, &field);
     let mut elements = header;
+    elements.extend(picture.walls_m.and_then(|walls_m| walls(&field, walls_m)));
     elements.push(tracks(&field, trajectory, 0..first_of_tail + 1, "#b9c3cc", 0.8));
     elements.push(tracks(&field, trajectory, first_of_tail..trajectory.n_samples(), TAIL, 1.5));
     elements.extend(trajectory.poses_at(0).iter().map(|pose| start(&field, *pose)));
-    elements.extend(ring.map(|ring| ring_circle(&field, ring)));
+    elements.extend(rings.iter().map(|(ring, _)| ring_circle(&field, *ring)));
     elements.extend(robots);
+    elements.extend(tags(&field, last, &names, picture.radius_m));
     elements.extend(scale_bar(&field, bottom_px));
     elements.extend(caption);
     Ok((elements, bottom_px + 16.0))
@@ -125,7 +150,7 @@ pub(crate) fn elements(
 /// Where a robot started.
 fn start(field: &Field, pose: Pose) -> Element {
     let (x_px, y_px) = field.point(pose.x_m, pose.y_m);
-    Element::new("circle").at("cx", x_px).at("cy", y_px).at("r", 2.2).with("fill", "#7d8b96")
+    Element::new("circle").at("cx", x_px).at("cy", y_px).at("r", 2.2).with("fill", START)
 }
 
 fn check(picture: &TrajectoryPicture) -> Result<(), TrajectoryPictureError> {
@@ -228,29 +253,199 @@ fn ring_circle(field: &Field, ring: Ring) -> Element {
         .at("cy", y_px)
         .at("r", ring.radius_m * field.px_per_m)
         .with("fill", "none")
-        .with("stroke", &hue(Phase::CollidingUnstable).hex())
-        .at("stroke-width", 1.8)
-        .with("stroke-dasharray", "7 4")
+        .with("stroke", INK)
+        .at("stroke-width", 1.6)
+        .with("stroke-dasharray", RING_DASHES)
+}
+
+/// The rings of a run with the number of robots on each: that of its phase, or those of several mills.
+fn rings(picture: &TrajectoryPicture, first_sample: usize) -> Vec<(Ring, usize)> {
+    let Some(phase) = picture.phase.filter(|phase| phase.behaviour() == Behaviour::Milling) else {
+        return Vec::new();
+    };
+    let mills = mills(picture.trajectory, first_sample);
+    if mills.len() > 1 {
+        return mills;
+    }
+    let ring = ring_of(phase, picture.trajectory, first_sample);
+    ring.into_iter().map(|ring| (ring, picture.trajectory.n_robots)).collect()
+}
+
+/// Robots whose own circles have one centre belong to one mill: within this share of its radius.
+const ONE_CENTRE: f64 = 0.5;
+
+/// The mills of a run from a sample on: robots that went around one centre at least once, two or more of
+/// them, with how many they are; the largest first.
+fn mills(trajectory: &Trajectory, first_sample: usize) -> Vec<(Ring, usize)> {
+    let n_robots = trajectory.n_robots;
+    let mut mills: Vec<Vec<Ring>> = Vec::new();
+    for robot in 0..n_robots {
+        let places_m: Vec<Point> = trajectory.poses[first_sample * n_robots..]
+            .iter()
+            .skip(robot)
+            .step_by(n_robots)
+            .map(|pose| (pose.x_m, pose.y_m))
+            .collect();
+        let Some(circle) = circle_of(&places_m) else { continue };
+        let is_its = |mill: &&mut Vec<Ring>| {
+            let (centre_m, radius_m) = (mill[0].centre_m, mill[0].radius_m.max(circle.radius_m));
+            let away_m =
+                libm::hypot(centre_m.0 - circle.centre_m.0, centre_m.1 - circle.centre_m.1);
+            away_m <= ONE_CENTRE * radius_m
+        };
+        match mills.iter_mut().find(is_its) {
+            Some(mill) => mill.push(circle),
+            None => mills.push(vec![circle]),
+        }
+    }
+    mills.retain(|mill| mill.len() > 1);
+    mills.sort_by_key(|mill| std::cmp::Reverse(mill.len()));
+    let mean = |mill: &[Ring], number: fn(&Ring) -> f64| {
+        mill.iter().map(number).sum::<f64>() / mill.len() as f64
+    };
+    let ring = |mill: Vec<Ring>| {
+        let centre_m = (mean(&mill, |ring| ring.centre_m.0), mean(&mill, |ring| ring.centre_m.1));
+        (Ring { centre_m, radius_m: mean(&mill, |ring| ring.radius_m) }, mill.len())
+    };
+    mills.into_iter().map(ring).collect()
+}
+
+/// The circle of one robot; `None` where it did not go around its own centre.
+fn circle_of(places_m: &[Point]) -> Option<Ring> {
+    let mean = |number: fn(&Point) -> f64| {
+        places_m.iter().map(number).sum::<f64>() / places_m.len() as f64
+    };
+    let centre_m = (mean(|place| place.0), mean(|place| place.1));
+    let from_centre = |place: &Point| (place.0 - centre_m.0, place.1 - centre_m.1);
+    let turned_rad: f64 = places_m
+        .windows(2)
+        .map(|pair| (from_centre(&pair[0]), from_centre(&pair[1])))
+        .map(|(one, other)| {
+            libm::atan2(one.0 * other.1 - one.1 * other.0, one.0 * other.0 + one.1 * other.1)
+        })
+        .sum();
+    let away_m = places_m.iter().map(from_centre).map(|(x_m, y_m)| libm::hypot(x_m, y_m));
+    let radius_m = away_m.sum::<f64>() / places_m.len() as f64;
+    (turned_rad.abs() >= std::f64::consts::TAU).then_some(Ring { centre_m, radius_m })
 }
 
 /// What the strokes mean, a line each, beside the scale bar.
-fn caption(picture: &TrajectoryPicture, ring: Option<Ring>, top_px: f64) -> (Vec<Element>, f64) {
+fn caption(
+    picture: &TrajectoryPicture,
+    rings: &[(Ring, usize)],
+    field: &Field,
+) -> (Vec<Element>, f64) {
     let shown_s = picture.tail_s.min(picture.trajectory.duration_s());
-    let mut lines: Vec<String> =
-        picture.phase.map(|phase| format!("phase: {phase}")).into_iter().collect();
-    lines.push(format!("blue: the last {} s; dots: starts", label(shown_s)));
+    let dot = Element::new("circle").at("cx", 11.0).at("cy", 0.0).at("r", 2.2).with("fill", START);
+    let mut entries = vec![
+        (stroke_mark(TAIL, 1.8), format!("the last {} s", label(shown_s))),
+        (dot, "where robots started".to_owned()),
+    ];
     if !picture.lost.is_empty() {
-        lines.push("red: robots that did not take part to the end".to_owned());
+        let text = "robots that did not take part to the end";
+        entries.push((stroke_mark(LOST, 1.8), text.to_owned()));
     }
-    lines.extend(ring.map(|ring| format!("dashed: mean radius {:.2} m", ring.radius_m)));
-    let mut y_px = top_px;
-    let mut texts = Vec::new();
-    for line in lines {
-        y_px += CAPTION_PX * 1.45;
-        let text = line_of_text(MARGIN_PX, y_px, &line)
-            .at("font-size", CAPTION_PX)
-            .with("fill", QUIET_INK);
-        texts.push(text);
+    if picture.walls_m.is_some_and(|walls_m| walls(field, walls_m).is_some()) {
+        entries.push((stroke_mark(WALL, 3.0), "walls".to_owned()));
     }
-    (texts, y_px)
+    let dashed = || stroke_mark(INK, 1.6).with("stroke-dasharray", RING_DASHES);
+    match rings {
+        [] => {}
+        [(ring, _)] => {
+            entries.push((dashed(), format!("ring: mean radius {:.2} m", ring.radius_m)));
+        }
+        several => {
+            let numbers: Vec<String> = several.iter().map(|(_, n)| n.to_string()).collect();
+            let radii: Vec<String> =
+                several.iter().map(|(ring, _)| format!("{:.2}", ring.radius_m)).collect();
+            let text = format!(
+                "{} mills of {} robots: mean radii {} m",
+                in_words(several.len()),
+                and(&numbers),
+                and(&radii)
+            );
+            entries.push((dashed(), text));
+        }
+    }
+    let top_px = field.top_px + field.height_px + 2.0;
+    let (elements, bottom_px) = legend(&entries, (MARGIN_PX, top_px), CAPTION_ROOM_PX);
+    (elements, bottom_px - 6.0)
+}
+
+fn in_words(n: usize) -> String {
+    match n {
+        2 => "two".to_owned(),
+        3 => "three".to_owned(),
+        n => n.to_string(),
+    }
+}
+
+/// `5, 3 and 2`.
+fn and(texts: &[String]) -> String {
+    match texts {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::robot::controller::Command;
+
+    use super::*;
+
+    /// Two mills of 5 and 4 robots, three metres apart, and one robot that circles alone.
+    fn two_mills() -> Trajectory {
+        let mut trajectory = Trajectory::new(0.5, 10);
+        for sample in 0..200 {
+            for robot in 0..10 {
+                let angle_rad = f64::from(robot) + 0.1 * f64::from(sample);
+                let (sine, cosine) = libm::sincos(angle_rad);
+                let x_m = match robot {
+                    0..5 => 0.0,
+                    5..9 => 3.0,
+                    _ => 9.0,
+                };
+                trajectory.poses.push(Pose {
+                    x_m: x_m + 0.6 * cosine,
+                    y_m: 0.6 * sine,
+                    heading_rad: angle_rad,
+                });
+                trajectory.commands.push(Command { speed_m_s: 0.1, turn_rate_rad_s: 0.2 });
+            }
+        }
+        trajectory
+    }
+
+    #[test]
+    fn two_mills_are_found_with_their_robots_and_who_circles_alone_is_none() {
+        let found = mills(&two_mills(), 0);
+
+        let n: Vec<usize> = found.iter().map(|(_, n)| *n).collect();
+        assert_eq!(n, [5, 4]);
+        assert!(
+            (found[1].0.centre_m.0 - 3.0).abs() < 0.1 && (found[0].0.radius_m - 0.6).abs() < 0.1
+        );
+    }
+
+    #[test]
+    fn two_mills_are_named_as_two() {
+        let svg = svg(&TrajectoryPicture {
+            trajectory: &two_mills(),
+            radius_m: 0.05,
+            tail_s: 100.0,
+            phase: Some(Phase::Unformed),
+            lost: &[],
+            names: &[],
+            walls_m: None,
+            title: "run".to_owned(),
+            subtitle: String::new(),
+            theme: Theme::Screen,
+        })
+        .unwrap();
+
+        assert!(svg.contains("two mills of 5 and 4 robots: mean radii 0.60 and"), "{svg}");
+        assert_eq!(svg.matches("stroke-dasharray").count(), 3, "two rings and the legend");
+    }
 }

@@ -17,10 +17,11 @@ use rsrs_core::trials::trial::{
 };
 use rsrs_core::trials::validation::{Tube, Validation};
 use rsrs_sim::reachable_set::{ReachOptions, validate};
-use rsrs_view::distribution::{self, DistributionPicture, DistributionPictureError};
+use rsrs_view::distribution::{self, DistributionPicture, DistributionPictureError, DrivenSpeed};
 use rsrs_view::raster::png;
 use rsrs_view::reachable_set::{self, ReachPicture, ReachPictureError, TubeMembership};
 use rsrs_view::sensor::{self, SensorPicture, SensorPictureError};
+use rsrs_view::theme::Theme;
 
 macro_rules! kind {
     ($name:literal) => {
@@ -67,6 +68,8 @@ fn keep(name: &str, svg: &str) {
 fn distributions(fit: &Fit) -> DistributionPicture<'_> {
     DistributionPicture {
         speeds: &fit.speed,
+        trials: &[],
+        theme: Theme::Screen,
         title: "Measured speeds".to_owned(),
         subtitle: "flockbot · made-up trials with the means and deviations of tab:speed1"
             .to_owned(),
@@ -77,12 +80,26 @@ fn distributions(fit: &Fit) -> DistributionPicture<'_> {
 fn every_robot_has_its_distribution_in_the_panel_of_its_command() {
     let fit = fitted(kind!("flockbot"), 0.075);
 
-    let svg = distribution::svg(&distributions(&fit)).expect("it can be drawn");
+    let trials: Vec<DrivenSpeed> = fit
+        .speed
+        .iter()
+        .flat_map(|speed| {
+            [-1.0, 0.0, 1.5].map(|sd| DrivenSpeed {
+                robot: speed.robot.clone(),
+                commanded_m_s: speed.commanded_m_s,
+                measured_m_s: speed.mean_m_s + sd * speed.sd_m_s.unwrap_or(0.0),
+            })
+        })
+        .collect();
+    let picture = DistributionPicture { trials: &trials, ..distributions(&fit) };
+
+    let svg = distribution::svg(&picture).expect("it can be drawn");
 
     keep("speed_distribution", &svg);
-    assert!(svg.contains("commanded 25 mm/s") && svg.contains("commanded 50 mm/s"));
+    assert_eq!(svg.matches("fill-opacity=\"0.75\"").count(), trials.len(), "a dot for each trial");
+    assert!(svg.contains("commanded 0.025 m/s") && svg.contains("commanded 0.05 m/s"));
     assert_eq!(svg.matches("made_up_2: mean").count(), 2);
-    assert!(svg.contains("made_up_1: mean 22.15 mm/s, standard deviation 0.57 mm/s, 5 trials"));
+    assert!(svg.contains("made_up_1: mean 0.02215 m/s, standard deviation 0.00057 m/s, 5 trials"));
 }
 
 #[test]
@@ -112,6 +129,7 @@ fn the_measured_polygon_is_blue_and_the_simulated_red() {
             radius_m,
             title: "What the sensor detects".to_owned(),
             subtitle: format!("{name} · made-up trials"),
+            theme: Theme::Screen,
         };
 
         let svg = sensor::svg(&picture).expect("it can be drawn");
@@ -132,6 +150,7 @@ fn a_sensor_without_a_region_is_refused() {
         radius_m: 0.075,
         title: String::new(),
         subtitle: String::new(),
+        theme: Theme::Screen,
     };
 
     let bodiless =
@@ -183,6 +202,7 @@ fn tube_picture<'a>(
         trials,
         title: "Simulated reach and real trajectories".to_owned(),
         subtitle: "0.1 m/s · 0.08 rad/s · 99 % at each time".to_owned(),
+        theme: Theme::Screen,
     }
 }
 
@@ -238,6 +258,7 @@ fn pictures_of_trials_have_the_same_bytes_again() {
         radius_m: 0.075,
         title: "What the sensor detects".to_owned(),
         subtitle: String::new(),
+        theme: Theme::Screen,
     };
     let bytes = || {
         let speeds = distribution::svg(&distributions(&fit)).expect("it can be drawn");

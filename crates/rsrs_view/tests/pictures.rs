@@ -13,8 +13,11 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::quantity::{Axis, AxisValues, Cell};
-use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, Numbers, Panel, Side, svg};
+use rsrs_view::diagram::{
+    Boundary, CellValues, DiagramPicture, ExperimentMark, Numbers, Panel, Side, ValueScale, svg,
+};
 use rsrs_view::raster::png;
+use rsrs_view::theme::Theme;
 
 /// A made-up world of 16 replicates per cell in which the mill has a best radius.
 fn counts(speed_m_s: f64, turn_rate_rad_s: f64) -> PhaseCounts {
@@ -57,13 +60,17 @@ fn plain(diagram: &PhaseDiagram) -> DiagramPicture<'_> {
         panels: vec![Panel::of(diagram)],
         x: Axis::Speed,
         y: Some(Axis::TurnRate),
+        theme: Theme::Screen,
         title: "Nine simulated Flockbots".to_owned(),
         subtitle: "flockbot, harsher · 9 robots · 300 s · 16 replicates per cell · sees: body"
             .to_owned(),
+        details: "gain_sd_factor 2.5, seed 42".to_owned(),
         chosen: None,
         chosen_note: None,
+        values: None,
         numbers: Numbers::Shown,
         experiments: &[],
+        wanted: None,
         note: None,
         width_px: None,
     }
@@ -149,13 +156,18 @@ fn a_full_picture_shows_all_there_is() {
         "stable milling: 4",
         "2 not shown",
         "not validated",
+        "<desc>gain_sd_factor 2.5, seed 42</desc>",
+        ">3/3</text>",
+        ">1/3</text>",
+        ">0/1</text>",
+        ">n/n</text>",
     ] {
         assert!(svg.contains(text), "{text}");
     }
     let is_number = |line: &&str| {
         line.contains("<text") && line.contains(" stroke=\"#") && !line.contains("stroke-width")
     };
-    assert_eq!(svg.lines().filter(is_number).count(), 88 - 5, "marks replace five numbers");
+    assert_eq!(svg.lines().filter(is_number).count(), 88, "marks leave the numbers");
     for phase in Behaviour::Milling.phases().iter().copied() {
         assert!(svg.contains(&format!(">{}<", phase.title())), "{phase}");
         let in_legend = n_pixels_of(&pixmap, rsrs_view::palette::hue(phase).rgb);
@@ -176,6 +188,43 @@ fn the_readme_picture_is_clean() {
     assert_eq!((at(150, 140), at(1050, 825)), (Some(0xd5), Some(0xbb)));
     assert!(!svg.contains("Theory") && !svg.contains("Experiments"));
     assert!(svg.contains("speed 0.15 m/s, turning rate 0.75 rad/s\n16 replicates:"));
+}
+
+#[test]
+fn cells_may_show_a_number_in_the_place_of_their_phases() {
+    let diagram = default_diagram();
+    let share = |entry: &DiagramCell| entry.counts.wanted_share();
+    let circliness = CellValues {
+        name: "circliness, mean of the runs".to_owned(),
+        scale: ValueScale::Sequential { low: 0.0, high: 1.0 },
+        of_panels: vec![diagram.cells.iter().map(|it| Some(share(it))).collect()],
+        framed: None,
+    };
+    let difference = CellValues {
+        name: "difference of the share of stable milling".to_owned(),
+        scale: ValueScale::Diverging { most: 0.5 },
+        of_panels: vec![
+            diagram
+                .cells
+                .iter()
+                .enumerate()
+                .map(|(n, it)| (n != 7).then(|| share(it) - 0.5))
+                .collect(),
+        ],
+        framed: Some((
+            "intervals do not overlap".to_owned(),
+            vec![diagram.cells.iter().map(|it| (share(it) - 0.5).abs() > 0.45).collect()],
+        )),
+    };
+
+    let (plain_svg, _) =
+        draw("circliness", &DiagramPicture { values: Some(circliness), ..plain(&diagram) });
+    let (svg, _) =
+        draw("difference", &DiagramPicture { values: Some(difference), ..plain(&diagram) });
+
+    assert!(plain_svg.contains("circliness, mean of the runs: 0.62"), "in a tooltip");
+    assert!(svg.contains("intervals do not overlap") && svg.contains(">+0.50</text>"));
+    assert!(svg.contains("no value") && !svg.contains("Most frequent phase"));
 }
 
 #[test]
@@ -210,12 +259,27 @@ fn one_axis_gives_a_curve() {
     }
     let diagram = PhaseDiagram { axes: vec![Axis::Robots], cells };
     let chosen = cell("robots=9");
-    let picture =
-        DiagramPicture { x: Axis::Robots, y: None, chosen: Some(&chosen), ..plain(&diagram) };
+    let mut measured = diagram.clone();
+    for entry in &mut measured.cells {
+        entry.counts.add_many(Phase::StableMilling, 8);
+    }
+    let panel = Panel {
+        compared: Some(("robots as measured".to_owned(), &measured)),
+        ..Panel::of(&diagram)
+    };
+    let picture = DiagramPicture {
+        panels: vec![panel],
+        x: Axis::Robots,
+        y: None,
+        chosen: Some(&chosen),
+        wanted: Some((0.8, "viable: 80 %".to_owned())),
+        ..plain(&diagram)
+    };
 
     let (svg, _) = draw("one_axis", &picture);
 
     assert!(svg.contains("number of robots") && svg.contains("95 % interval"));
+    assert!(svg.contains("the same, robots as measured") && svg.contains("viable: 80 %"));
 }
 
 #[test]
@@ -284,8 +348,7 @@ fn a_slice_of_three_axes_states_where_it_was_cut() {
     let (svg, _) = draw("slice", &picture);
 
     assert!(svg.contains("Slice at 9 robots"));
-    assert!(svg.contains("chosen cell (not shown"));
-    assert!(svg.contains("far away, holds left of the"), "{svg}");
+    assert!(!svg.contains("chosen cell") && !svg.contains("far away"), "what is not shown");
 }
 
 #[test]
@@ -328,14 +391,16 @@ fn runs_that_are_not_settled_are_hollow_and_counted_by_themselves() {
     let (svg, _) =
         draw("unsettled", &DiagramPicture { experiments: &experiments, ..plain(&diagram) });
 
-    assert!(svg.contains("<title>run_2: stable milling</title>"));
-    assert!(svg.contains("<title>run_3: stable milling (not settled: look again)</title>"));
+    assert!(svg.contains(
+        "2 stable milling: run_1, run_2\n1 stable milling (not settled: look again): run_3"
+    ));
+    assert!(svg.contains(">3/3</text>"));
     assert!(svg.contains(">stable milling: 2</text>"));
     assert!(svg.contains(">stable milling: 1, not settled:"), "in the legend");
 }
 
 #[test]
-fn runs_with_names_each_have_a_mark_of_their_own_while_there_is_room() {
+fn runs_at_one_cell_are_counted_beside_one_symbol_however_many_there_are() {
     let diagram = default_diagram();
     let runs = |n: u64| {
         let names = (1..=n).map(|run| format!("run_{run}")).collect();
@@ -349,10 +414,8 @@ fn runs_with_names_each_have_a_mark_of_their_own_while_there_is_room() {
 
     let (nine, hundred) = (drawn(9), drawn(100));
 
-    assert_eq!(nine.matches("<title>run_").count(), 9);
-    assert!(nine.contains("<title>run_9: stable milling</title>"));
-    assert_eq!(hundred.matches("<title>run_").count(), 1, "they are counted");
-    assert!(hundred.contains(">100</text>") && hundred.contains("run_1, run_2"));
+    assert!(nine.contains("<title>9 stable milling: run_1, run_2"));
+    assert!(nine.contains(">9/9</text>") && hundred.contains(">100/100</text>"));
 }
 
 #[test]
@@ -362,6 +425,7 @@ fn a_tiny_diagram_is_exactly_this_text() {
     let picture = DiagramPicture {
         title: "Two cells".to_owned(),
         subtitle: String::new(),
+        details: String::new(),
         chosen: Some(&chosen),
         ..plain(&diagram)
     };
@@ -401,7 +465,7 @@ fn a_tiny_diagram_is_exactly_this_text() {
         <text x="33" y="166" text-anchor="middle" font-size="12.5" fill="#1a1a1a" transform="rotate(-90 33 166)">turning rate (rad/s)</text>
       </g>
       <g class="fixed" font-size="11" text-anchor="middle" pointer-events="none" stroke-width="4" stroke-linejoin="round" paint-order="stroke">
-        <text x="133.49" y="169.96" fill="#ffffff" stroke="#0072b2">1</text>
+        <text x="133.49" y="169.96" fill="#ffffff" stroke="#0072b2">1.00</text>
         <text x="243.49" y="169.96" fill="#1a1a1a" stroke="#f5f09a">0.44</text>
       </g>
       <g class="fixed" pointer-events="none">

@@ -17,6 +17,7 @@ use rsrs_view::film::{Film, Kind, film, frame_svg};
 use rsrs_view::gallery;
 use rsrs_view::order_over_time::{self, OrderPicture, RunPicture, order_svg};
 use rsrs_view::raster::png;
+use rsrs_view::theme::Theme;
 use rsrs_view::trajectory::{TrajectoryPicture, TrajectoryPictureError, svg};
 
 /// Nine robots that spiral from a wide disc onto a ring of 0.9 m about (0.3, -0.2) m.
@@ -47,6 +48,13 @@ fn run(duration_s: f64, pose: impl Fn(f64, f64) -> Pose) -> Trajectory {
     trajectory
 }
 
+/// Names of nine robots, of which one has no number.
+fn names() -> Vec<String> {
+    let mut names: Vec<String> = (1..=9).map(|robot| format!("flockbot_{robot}")).collect();
+    "Alice".clone_into(&mut names[3]);
+    names
+}
+
 fn picture(trajectory: &Trajectory, phase: Option<Phase>) -> TrajectoryPicture<'_> {
     TrajectoryPicture {
         trajectory,
@@ -54,6 +62,9 @@ fn picture(trajectory: &Trajectory, phase: Option<Phase>) -> TrajectoryPicture<'
         tail_s: 20.0,
         phase,
         lost: &[],
+        names: &[],
+        walls_m: None,
+        theme: Theme::Screen,
         title: "Nine Flockbots, one run".to_owned(),
         subtitle: "0.15 m/s · 0.75 rad/s · 300 s · seed 42".to_owned(),
     }
@@ -81,9 +92,13 @@ fn draw(name: &str, picture: &TrajectoryPicture) -> String {
 
 #[test]
 fn a_mill_gets_its_ring_and_stays_small() {
-    let svg = draw("mill", &picture(&mill(300.0), Some(Phase::StableMilling)));
+    let (run, names) = (mill(300.0), names());
+    let picture = TrajectoryPicture { names: &names, ..picture(&run, Some(Phase::StableMilling)) };
 
-    assert!(svg.contains("mean radius 0.90 m") && svg.contains("stable milling"));
+    let svg = draw("mill", &picture);
+
+    assert!(svg.contains("ring: mean radius 0.90 m"));
+    assert!(svg.contains(">Alice</text>") && svg.contains(">9</text>"), "robots have their names");
     assert!(svg.contains("0.5 m"), "the scale bar");
     assert!(svg.len() < 70_000, "{}", svg.len());
 }
@@ -183,6 +198,8 @@ fn a_ring_that_is_torn_stays_off_the_words() {
     let torn = torn(120.0);
     let picture = TrajectoryPicture {
         lost: &[0],
+        names: &names(),
+        walls_m: Some(1.3),
         title: LONG_TITLE.to_owned(),
         ..picture(&torn, Some(Phase::SemiStableMilling))
     };
@@ -204,6 +221,7 @@ fn a_gallery_can_be_read_and_has_the_same_text_again() {
         .map(|((trajectory, name), number)| TrajectoryPicture {
             title: format!("{number}: {name}"),
             subtitle: format!("98.5 % of runs; {words}"),
+            theme: Theme::Screen,
             ..picture(trajectory, (number == 1).then_some(Phase::StableMilling))
         })
         .collect();
@@ -221,7 +239,13 @@ fn a_gallery_can_be_read_and_has_the_same_text_again() {
 fn every_frame_of_a_film_can_be_read_and_has_the_same_text_again() {
     for (name, trajectory) in [("film_of_a_mill", mill(60.0)), ("film_of_a_torn_mill", torn(60.0))]
     {
-        let film = Film { title: LONG_TITLE.to_owned(), width_px: 480, ..film_of(&trajectory) };
+        let names = names();
+        let film = Film {
+            title: LONG_TITLE.to_owned(),
+            width_px: 480,
+            names: &names,
+            ..film_of(&trajectory)
+        };
         assert!(film.n_frames() > 25, "{}", film.n_frames());
 
         for frame in 0..film.n_frames() {
@@ -273,6 +297,8 @@ fn film_of(trajectory: &Trajectory) -> Film<'_> {
         tail_s: 5.0,
         width_px: 160,
         lost: &[3],
+        names: &[],
+        walls_m: Some(2.0),
     }
 }
 
@@ -284,8 +310,8 @@ fn a_film_states_what_is_known_at_each_time_and_not_what_comes_later() {
     let frame = |time_s: usize| frame_svg(&of, time_s / 2).expect("it can be drawn");
 
     assert!(frame(2).contains(">2 s<"), "{}", frame(2));
-    assert!(frame(4).contains(">4 s: so far: unformed<"), "{}", frame(4));
-    assert!(frame(8).contains(">8 s: stable milling<"), "{}", frame(8));
+    assert!(frame(4).contains(">4 s<") && frame(4).contains(">so far: unformed<"), "{}", frame(4));
+    assert!(frame(8).contains(">8 s<") && frame(8).contains(">stable milling<"), "{}", frame(8));
 }
 
 #[test]

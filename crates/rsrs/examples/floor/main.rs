@@ -39,6 +39,7 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_view::diagram::ExperimentMark;
 use rsrs_view::raster::{PNG_WIDTH_PX, png};
+use rsrs_view::theme::Theme;
 use rsrs_view::trajectory::TrajectoryPicture;
 use serde_json::{Value, json};
 
@@ -322,8 +323,11 @@ fn draw(
         tail_s: 60.0,
         phase: Some(Phase::StableMilling),
         lost: &[],
+        names: &[],
+        walls_m: None,
         title: "0.15 m/s, 0.75 rad/s on the stand-in's floor".to_owned(),
         subtitle: "the last 60 s drawn strongly".to_owned(),
+        theme: Theme::Screen,
     })?;
     for (name, svg) in [("diagram.png", diagram), ("mill.png", mill)] {
         write_file(&folder.join(name), &png(&svg, PNG_WIDTH_PX)?)?;

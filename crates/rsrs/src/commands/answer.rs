@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
 use rsrs_pipeline::answer::{Options, REPLICATES, answer};
-use rsrs_pipeline::picture::{PictureFile, of_answers};
+use rsrs_pipeline::picture::of_answers;
+use rsrs_pipeline::picture_file::PictureFile;
 
 use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
+use crate::page_arguments::PageArguments;
 use crate::profile_arguments::ProfileArguments;
 use crate::setting_arguments::SettingArguments;
 use crate::words::{Tone, Words};
@@ -38,6 +40,8 @@ pub struct Arguments {
     /// Picture of all curves to write: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArguments,
     /// Share of mills that is wanted: the least lower bound (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
           value_parser = super::wanted)]
@@ -73,7 +77,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let words = Words::new(&answers).tone(Tone::good_if(answers.viable), verdict);
     report(arguments.format, &answers, words)?;
     if let Some(picture) = picture {
-        picture.write(&of_answers(&answers)?)?;
+        let style = arguments.page.style();
+        picture.styled(style).write(&of_answers(&answers, style)?)?;
         report_written(arguments.format, picture.path())?;
     }
     Ok(if answers.viable { Outcome::Done } else { Outcome::NegativeAnswer })

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use crate::bag_arguments::BagArguments;
-use crate::commands::{Format, report};
+use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
 use crate::verdicts;
 use rsrs_pipeline::compare::compare;
+use rsrs_pipeline::latex;
 
 /// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
 ///
@@ -33,12 +34,19 @@ use rsrs_pipeline::compare::compare;
 Examples:
   rsrs compare results/flockbot --bags runs/monday_*
   rsrs compare results/flockbot --bags runs/one runs/two --format json
-  rsrs compare results/flockbot --bags runs/* --margin 0.2")]
+  rsrs compare results/flockbot --bags runs/* --margin 0.2
+  rsrs compare results/flockbot --bags runs/* -o verdict.tex")]
 pub struct Arguments {
     /// Folder of a sweep; with `choice.json` in it, the chosen cell is compared with its fresh runs.
     folder: PathBuf,
+    /// Bags of runs: rosbag2 folders or single .mcap files.
+    #[arg(long, required = true, num_args = 1.., value_name = "BAG")]
+    bags: Vec<PathBuf>,
     #[command(flatten)]
     runs: BagArguments,
+    /// Table of the cells and the verdict to write, in LaTeX for a paper: a file that ends in .tex.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -50,7 +58,11 @@ pub struct Arguments {
 ///
 /// As [`compare`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let result = compare(&arguments.folder, &arguments.runs.clone().into())?;
+    let result = compare(&arguments.folder, &arguments.runs.of(&arguments.bags))?;
     report(arguments.format, &result, verdicts::comparison(&result))?;
+    if let Some(path) = &arguments.output {
+        latex::write(path, &latex::verdict(&result))?;
+        report_written(arguments.format, path)?;
+    }
     Ok(Outcome::from(&result))
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rsrs_core::comparison::MARGIN;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::quantity::{Axis, Cell};
@@ -13,12 +14,15 @@ use rsrs_view::page::{Page, Table};
 
 use crate::commands::{Format, report_written};
 use crate::failure::Outcome;
+use crate::page_arguments::PageArguments;
 use crate::profile_arguments::ProfileArguments;
 use rsrs_pipeline::compare;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::Labeller;
-use rsrs_pipeline::picture::{DiagramOptions, Length, PictureFile, Worlds, of_sweep};
+use rsrs_pipeline::latex;
+use rsrs_pipeline::picture::{CellNumber, CellNumbers, DiagramOptions, Worlds, of_sweep};
+use rsrs_pipeline::picture_file::PictureFile;
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{SweepResult, World};
 use rsrs_pipeline::validate::file;
@@ -36,7 +40,7 @@ pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
     /// Picture to write; its extension selects the format: svg, png, pdf, or html, which has the
-    /// numbers, too.
+    /// numbers, too; or tex, for a paper: a table of the cells alone.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Horizontal axis (default: the first swept one).
@@ -66,13 +70,17 @@ pub struct Arguments {
     /// Title (default: one with the name of the robot).
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
+    /// What the cells show in the place of their phases: an order parameter by its name in
+    /// `replicates.parquet`, as its mean over the runs of a cell (`mean_radius_m`: over those that end as
+    /// wanted); `settling_time_s`, when half of those that end as wanted had come to it, of runs that are
+    /// simulated again; or `difference`, of robots as measured to those made worse (default: phases).
+    #[arg(long, value_name = "NAME", value_parser = cell_numbers())]
+    value: Option<CellNumber>,
     /// Leave the numbers out of the cells.
     #[arg(long)]
     no_numbers: bool,
-    /// Width on paper, such as 88mm, 8.8cm or 3.5in, with letters of 5 to 12 points at any width; a PNG
-    /// has 600 dots to an inch of it (default: as wide as it takes).
-    #[arg(long, value_name = "WIDTH")]
-    width: Option<Length>,
+    #[command(flatten)]
+    page: PageArguments,
     /// The robots: made worse by the sweep's factors, as measured, or both side by side (default:
     /// harsher).
     #[arg(long, value_enum, default_value = "harsher", hide_default_value = true)]
@@ -100,7 +108,19 @@ impl From<Robots> for Worlds {
     }
 }
 
+/// A number that a cell may show, by its name.
+fn cell_numbers() -> impl TypedValueParser<Value = CellNumber> {
+    PossibleValuesParser::new(CellNumber::keys())
+        .map(|key| CellNumber::from_key(&key).expect("the parser takes no other words"))
+}
+
 impl Arguments {
+    /// What the cells show in the place of their phases.
+    fn values(&self, result: &SweepResult) -> anyhow::Result<Option<CellNumbers>> {
+        let worlds = Worlds::from(self.world).all();
+        self.value.map(|value| value.of_sweep(&self.folder, result, worlds)).transpose()
+    }
+
     /// The bags as marks on the diagram.
     fn experiments(&self) -> anyhow::Result<Vec<ExperimentMark>> {
         if self.bags.is_empty() {
@@ -125,6 +145,14 @@ impl Arguments {
 ///
 /// If the folder is not a sweep's, an axis was not swept, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if latex::is_tex(&arguments.output) {
+        let result = folder::read(&arguments.folder)?;
+        let world =
+            *Worlds::from(arguments.world).all().first().context("a diagram has a world")?;
+        latex::write(&arguments.output, &latex::cells(&result, world)?)?;
+        report_written(Format::Text, &arguments.output)?;
+        return Ok(Outcome::Done);
+    }
     let is_page = arguments.output.extension().is_some_and(|ending| ending == "html");
     let picture = (!is_page).then(|| picture_file(arguments)).transpose()?;
     let result = folder::read(&arguments.folder)?;
@@ -135,9 +163,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         chosen: folder::read_choice(&arguments.folder)?,
         experiments: arguments.experiments()?,
         title: arguments.title.clone(),
+        values: arguments.values(&result)?,
         numbers: if arguments.no_numbers { Numbers::Hidden } else { Numbers::Shown },
         worlds: arguments.world.into(),
-        width: arguments.width,
+        style: arguments.page.style(),
         validation: file::note(&arguments.folder, &result.source)?,
     };
     let svg = of_sweep(&result, &options)?;
@@ -153,11 +182,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 fn picture_file(arguments: &Arguments) -> anyhow::Result<PictureFile<'_>> {
     let file = PictureFile::new(&arguments.output).map_err(|error| {
         with_help(
-            format!("{error}, nor in .html"),
-            "name the picture `-o diagram.svg`, `-o diagram.png`, `-o diagram.pdf` or `-o diagram.html`",
+            format!("{error}, nor in .html or .tex"),
+            "name the picture `-o diagram.svg`, `-o diagram.png`, `-o diagram.pdf` or `-o diagram.html`, or a table `-o cells.tex`",
         )
     })?;
-    Ok(arguments.width.map_or(file, |width| file.on_paper(width)))
+    Ok(file.styled(arguments.page.style()))
 }
 
 /// The picture on a page, with the numbers behind it and how they were made.

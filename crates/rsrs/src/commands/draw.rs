@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_pipeline::draw::svg;
 use rsrs_pipeline::label::{CutRun, LabelOptions};
-use rsrs_pipeline::picture::PictureFile;
+use rsrs_pipeline::picture_file::PictureFile;
 
 use crate::commands::{Format, report_written};
 use crate::failure::Outcome;
+use crate::page_arguments::PageArguments;
 
 /// Draw a recorded run: from above, and its order parameters over time.
 ///
@@ -27,6 +28,8 @@ pub struct Arguments {
     /// Picture to write; its extension selects the format: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    #[command(flatten)]
+    page: PageArguments,
     /// Label what there is of a run whose end was not recorded.
     #[arg(long)]
     part: bool,
@@ -41,10 +44,10 @@ pub struct Arguments {
 ///
 /// If the bag cannot be read, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = PictureFile::new(&arguments.output)?;
+    let picture = PictureFile::new(&arguments.output)?.styled(arguments.page.style());
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };
     let options = LabelOptions { cut, poses: arguments.poses, ..LabelOptions::default() };
-    picture.write(&svg(&arguments.bag, options)?)?;
+    picture.write(&svg(&arguments.bag, options, picture.style().theme)?)?;
     report_written(Format::Text, &arguments.output)?;
     Ok(Outcome::Done)
 }

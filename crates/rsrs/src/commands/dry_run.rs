@@ -34,9 +34,10 @@ use rsrs_pipeline::compare::prediction::CHOSEN;
 use rsrs_pipeline::compare::report::Report as Comparison;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::execution::n_threads;
-use rsrs_pipeline::files::{write_file, write_svg_and_png};
+use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
 use rsrs_pipeline::picture::{self, DiagramOptions};
+use rsrs_pipeline::picture_file::{PageStyle, write_svg_and_png};
 use rsrs_pipeline::report::html;
 use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_pipeline::sweep::settling;
@@ -191,7 +192,8 @@ impl DryRun<'_> {
             poses: None,
             other_profile: OtherProfile::Refused,
         };
-        let (page, mut comparison) = html(&sweep, &runs)?;
+        let (page, comparison) = html(&sweep, Some(&runs))?;
+        let mut comparison = comparison.context("a report of runs compares them")?;
         comparison.at_hand.experiment = quoted(&files.experiment);
         self.print("")?;
         self.print(verdicts::comparison(&comparison))?;
@@ -310,7 +312,7 @@ impl DryRun<'_> {
             ..DiagramOptions::default()
         };
         let svg = picture::of_sweep(result, &options)?;
-        write_svg_and_png(&self.folder, "diagram", &svg)?;
+        write_svg_and_png(&self.folder, "diagram", &svg, PageStyle::default())?;
         Ok(self.folder.join("diagram.png"))
     }
 

@@ -19,8 +19,9 @@ use self::check::Until;
 use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
+use crate::page_arguments::PageArguments;
 use rsrs_operate::run::start_poses::{StartPose, StartPoses};
-use rsrs_pipeline::picture::PictureFile;
+use rsrs_pipeline::picture_file::PictureFile;
 
 /// Print start poses for the floor, as a table and a picture.
 ///
@@ -55,6 +56,8 @@ pub struct Arguments {
     /// Picture to write; its extension selects the format: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArguments,
     /// Show where the robots are seen now, until Ctrl-C.
     #[arg(long, conflicts_with = "output")]
     check: bool,
@@ -98,7 +101,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let poses = StartPoses::of(&plan)?;
     if let Some(picture) = picture {
-        draw(picture, &arguments.experiment, &poses)?;
+        draw(picture.styled(arguments.page.style()), &arguments.experiment, &poses)?;
     }
     report(arguments.format, &poses, poses.to_string())?;
     if let Some(picture) = picture {
@@ -122,6 +125,7 @@ fn draw(picture: PictureFile<'_>, experiment: &Path, poses: &StartPoses) -> anyh
         radius_m: poses.body_radius_m,
         title: format!("Start of {stem}"),
         subtitle: format!("{} robots {}, seed {}", robots.len(), poses.area, poses.seed),
+        theme: picture.style().theme,
     });
     picture.write(&svg)
 }

@@ -1,4 +1,4 @@
-//! `rsrs report`: a sweep and the runs that were held against it, as one HTML file.
+//! `rsrs report`: a sweep, and the runs that were held against it, as one HTML file.
 
 use std::path::PathBuf;
 
@@ -13,21 +13,25 @@ use crate::bag_arguments::BagArguments;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 
-/// Write one HTML file with the diagram, the comparison, and every run in motion.
+/// Write one HTML file with the diagram, its cells in motion, and the runs that were compared with it.
 ///
 /// The cells of the diagram respond to pointer, tap and arrow keys: they show how their runs ended, and
 /// one of them, simulated again. Runs are played from their bags beside their order parameters.
 /// The file needs no other and asks for nothing from the network: it can be mailed, printed and kept.
-/// Runs are labelled and compared as `rsrs compare` does it. Exit code 3 means that the claim is
-/// violated.
+/// Runs are labelled and compared as `rsrs compare` does it; without runs the report is of the sweep alone.
+/// Exit code 3 means that the claim is violated.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
+  rsrs report results/flockbot -o flockbot.html
   rsrs report results/flockbot --bags runs/monday_* -o monday.html
   rsrs report results/flockbot --bags runs/monday_* --labels human:ana -o monday.html")]
 pub struct Arguments {
     /// Folder of a sweep; with `choice.json` in it, the chosen cell is shown, too.
     folder: PathBuf,
+    /// Bags of runs: rosbag2 folders or single .mcap files (default: none).
+    #[arg(long, num_args = 1.., value_name = "BAG")]
+    bags: Vec<PathBuf>,
     #[command(flatten)]
     runs: BagArguments,
     /// File to write; one that exists is replaced.
@@ -43,7 +47,8 @@ pub struct Arguments {
 struct Summary {
     report: PathBuf,
     n_bytes: u64,
-    comparison: Comparison,
+    /// What came of the runs, if there are some.
+    comparison: Option<Comparison>,
 }
 
 /// Runs the command.
@@ -59,12 +64,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             "name the report `-o report.html`",
         ));
     }
-    let (html, comparison) = html(&arguments.folder, &arguments.runs.clone().into())?;
+    let runs = (!arguments.bags.is_empty()).then(|| arguments.runs.of(&arguments.bags));
+    let (html, comparison) = html(&arguments.folder, runs.as_ref())?;
     write_file(output, html.as_bytes())?;
     let n_bytes = html.len() as u64;
-    let runs = counted(comparison.bags.len() as u64, "run");
+    let n_runs = comparison.as_ref().map_or(0, |comparison| comparison.bags.len() as u64);
+    let runs = if n_runs > 0 { counted(n_runs, "run") } else { "no runs".to_owned() };
     let text = format!("{}: {runs}, {}", output.display(), size(n_bytes));
     let summary = Summary { report: output.clone(), n_bytes, comparison };
     report(arguments.format, &summary, &text)?;
-    Ok(Outcome::from(&summary.comparison))
+    Ok(summary.comparison.as_ref().map_or(Outcome::Done, Outcome::from))
 }

@@ -10,6 +10,7 @@ use rsrs_sim::reachable_set::ReachOptions;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use crate::page_arguments::PageArguments;
 use crate::words::{Tone, Words};
 
 /// Check that the simulated robot is worse than the real ones: step 2 of the method.
@@ -56,6 +57,8 @@ pub struct Arguments {
     /// then its diagram shows it, too).
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArguments,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -79,6 +82,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             tolerance_rad: arguments.tolerance_heading.unwrap_or(usual.tolerance_rad),
             ..usual
         },
+        style: arguments.page.style(),
     };
     let output = arguments.output.as_deref();
     let answer = validate(&arguments.sweep, &options, output, picture::into_folder)?;

@@ -21,6 +21,8 @@ use rsrs_fleet::record::{Backend, ExperimentRecord, OwnProfile};
 use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
+pub use text::evidence;
+
 use crate::compare::not_counted::{Cause, NotCounted};
 use crate::compare::run_matching::Admitted;
 use crate::label::Labelled;

@@ -15,6 +15,7 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::confirmation_seed;
 use rsrs_view::page::Page;
+use rsrs_view::theme::Theme;
 use rsrs_view::trajectory::TrajectoryPicture;
 
 use super::folder::{Folder, PROFILE};
@@ -228,8 +229,11 @@ fn draw(
                 Name::WallFollowing | Name::Other => None,
             },
             lost: &[],
+            names: &[],
+            walls_m: (options.walls != Walls::None).then_some(laboratory.arena_m / 2.0),
             title: format!("{}: {}", index + 1, found.name.replace('_', " ")),
             subtitle: format!("{} of runs; {}", percent(found.share), found.words),
+            theme: Theme::Screen,
         })
         .collect();
     let svg = rsrs_view::gallery::svg(&title, &pictures, COLUMNS)?;

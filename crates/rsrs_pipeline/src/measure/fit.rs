@@ -5,12 +5,13 @@ use std::path::Path;
 use anyhow::Context;
 use rsrs_core::robot::profile::TrialOrigin;
 use rsrs_core::trials::fit::{Fit, SensorMap, Unmeasured, fit};
-use rsrs_view::distribution::{self, DistributionPicture};
+use rsrs_core::trials::trial::SpeedTrial;
+use rsrs_view::distribution::{self, DistributionPicture, DrivenSpeed};
 use rsrs_view::sensor::{self, SensorPicture};
 
 use super::sources::{Paths, Sources};
 use crate::error::{helped, with_help};
-use crate::files::write_svg_and_png;
+use crate::picture_file::{PageStyle, write_svg_and_png};
 
 /// Whether trials of the simulator and of robots may make one profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,11 +22,18 @@ pub enum Mixture {
     Allowed,
 }
 
+/// A fit of files.
+#[derive(Clone, Debug)]
+pub struct FittedFiles {
+    /// The fit.
+    pub fit: Fit,
+    /// The straight runs behind it, for pictures.
+    pub speeds: Vec<DrivenSpeed>,
+    /// What it left out.
+    pub notes: Vec<String>,
+}
+
 /// Fits a profile.
-///
-/// # Returns
-///
-/// The fit, and notes on what it left out.
 ///
 /// # Errors
 ///
@@ -35,7 +43,7 @@ pub fn fit_files(
     paths: &Paths,
     unmeasured: &Unmeasured,
     mixture: Mixture,
-) -> anyhow::Result<(Fit, Vec<String>)> {
+) -> anyhow::Result<FittedFiles> {
     let sources = Sources::read(paths)?;
     let moved_by = sources.tables().moved_by;
     if mixture == Mixture::Refused && moved_by.origin() == Some(TrialOrigin::PartlySimulated) {
@@ -50,7 +58,15 @@ pub fn fit_files(
         ));
     }
     let fitted = fit(sources.tables(), unmeasured).map_err(helped)?;
-    Ok((fitted, sources.notes()))
+    let notes = sources.notes();
+    let speed = sources.tables().speed;
+    let driven = |trial: &SpeedTrial| DrivenSpeed {
+        robot: speed.robots[trial.robot].clone(),
+        commanded_m_s: trial.commanded_m_s,
+        measured_m_s: trial.distance_m / trial.duration_s,
+    };
+    let speeds = speed.rows.iter().map(driven).collect();
+    Ok(FittedFiles { fit: fitted, speeds, notes })
 }
 
 /// Draws the speeds of each robot, and the sensor, as SVG and PNG.
@@ -63,18 +79,27 @@ pub fn fit_files(
 /// # Errors
 ///
 /// If the folder cannot be made or written.
-pub fn draw(folder: &Path, fitted: &Fit, name: &str, radius_m: f64) -> anyhow::Result<()> {
+pub fn draw(
+    folder: &Path,
+    files: &FittedFiles,
+    name: &str,
+    radius_m: f64,
+    style: PageStyle,
+) -> anyhow::Result<()> {
+    let fitted = &files.fit;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let map: &SensorMap = &fitted.details.sensor;
     let origin = fitted.details.moved_by.origin();
     let whose = origin.map(|origin| format!("; trials of {}", origin.whose())).unwrap_or_default();
     let speeds = distribution::svg(&DistributionPicture {
         speeds: &fitted.speed,
+        trials: &files.speeds,
         title: format!("Speeds of {name}"),
         subtitle: format!(
             "{} trials of {} robots{whose}",
             fitted.details.speed.n_trials, fitted.details.speed.n_robots
         ),
+        theme: style.theme,
     })?;
     let seen = sensor::svg(&SensorPicture {
         map,
@@ -87,7 +112,8 @@ pub fn draw(folder: &Path, fitted: &Fit, name: &str, radius_m: f64) -> anyhow::R
             map.true_positive.value,
             map.false_positive.value
         ),
+        theme: style.theme,
     })?;
-    write_svg_and_png(folder, "speeds", &speeds)?;
-    write_svg_and_png(folder, "sensor", &seen)
+    write_svg_and_png(folder, "speeds", &speeds, style)?;
+    write_svg_and_png(folder, "sensor", &seen, style)
 }

@@ -4,6 +4,7 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_view::curves::{Curve, CurvesPicture, svg};
 
 use crate::answer::{Answers, Quantity};
+use crate::picture_file::{Length, PageStyle};
 use crate::wording::quantity::{as_on_an_axis, span_on_an_axis, without_unit};
 use crate::wording::{count, percent};
 
@@ -12,7 +13,7 @@ use crate::wording::{count, percent};
 /// # Errors
 ///
 /// If there is no curve.
-pub fn of_answers(answers: &Answers) -> anyhow::Result<String> {
+pub fn of_answers(answers: &Answers, style: PageStyle) -> anyhow::Result<String> {
     let quantities = answers.questions.iter().flat_map(|answer| &answer.quantities);
     let behaviour = answers.behaviour;
     let curves: Vec<Curve> = quantities.map(|quantity| of_quantity(behaviour, quantity)).collect();
@@ -34,7 +35,16 @@ pub fn of_answers(answers: &Answers) -> anyhow::Result<String> {
     let wanted = Some((answers.wanted, format!("wanted: {}", percent(answers.wanted))));
     let subtitles = vec![subtitle];
     let marked = "recommended, or what the robot has";
-    Ok(svg(&CurvesPicture { title, subtitles, curves, marked, wanted, width_px: None })?)
+    Ok(svg(&CurvesPicture {
+        title,
+        subtitles,
+        details: String::new(),
+        curves,
+        marked,
+        wanted,
+        theme: style.theme,
+        width_px: style.width.map(Length::px),
+    })?)
 }
 
 fn of_quantity(behaviour: Behaviour, found: &Quantity) -> Curve {
@@ -44,9 +54,9 @@ fn of_quantity(behaviour: Behaviour, found: &Quantity) -> Curve {
         Some(range) => {
             let span = span_on_an_axis(*axis, range.low, range.high);
             // The unit once, so that the heading is no wider than its panel.
-            format!("{} ({span})", without_unit(&recommended_text))
+            format!("{} {} ({span})", axis.name(), without_unit(&recommended_text))
         }
-        None => format!("{recommended_text}: too rarely"),
+        None => format!("{} {recommended_text}: too rarely", axis.name()),
     };
     Curve {
         heading,
@@ -56,6 +66,7 @@ fn of_quantity(behaviour: Behaviour, found: &Quantity) -> Curve {
         range: range.map(|range| [range.low, range.high]),
         marked: Some(*recommended),
         boundaries: Vec::new(),
+        compared: None,
         real: Vec::new(),
     }
 }

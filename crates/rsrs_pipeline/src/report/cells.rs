@@ -68,7 +68,8 @@ fn facts_of(
 ) -> anyhow::Result<CellFacts> {
     let result = of.result;
     let entry = &result.diagram.cells[index];
-    let runs = of.comparison.bags.iter().enumerate().filter(|(_, run)| run.cell == entry.cell);
+    let runs = of.comparison.into_iter().flat_map(|comparison| comparison.bags.iter().enumerate());
+    let runs = runs.filter(|(_, run)| run.cell == entry.cell);
     let is_one = result.source.as_measured().is_none();
     let harsher = if is_one { "robots as measured" } else { "robots made worse" };
     let mut worlds = vec![world(of, harsher, entry)];

@@ -8,6 +8,7 @@ use rsrs_fleet::record::Backend;
 use rsrs_view::order_over_time::order_svg;
 use rsrs_view::replay::{BYTES_PER_POSE, Replay, Shown};
 use rsrs_view::report::{RecordedRun, RunFacts};
+use rsrs_view::theme::Theme;
 use rsrs_view::trajectory::{ring_of, svg};
 
 use super::samples_at_least;
@@ -87,7 +88,7 @@ fn recorded(run: &ComparedBag, drawn: &DrawnRun, most_poses: f64) -> anyhow::Res
     let first_judged = n_samples.saturating_sub(samples_in(WINDOW_S, trajectory.period_s));
     let title = format!("order parameters of {} over time", run.name());
     Ok(RecordedRun {
-        above_svg: svg(&drawn.above(&lost))?,
+        above_svg: svg(&drawn.above(&lost, Theme::Screen))?,
         order: order_svg(&drawn.order(&drawn.blocks(), &drawn.rules(), &[]), &title),
         replay: Replay::of(&Shown {
             trajectory,

@@ -9,7 +9,7 @@ use rsrs_view::page::Table;
 use serde_json::Value;
 
 use super::Reported;
-use crate::compare::report::{ComparedBag, ComparedCell, Report as Comparison};
+use crate::compare::report::{ComparedBag, ComparedCell, Report as Comparison, evidence};
 use crate::wording::quantity;
 
 fn table<const N: usize>(caption: &str, head: [&str; N], rows: Vec<[String; N]>) -> Table {
@@ -48,10 +48,7 @@ fn rows_of_all(comparison: &Comparison) -> Vec<[String; 2]> {
     [
         (did.to_owned(), format!("{} of {}", pooled.n_milled, pooled.n_real)),
         (format!("expected if both {plain} equally often"), format!("{:.1}", pooled.n_expected)),
-        (
-            format!("evidence that real robots {plain} less often"),
-            format!("{:.3e}", pooled.e_violated),
-        ),
+        (format!("evidence that real robots {plain} less often"), evidence(pooled.e_violated)),
         (
             format!("evidence that they {plain} as often, but for the margin"),
             of_claim(pooled.e_supported),
@@ -73,7 +70,7 @@ fn rows_of_all(comparison: &Comparison) -> Vec<[String; 2]> {
 
 /// Evidence for a claim, if there is one.
 fn of_claim(e_supported: Option<f64>) -> String {
-    e_supported.map_or_else(|| "no claim".to_owned(), |e_value| format!("{e_value:.3e}"))
+    e_supported.map_or_else(|| "no claim".to_owned(), evidence)
 }
 
 fn row_of_cell(cell: &ComparedCell) -> [String; 6] {
@@ -86,7 +83,7 @@ fn row_of_cell(cell: &ComparedCell) -> [String; 6] {
         quantity::of_cell(&cell.cell),
         share(cell.b_r, cell.b_r_low, cell.b_r_high, cell.n_real),
         share(cell.b_s, cell.b_s_low, cell.b_s_high, cell.n_simulated),
-        format!("{:.3e}", cell.e_violated),
+        evidence(cell.e_violated),
         of_claim(cell.e_supported),
         cell.verdict_in_a_word().to_owned(),
     ]
@@ -165,9 +162,12 @@ pub fn provenance(of: &Reported) -> Table {
         ["seed of the sweep".to_owned(), source.sweep.seed.to_string()],
         ["digest of the sweep".to_owned(), source.digest()],
         ["digest of the profile".to_owned(), source.provenance.profile_digest.clone()],
-        ["labels of the runs".to_owned(), comparison.labels.clone()],
     ];
-    rows.extend(comparison.bags.iter().map(|run: &ComparedBag| {
+    rows.extend(
+        comparison.map(|comparison| ["labels of the runs".to_owned(), comparison.labels.clone()]),
+    );
+    let runs = comparison.iter().flat_map(|comparison| &comparison.bags);
+    rows.extend(runs.map(|run: &ComparedBag| {
         let of = &run.record.provenance;
         let made_by = made_by(&of.version, &of.commit);
         [run.name(), format!("{made_by}; conditions {}", of.conditions_digest)]

@@ -1,5 +1,6 @@
 //! The tidy table of replicates: one row each, as Parquet.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
@@ -7,14 +8,77 @@ use std::sync::Arc;
 use anyhow::Context;
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::record::Field;
 use parquet::schema::parser::parse_message_type;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::judge::order::OrderParameter;
-use rsrs_core::quantity::Axis;
+use rsrs_core::quantity::{Axis, Cell};
 use rsrs_sim::sweep::ReplicateOutcome;
 
 use crate::sweep::result::{SweepResult, World};
+
+/// The mean of one order parameter over the runs of each cell in a world; of a radius, over those that
+/// ended as wanted.
+///
+/// # Returns
+///
+/// In the order of the diagram; `None` where no run of a cell has a number.
+///
+/// # Errors
+///
+/// If the table of the folder cannot be read.
+pub fn means(
+    folder: &Path,
+    result: &SweepResult,
+    world: World,
+    key: &str,
+) -> anyhow::Result<Vec<Option<f64>>> {
+    let path = folder.join("replicates.parquet");
+    let what = || format!("cannot read {}", path.display());
+    let file = File::open(&path).with_context(what)?;
+    let reader = SerializedFileReader::new(file).with_context(what)?;
+    let diagram = result.of_world(world)?;
+    let index = index_of_cells(diagram);
+    let wanted = result.source.sweep.behaviour.wanted().key();
+    // Where robots are not made worse, all runs are of robots as measured.
+    let is_one = result.source.as_measured().is_none();
+    let world = if is_one { World::AsMeasured } else { world };
+    let mut sums = vec![(0.0, 0_u64); diagram.cells.len()];
+    for row in reader.get_row_iter(None).with_context(what)? {
+        let row = row.with_context(what)?;
+        let mut at = Vec::new();
+        let (mut value, mut is_counted) = (None, true);
+        for (name, field) in row.get_column_iter() {
+            match field {
+                Field::Double(number) if name == key => value = Some(*number),
+                Field::Double(number) if diagram.axes.iter().any(|axis| axis.key() == name) => {
+                    at.push(number.to_bits());
+                }
+                Field::Str(text) if name == "world" => is_counted &= text == world.key(),
+                Field::Str(text) if name == "phase" && key.ends_with("_m") => {
+                    is_counted &= text == wanted;
+                }
+                _ => {}
+            }
+        }
+        if let (Some(value), Some(cell)) = (value.filter(|_| is_counted), index.get(&at)) {
+            sums[*cell].0 += value;
+            sums[*cell].1 += 1;
+        }
+    }
+    Ok(sums.into_iter().map(|(sum, n)| (n > 0).then(|| sum / n as f64)).collect())
+}
+
+/// The places of cells in a diagram, by the bits of their values on its axes.
+fn index_of_cells(diagram: &PhaseDiagram) -> HashMap<Vec<u64>, usize> {
+    let key = |cell: &Cell| -> Option<Vec<u64>> {
+        diagram.axes.iter().map(|axis| cell.get(*axis).map(f64::to_bits)).collect()
+    };
+    let cells = diagram.cells.iter().enumerate();
+    cells.filter_map(|(index, entry)| Some((key(&entry.cell)?, index))).collect()
+}
 
 /// Rows of a group: as many as are held in memory.
 const GROUP_ROWS: usize = 65_536;

@@ -12,7 +12,7 @@ use rsrs_view::sensor::{self, SensorPicture};
 use super::Case;
 use super::file::ValidationReport;
 use super::text::commands;
-use crate::files::write_svg_and_png;
+use crate::picture_file::{PageStyle, write_svg_and_png};
 
 /// Draws the tubes as `reach_1`, `reach_2` …, and the sensor where detections are known; as SVG and
 /// PNG. Of drives whose command changed, which may be many, those outside are drawn.
@@ -20,7 +20,12 @@ use crate::files::write_svg_and_png;
 /// # Errors
 ///
 /// If the folder cannot be made or written.
-pub fn write(folder: &Path, case: &Case, answer: &ValidationReport) -> anyhow::Result<()> {
+pub fn write(
+    folder: &Path,
+    case: &Case,
+    answer: &ValidationReport,
+    style: PageStyle,
+) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for (index, tube) in answer.validation.tubes.iter().enumerate() {
         let trials = &answer.validation.trials;
@@ -28,8 +33,8 @@ pub fn write(folder: &Path, case: &Case, answer: &ValidationReport) -> anyhow::R
         if tube.command.is_none() && !leaves {
             continue;
         }
-        let svg = tube_svg(case, answer, index, tube)?;
-        write_svg_and_png(folder, &format!("reach_{}", index + 1), &svg)?;
+        let svg = tube_svg(case, answer, (index, tube), style)?;
+        write_svg_and_png(folder, &format!("reach_{}", index + 1), &svg, style)?;
     }
     if let Some(map) = &case.sensor {
         let robot = &case.conditions[0].robot;
@@ -46,8 +51,9 @@ pub fn write(folder: &Path, case: &Case, answer: &ValidationReport) -> anyhow::R
                 robot.true_positive,
                 robot.false_positive
             ),
+            theme: style.theme,
         })?;
-        write_svg_and_png(folder, "sensor", &svg)?;
+        write_svg_and_png(folder, "sensor", &svg, style)?;
     }
     Ok(())
 }
@@ -55,8 +61,8 @@ pub fn write(folder: &Path, case: &Case, answer: &ValidationReport) -> anyhow::R
 fn tube_svg(
     case: &Case,
     answer: &ValidationReport,
-    index: usize,
-    tube: &Tube,
+    (index, tube): (usize, &Tube),
+    style: PageStyle,
 ) -> anyhow::Result<String> {
     let places = case.trials.iter().zip(&answer.validation.trials);
     let trials: Vec<(&DrivenTrial, TubeMembership)> = places
@@ -88,5 +94,6 @@ fn tube_svg(
             commands(&answer.validation, index),
             answer.validation.share * 100.0
         ),
+        theme: style.theme,
     })?)
 }

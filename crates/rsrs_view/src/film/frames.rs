@@ -5,13 +5,19 @@ use rsrs_core::robot::unicycle::Pose;
 
 use super::Film;
 use crate::floor::{
-    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, places, robot, scale_bar,
+    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, places, robot, scale_bar, short,
+    tags, walls,
 };
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
 use crate::raster::{RasterError, parse, pixmap};
 use crate::svg::{Element, line_of_text};
+use crate::text::{Weight, width_px};
+use crate::theme::Theme;
 use crate::track::{self, Point};
+
+/// Size of the time, in pixels.
+const CLOCK_PX: f64 = 17.0;
 
 /// Why there is no film.
 #[derive(Debug, thiserror::Error)]
@@ -74,7 +80,7 @@ impl<'a> Frames<'a> {
     pub fn new(film: &'a Film<'a>) -> Result<Self, FilmError> {
         check(film)?;
         let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-        let (header, header_px) = header(&film.title, &[], MARGIN_PX, room_px);
+        let (header, header_px) = header(Theme::Screen, &film.title, &[], MARGIN_PX, room_px);
         let field = Field::around(places(&film.trajectory.poses), film.radius_m, header_px + 6.0);
         let height_px = field.top_px + field.height_px + 3.0 * CAPTION_PX + 10.0;
         let scale = f64::from(film.width_px) / PAGE_PX;
@@ -101,15 +107,30 @@ impl<'a> Frames<'a> {
         let bottom_px = self.height_px - 10.0;
         let before = self.film.captions.partition_point(|(from_s, _)| *from_s <= time_s + 1e-9);
         let caption = before.checked_sub(1).map(|last| &self.film.captions[last].1);
-        let clock = line_of_text(MARGIN_PX, bottom_px, &clock(time_s, caption))
-            .at("font-size", CAPTION_PX)
-            .with("fill", QUIET_INK);
+        let clock = format!("{time_s:.0} s");
+        let caption_px = MARGIN_PX + width_px(&clock, CLOCK_PX, Weight::Bold) + 12.0;
+        let clock = line_of_text(MARGIN_PX, bottom_px, &clock)
+            .at("font-size", CLOCK_PX)
+            .with("font-weight", "bold")
+            .with("fill", INK);
+        let caption = caption.map(|caption| {
+            line_of_text(caption_px, bottom_px, caption)
+                .at("font-size", CAPTION_PX)
+                .with("fill", QUIET_INK)
+        });
+        let names: Vec<String> =
+            self.film.names.iter().map(|name| short(name).to_owned()).collect();
+        let tags = tags(&self.field, trajectory.poses_at(sample), &names, radius_m);
+        let walls = self.film.walls_m.and_then(|walls_m| walls(&self.field, walls_m));
         Element::picture(PAGE_PX, self.height_px, &self.film.title)
             .children(self.header.iter().cloned())
+            .children(walls)
             .children((0..trajectory.n_robots).map(|robot| self.tail(robot, first..sample + 1)))
             .children(robots)
+            .children(tags)
             .children(scale_bar(&self.field, bottom_px))
             .child(clock)
+            .children(caption)
             .to_string()
     }
 
@@ -125,14 +146,6 @@ impl<'a> Frames<'a> {
             .with("stroke", TAIL)
             .at("stroke-width", 1.4)
             .with("stroke-opacity", "0.55")
-    }
-}
-
-/// The time, and what is stated of it.
-fn clock(time_s: f64, caption: Option<&String>) -> String {
-    match caption {
-        Some(caption) => format!("{time_s:.0} s: {caption}"),
-        None => format!("{time_s:.0} s"),
     }
 }
 

@@ -42,7 +42,7 @@ fn diagram(page: &ReportPage, drawn: &DrawnDiagram, heading: &str) -> Markup {
     let label = if heading.is_empty() { "cells" } else { heading };
     html! {
         div.scrolled.wide tabindex="0" role="region" aria-label=(format!("phase diagram, {label}")) {
-            div.diagram {
+            div.diagram style=(format!("--plot:{:.3}", plot_share(drawn))) {
                 (picture(&drawn.svg))
                 div.cells.scripted hidden role="grid" aria-label=(format!("cells of the phase diagram, {label}")) {
                     @for row in &drawn.rows {
@@ -56,6 +56,12 @@ fn diagram(page: &ReportPage, drawn: &DrawnDiagram, heading: &str) -> Markup {
             }
         }
     }
+}
+
+/// Which part of a picture, from its left, the cells take: where there is little room, they fill it.
+fn plot_share(drawn: &DrawnDiagram) -> f64 {
+    let rights_px = drawn.rows.iter().flatten().map(|cell| cell.left_px + cell.width_px);
+    (rights_px.fold(0.0, f64::max) / drawn.size_px.0).clamp(0.3, 1.0)
 }
 
 fn grid_cell(page: &ReportPage, drawn: &DrawnDiagram, at: CellBox) -> Markup {
@@ -96,17 +102,19 @@ fn in_words(cell: &CellFacts) -> String {
 fn facts(page: &ReportPage, (index, cell): (usize, &CellFacts), replay: Option<usize>) -> Markup {
     html! {
         div.facts id=(format!("cell-{index}")) data-replay=[replay] hidden[index != page.first_cell] {
-            p.caption { (cell.caption) }
             h3 { (cell.name) @if cell.is_chosen { " " span.chosen { "chosen cell" } } }
-            @for world in &cell.worlds { (shares(world)) }
-            @if !cell.runs.is_empty() {
-                h4 { "Experiments" }
-                ul.experiments {
-                    @for run in cell.runs.iter().map(|run| (run, &page.runs[*run])) {
-                        li {
-                            (symbol(run.1.phase)) " "
-                            a href=(format!("#run-{}", run.0)) { (run.1.name) }
-                            ": " (run.1.label)
+            div.numbers {
+                p.caption { (cell.caption) }
+                @for world in &cell.worlds { div.world { (shares(world)) } }
+                @if !cell.runs.is_empty() {
+                    h4 { "Experiments" }
+                    ul.experiments {
+                        @for run in cell.runs.iter().map(|run| (run, &page.runs[*run])) {
+                            li {
+                                (symbol(run.1.phase)) " "
+                                a href=(format!("#run-{}", run.0)) { (run.1.name) }
+                                ": " (run.1.label)
+                            }
                         }
                     }
                 }

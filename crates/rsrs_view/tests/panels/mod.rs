@@ -8,6 +8,7 @@ use rsrs_core::statistics::share::Share;
 use rsrs_view::curves::{self, Curve, CurvesPicture, UprightBoundary};
 use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, Panel, Side, svg};
 use rsrs_view::placement::{self, Area, PlacementPicture};
+use rsrs_view::theme::Theme;
 
 use super::{cell, default_diagram, draw, plain, rasterise, readable};
 
@@ -52,11 +53,14 @@ fn pages_of_curves_can_be_read() {
             label: "ideal ring: the robot ahead is in reach".to_owned(),
             holds: Side::Right,
         }],
+        compared: None,
         real: vec![(0.11, Share { hits: 2, n: 3 })],
     };
     let picture = CurvesPicture {
+        theme: Theme::Screen,
         title: "Nine Flockbots: what they need".to_owned(),
         subtitles: vec!["robots made worse, 100 runs each".to_owned()],
+        details: "seed 42".to_owned(),
         curves: vec![
             curve("How fast?", Axis::Speed),
             curve("How sharply turning may they be, at most?", Axis::TurnRate),
@@ -91,6 +95,7 @@ fn a_start_can_be_read() {
         robots: &robots,
         area: Area::Disc { radius_m: 0.825 },
         radius_m: 0.075,
+        theme: Theme::Screen,
         title: "Where the robots start".to_owned(),
         subtitle: "9 robots".to_owned(),
     });

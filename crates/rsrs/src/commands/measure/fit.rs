@@ -18,6 +18,7 @@ use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use crate::page_arguments::PageArguments;
 
 /// Fit a profile to trials: every number with its interval and where it comes from.
 ///
@@ -87,6 +88,8 @@ pub struct Arguments {
     /// Folder to write the pictures into: the speeds of each robot, and the sensor.
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArguments,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -111,7 +114,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     check_name(&arguments.name)?;
     let unmeasured = unmeasured(arguments)?;
     let mixture = if arguments.mixed { Mixture::Allowed } else { Mixture::Refused };
-    let (fitted, left_out) = fit_files(&paths(arguments)?, &unmeasured, mixture)?;
+    let files = fit_files(&paths(arguments)?, &unmeasured, mixture)?;
+    let fitted = &files.fit;
     let profile = fitted.profile(&arguments.name, &unmeasured);
     let simulated = HarsherFactors::for_robot(&profile).apply(&profile)?;
     let lost = lost_capabilities(&profile, &simulated);
@@ -120,14 +124,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         write_file(path, text.as_bytes())?;
     }
     if let Some(folder) = &arguments.pictures {
-        draw(folder, &fitted, &arguments.name, unmeasured.radius_m)?;
+        let style = arguments.page.style();
+        draw(folder, &files, &arguments.name, unmeasured.radius_m, style)?;
     }
-    let mut words = text::text(&arguments.name, &fitted, &left_out);
+    let mut words = text::text(&arguments.name, fitted, &files.notes);
     for lost in &lost {
         let factor = "with the default factors of a sweep";
         write!(words, "\n\nwarning: {factor}, {lost}").expect("a string takes any text");
     }
-    let given = FitOutput { fitted: &fitted, details: &fitted.details, lost_capabilities: &lost };
+    let given = FitOutput { fitted, details: &fitted.details, lost_capabilities: &lost };
     report(arguments.format, &given, &words)?;
     Ok(Outcome::Done)
 }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::likelihood::{Likelihood, RobotTrials, likelihood};
 use super::observation::Observation;
 use super::outlier::{Outlier, outliers};
+use crate::natural_order::natural_key;
 use crate::statistics::variance::{Estimate, MeanSquare, mean, sd, squared_deviations};
 
 /// What one robot delivered at one command.
@@ -91,18 +92,12 @@ pub fn robot_gains(observations: &[Observation], names: &[String]) -> Vec<RobotG
     }
     cells.sort_by(|left, right| {
         let (left_name, right_name) = (&names[left.robot], &names[right.robot]);
-        natural(left_name)
-            .cmp(&natural(right_name))
+        natural_key(left_name)
+            .cmp(&natural_key(right_name))
             .then(left_name.cmp(right_name))
             .then(left.command.total_cmp(&right.command))
     });
     cells
-}
-
-/// A name without its last digits, and the number that they are.
-fn natural(name: &str) -> (&str, u64) {
-    let word = name.trim_end_matches(|letter: char| letter.is_ascii_digit());
-    (word, name[word.len()..].parse().unwrap_or(0))
 }
 
 /// Estimates of the population that the robots were drawn from.

@@ -244,7 +244,8 @@ fn runs_that_decide(experiment: &Experiment, mill: &str) -> String {
     }
 }
 
-fn evidence(e_value: f64) -> String {
+/// An e-value as people read it: `25.69`.
+pub fn evidence(e_value: f64) -> String {
     match e_value {
         great if great >= 1e4 => "over 10000".to_owned(),
         small if small < 0.01 => "under 0.01".to_owned(),

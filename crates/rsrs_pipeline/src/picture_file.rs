@@ -1,20 +1,22 @@
-//! The file of a picture.
+//! The files of pictures, and how they are printed.
+
+mod length;
+mod page_style;
 
 use std::path::Path;
 
-use rsrs_view::raster::PNG_WIDTH_PX;
-
-use super::Length;
 use crate::error::with_help;
 use crate::files::write_file;
+
+pub use length::Length;
+pub use page_style::PageStyle;
 
 /// A file whose extension decides how a picture is written into it.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureFile<'a> {
     path: &'a Path,
     format: Format,
-    /// Width of a PNG, in pixels.
-    png_width_px: u32,
+    style: PageStyle,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -43,13 +45,18 @@ impl<'a> PictureFile<'a> {
                 ));
             }
         };
-        Ok(Self { path, format, png_width_px: PNG_WIDTH_PX })
+        Ok(Self { path, format, style: PageStyle::default() })
     }
 
-    /// The same file for a picture that is so wide on paper: a PNG has 600 dots to an inch of it.
+    /// The same file for a picture that is printed in a style.
     #[must_use]
-    pub fn on_paper(self, width: Length) -> Self {
-        Self { png_width_px: width.dots(), ..self }
+    pub fn styled(self, style: PageStyle) -> Self {
+        Self { style, ..self }
+    }
+
+    /// How it is printed.
+    pub fn style(&self) -> PageStyle {
+        self.style
     }
 
     /// Where it is.
@@ -67,11 +74,12 @@ impl<'a> PictureFile<'a> {
     ///
     /// If the file cannot be written.
     pub fn write(self, svg: &str) -> anyhow::Result<()> {
+        let svg = &*self.style.fitted(svg);
         let drawn;
         let bytes = match self.format {
             Format::Svg => svg.as_bytes(),
             Format::Png => {
-                drawn = rsrs_view::raster::png(svg, self.png_width_px)?;
+                drawn = rsrs_view::raster::png(svg, self.style.png_width_px())?;
                 &drawn
             }
             Format::Pdf => {
@@ -81,4 +89,22 @@ impl<'a> PictureFile<'a> {
         };
         write_file(self.path, bytes)
     }
+}
+
+/// Writes a picture as `NAME.svg` and as `NAME.png`.
+///
+/// # Errors
+///
+/// If it cannot be rasterised, or a file not be written.
+pub fn write_svg_and_png(
+    folder: &Path,
+    name: &str,
+    svg: &str,
+    style: PageStyle,
+) -> anyhow::Result<()> {
+    for ending in ["svg", "png"] {
+        let path = folder.join(format!("{name}.{ending}"));
+        PictureFile::new(&path)?.styled(style).write(svg)?;
+    }
+    Ok(())
 }
