@@ -2,6 +2,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStringExt;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -93,8 +94,39 @@ fn an_empty_folder_becomes_a_keystore_of_the_domain_of_the_environment() {
     assert_eq!((code(&made), code(&shown)), (0, 0), "{}{}", stderr(&made), stderr(&shown));
     assert!(stdout(&shown).starts_with("domain 7; "), "{}", stdout(&shown));
     // A key that was copied belongs to root, and the robot's service is not root.
-    let copied = "ssh ROBOT sudo chown rsrs /etc/rsrs/keystore/enclaves/ROBOT/key.pem";
+    let copied = "ssh HOST sudo chown rsrs /etc/rsrs/keystore/enclaves/ROBOT/key.pem";
     assert!(stderr(&made).contains(copied), "{}", stderr(&made));
+}
+
+#[test]
+fn what_is_public_in_a_keystore_is_readable_whatever_the_umask_is_and_what_is_wrong_ends_with_3() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let keystore = place.path().join("keys");
+    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
+    let mut umask = Command::new("sh");
+    umask.args(["-c", "umask 077; $0 keystore create keys --fleet $1 && $0 keystore renew keys"]);
+    umask.arg(env!("CARGO_BIN_EXE_rsrs")).arg(fleet).current_dir(place.path());
+
+    let made = umask.output().expect("every system has sh");
+
+    assert_eq!(code(&made), 0, "{}", stderr(&made));
+    let mode = |path: &str| {
+        let permissions = keystore.join(path).metadata().expect("it was made").permissions();
+        permissions.mode() & 0o777
+    };
+    for folder in ["", "enclaves", "enclaves/robot_1", "public"] {
+        assert_eq!(mode(folder), 0o755, "{folder}");
+    }
+    for file in ["cert.pem", "permissions.p7s", "governance.p7s", "identity_ca.cert.pem"] {
+        assert_eq!(mode(&format!("enclaves/robot_1/{file}")), 0o644, "{file}");
+    }
+    assert_eq!((mode("private"), mode("private/ca.key.pem")), (0o700, 0o600));
+    std::fs::remove_file(keystore.join("enclaves/stop/permissions.p7s")).expect("it was made");
+    let shown = rsrs(place.path(), &["keystore", "show", "keys"]);
+    assert_eq!(code(&shown), 3, "{}", stderr(&shown));
+    assert!(stdout(&shown).contains("enclaves/stop/permissions.p7s is missing"));
+    let typed = "\n  rsrs keystore create keys --fleet FLEET.yaml\n";
+    assert!(stderr(&shown).contains(typed), "{}", stderr(&shown));
 }
 
 #[test]

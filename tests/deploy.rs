@@ -407,7 +407,7 @@ fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
         let enclaves = here.join(robot).join("etc/rsrs/keystore/enclaves");
         let brought: Vec<_> = fs::read_dir(&enclaves).expect("it is there").collect();
         assert_eq!(brought.len(), 1, "{brought:?}");
-        assert_eq!(problems_of(&enclaves.join(robot), 7, now), []);
+        assert_eq!(problems_of(&format!("/{robot}"), &enclaves.join(robot), 7, now), []);
     }
 
     // The inventory of somebody who does not know of the keystore.

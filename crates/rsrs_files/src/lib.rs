@@ -1,4 +1,4 @@
-//! Opens and reads files, and nothing that may have no end.
+//! Opens and reads files, and nothing that may have no end; names them in commands that can be pasted.
 //!
 //! A pipe that lies where a file should be would hold a program up until somebody writes into it, and a
 //! device may never end. A pipe that the program was started with, such as `/dev/stdin` or a shell's
@@ -65,6 +65,30 @@ pub fn read_text_of_at_most(most: u64, path: &Path) -> io::Result<String> {
 /// Whether a path names what this program was started with.
 fn was_given(path: &Path) -> bool {
     path == Path::new("/dev/stdin") || path.parent() == Some(Path::new("/dev/fd"))
+}
+
+/// Characters that no shell takes for anything else.
+const PLAIN: &str = "/._-+=,:@%";
+
+/// A word of a command, in quotes where a shell would take it for something else.
+///
+/// # Example
+///
+/// ```
+/// use rsrs_files::quoted;
+///
+/// assert_eq!(quoted("runs/monday_1"), "runs/monday_1");
+/// assert_eq!(quoted("runs/first try"), "'runs/first try'");
+/// ```
+pub fn quoted(word: impl AsRef<Path>) -> String {
+    let word = word.as_ref().display().to_string();
+    let is_plain = |it: char| it.is_alphanumeric() || PLAIN.contains(it);
+    // What begins with a dash would be taken for a flag.
+    let word = if word.starts_with('-') { format!("./{word}") } else { word };
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word;
+    }
+    format!("'{}'", word.replace('\'', r"'\''"))
 }
 
 #[cfg(test)]

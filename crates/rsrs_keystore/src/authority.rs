@@ -14,7 +14,7 @@ use crate::governance::Governance;
 use crate::issue::{Issuer, NewMember, to_pem};
 use crate::layout::{
     CERTIFICATE, ENCLAVES, GOVERNANCE, GOVERNANCE_TEXT, IDENTITY_CA, KEY, PERMISSIONS_CA, PRIVATE,
-    PUBLIC,
+    PUBLIC, UNFINISHED,
 };
 use crate::signature::{self, Pair};
 use crate::signed_document::signed_text;
@@ -36,8 +36,20 @@ pub(crate) struct Authority {
 
 impl Authority {
     /// Whether a folder has one.
-    pub(crate) fn is_in(keystore: &Path) -> bool {
-        keystore.join(PRIVATE).join(PERMISSIONS_CA_KEY).exists()
+    ///
+    /// # Errors
+    ///
+    /// If that cannot be known: what is private is on a disk that is not there, or of another user.
+    pub(crate) fn is_in(keystore: &Path) -> Result<bool, KeystoreError> {
+        let private = keystore.join(PRIVATE);
+        if let Ok(target) = private.read_link()
+            && !private.exists()
+        {
+            return Err(KeystoreError::PrivateElsewhere { path: private, target });
+        }
+        let key = private.join(PERMISSIONS_CA_KEY);
+        let is_there = key.try_exists().map_err(KeystoreError::file("read", &private))?;
+        Ok(is_there && !keystore.join(UNFINISHED).exists())
     }
 
     /// Makes a new one.
@@ -98,11 +110,17 @@ impl Authority {
         keystore: &Path,
         holds: (Duration, Duration),
     ) -> Result<Self, KeystoreError> {
+        let public = keystore.join(PUBLIC);
+        let one = files::text(&public.join(CA_CERTIFICATE)).ok();
         for (pair, file) in [(self.identity, IDENTITY_CA), (self.permissions, PERMISSIONS_CA)] {
-            let name = pair.certificate.tbs_certificate().subject().clone();
-            let made = NewMember::named(name, holds, pair.key).self_signed()?;
+            let path = public.join(file);
+            // Copies of the one file were links, and are links again.
+            if one.is_some() && files::text(&path).ok() == one {
+                files::link(Path::new(CA_CERTIFICATE), &path)?;
+            }
+            let made = NewMember::of_certificate(&pair.certificate, holds, pair.key);
+            let made = made.self_signed()?;
             // Where both are one, through the link to it.
-            let path = keystore.join(PUBLIC).join(file);
             let path = path.canonicalize().map_err(KeystoreError::file("find", &path))?;
             files::write_public(&path, &to_pem(&made.certificate)?)?;
         }
@@ -118,7 +136,7 @@ impl Authority {
     /// The governance of its keystore, which it must have signed.
     pub(crate) fn governance(&self, keystore: &Path) -> Result<Governance, KeystoreError> {
         let path = keystore.join(ENCLAVES).join(GOVERNANCE);
-        if !path.exists() {
+        if path.symlink_metadata().is_err() {
             return Err(KeystoreError::NoGovernance { path });
         }
         Governance::parse(&self.signed_text(&path)?)
@@ -130,7 +148,7 @@ impl Authority {
         let document = files::read(path)?;
         let text = signed_text(&document)
             .map_err(|source| KeystoreError::NotSigned { path: path.to_owned(), source })?;
-        signature::verify(&self.permissions, &document)
+        signature::verify(self.permissions.key.verifying_key(), &document)
             .map_err(|source| KeystoreError::Forged { path: path.to_owned(), source })?;
         Ok(text.to_owned())
     }

@@ -4,11 +4,12 @@ use std::time::Duration;
 
 use p256::ecdsa::signature::Verifier;
 use p256::ecdsa::{DerSignature, SigningKey, VerifyingKey};
-use p256::pkcs8::{DecodePrivateKey, DecodePublicKey};
+use p256::pkcs8::{DecodePrivateKey, DecodePublicKey, PrivateKeyInfoRef};
 use x509_cert::Certificate;
+use x509_cert::der::pem::decode_vec;
 use x509_cert::der::{DecodePem, Encode};
 
-use crate::signature::ECDSA_WITH_SHA256;
+use crate::signature::{self, ECDSA_WITH_SHA256, ForgedDocument};
 
 /// What is asked of a certificate before the middleware gets it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,6 +51,12 @@ fn facts_of(certificate: &Certificate) -> CertificateFacts {
     }
 }
 
+/// Whether a file is a private key at all, of whatever kind.
+pub(crate) fn is_key(pem: &str) -> bool {
+    let Ok((label, der)) = decode_vec(pem.as_bytes()) else { return false };
+    label != "PRIVATE KEY" || PrivateKeyInfoRef::try_from(der.as_slice()).is_ok()
+}
+
 /// Whether a private key is that of a certificate; `None` of kinds of keys that SROS2 does not make.
 pub(crate) fn has_key(certificate: &str, key: &str) -> Option<bool> {
     let key = SigningKey::from_pkcs8_pem(key).ok()?;
@@ -68,6 +75,12 @@ pub(crate) fn is_signed_by(certificate: &str, authority: &str) -> Option<bool> {
     let signed = certificate.tbs_certificate().to_der().ok()?;
     let key = public_key(&authority);
     Some(key.is_some_and(|key| key.verify(&signed, &signature).is_ok()))
+}
+
+/// Why a document is not what an authority has signed; `None` also of keys that SROS2 does not make.
+pub(crate) fn forgery_of(document: &str, authority: &str) -> Option<ForgedDocument> {
+    let key = public_key(&Certificate::from_pem(authority).ok()?)?;
+    signature::verify(&key, document).err()
 }
 
 fn public_key(certificate: &Certificate) -> Option<VerifyingKey> {

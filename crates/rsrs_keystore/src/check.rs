@@ -1,142 +1,128 @@
-//! What is wrong with the files of an enclave, before the middleware gets them.
+//! What is wrong with the files of an enclave: the same for a program that starts, for who looks at a
+//! keystore, and before one is changed.
 
 use std::collections::BTreeMap;
-use std::fmt;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
-use crate::certificate::{self, CertificateFacts};
-use crate::dates::{date, moment};
+use crate::certificate;
+use crate::dates::moment;
 use crate::files::{self, mode_for_others};
-use crate::governance::{Governance, Weakness};
+use crate::governance::Governance;
 use crate::layout::{
-    CERTIFICATE, FILES, GOVERNANCE, IDENTITY_CA, KEY, PERMISSIONS, PERMISSIONS_CA,
+    CERTIFICATE, FILES, GOVERNANCE, IDENTITY_CA, KEY, PERMISSIONS, PERMISSIONS_CA, SHARED,
 };
 use crate::permissions::Permissions;
+use crate::problem::EnclaveProblem;
 use crate::signed_document::signed_text;
 
-/// Something that is wrong with an enclave.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum EnclaveProblem {
-    /// A file is not there or cannot be read.
-    File {
-        /// Which one.
-        path: PathBuf,
-        /// Why not.
-        kind: io::ErrorKind,
-    },
-    /// A file does not contain what it should.
-    Content {
-        /// Its name.
-        file: &'static str,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A certificate or a grant does not hold now.
-    Validity {
-        /// The file.
-        file: &'static str,
-        /// From when to when it holds.
-        holds: String,
-    },
-    /// Other users of this machine can read the private key.
-    KeyIsReadable {
-        /// The file.
-        path: PathBuf,
-        /// Its mode, as in `chmod`.
-        mode: u32,
-    },
-    /// The governance is too weak, or the middleware cannot carry it.
-    Governance(Weakness),
-    /// The permissions are those of another certificate.
-    NoGrant {
-        /// Whom the certificate names.
-        subject: String,
-    },
-    /// The permissions allow nothing in the domain.
-    WrongDomain {
-        /// The domain.
-        domain_id: u16,
-    },
-}
-
-impl fmt::Display for EnclaveProblem {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File { path, kind: io::ErrorKind::NotFound } => {
-                write!(out, "{} is missing", path.display())
-            }
-            Self::File { path, kind: io::ErrorKind::InvalidInput } => {
-                write!(out, "{} is not a regular file", path.display())
-            }
-            Self::File { path, kind } => write!(out, "{} cannot be read: {kind}", path.display()),
-            Self::Content { file, reason } => write!(out, "{file}: {reason}"),
-            Self::Validity { file, holds } => write!(out, "{file} {holds}"),
-            Self::KeyIsReadable { path, mode } => write!(
-                out,
-                "{} is a private key, and its mode {mode:03o} lets others read it, expected 600",
-                path.display()
-            ),
-            Self::Governance(weakness) => write!(out, "{GOVERNANCE} {weakness}"),
-            Self::NoGrant { subject } => {
-                write!(out, "{PERMISSIONS} has no grant for `{subject}`, whom {CERTIFICATE} names")
-            }
-            Self::WrongDomain { domain_id } => {
-                write!(out, "{PERMISSIONS} allows nothing in domain {domain_id} (ROS_DOMAIN_ID)")
-            }
-        }
-    }
-}
-
-impl EnclaveProblem {
-    /// Whether the enclave can be used in spite of it.
-    pub fn is_warning(&self) -> bool {
-        matches!(self, Self::Governance(weakness) if weakness.is_of_members())
-    }
-}
+type Texts = BTreeMap<&'static str, String>;
 
 /// Everything that is wrong with an enclave; it can be used if all of it is warnings.
 ///
-/// Signatures of documents are left to the middleware, which verifies them when it starts.
-///
 /// # Arguments
 ///
+/// * `name` — of the enclave, such as `/robot_3`.
 /// * `folder` — of the enclave.
 /// * `domain_id` — the domain that it is for.
 /// * `now` — since 1970.
-pub fn problems_of(folder: &Path, domain_id: u16, now: Duration) -> Vec<EnclaveProblem> {
-    let mut problems = Vec::new();
-    let mut texts = BTreeMap::new();
+pub fn problems_of(
+    name: &str,
+    folder: &Path,
+    domain_id: u16,
+    now: Duration,
+) -> Vec<EnclaveProblem> {
+    let (texts, mut problems) = read(folder);
+    problems.extend(problems_in(name, folder, &texts, domain_id, now));
+    problems
+}
+
+/// As [`problems_of`], of an enclave in its keystore: it has to have what the keystore has for all.
+pub(crate) fn problems_of_member(
+    keystore: &Path,
+    (name, folder): (&str, &Path),
+    domain_id: u16,
+    now: Duration,
+) -> Vec<EnclaveProblem> {
+    let (mut texts, mut problems) = read(folder);
+    for file in SHARED {
+        let Ok(shared) = files::text(&files::shared(keystore, file)) else { continue };
+        if let Some(own) = texts.insert(file, shared.clone())
+            && own != shared
+        {
+            let reason = "it is not that of the keystore".to_owned();
+            problems.push(EnclaveProblem::Content { file, path: folder.join(file), reason });
+        }
+    }
+    problems.extend(problems_in(name, folder, &texts, domain_id, now));
+    problems
+}
+
+fn read(folder: &Path) -> (Texts, Vec<EnclaveProblem>) {
+    let (mut texts, mut problems) = (Texts::new(), Vec::new());
     for file in FILES {
         let path = folder.join(file);
         match files::text(&path) {
             Ok(text) => drop(texts.insert(file, text)),
-            Err(error) => problems.push(EnclaveProblem::File { path, kind: error.kind() }),
+            Err(error) => problems.push(EnclaveProblem::File { file, path, kind: error.kind() }),
         }
     }
-    let mut subject = None;
+    (texts, problems)
+}
+
+/// What is wrong with texts, those of files that could be read.
+fn problems_in(
+    name: &str,
+    folder: &Path,
+    texts: &Texts,
+    domain_id: u16,
+    now: Duration,
+) -> Vec<EnclaveProblem> {
+    let mut problems = Vec::new();
+    let content = |(file, reason): (&'static str, String)| EnclaveProblem::Content {
+        file,
+        path: folder.join(file),
+        reason,
+    };
+    let own = format!("CN={name}");
+    let mut subject = own.clone();
     for file in [IDENTITY_CA, PERMISSIONS_CA, CERTIFICATE] {
         let Some(pem) = texts.get(file) else { continue };
         match certificate::read(pem) {
             Ok(facts) => {
-                problems.extend(expired(file, &facts, now));
-                subject = (file == CERTIFICATE).then_some(facts.subject);
+                problems.extend(out_of_time(file, (facts.not_before, facts.not_after), now));
+                if file == CERTIFICATE && facts.subject != own {
+                    // A lab's own authority may name its members as it likes.
+                    if facts.subject.starts_with("CN=/") {
+                        problems.push(EnclaveProblem::OtherMember { subject: facts.subject });
+                    } else {
+                        subject = facts.subject;
+                    }
+                }
             }
-            Err(error) => {
-                problems.push(EnclaveProblem::Content { file, reason: error.to_string() });
-            }
+            Err(error) => problems.push(content((file, error.to_string()))),
         }
     }
     if texts.contains_key(KEY) {
         problems.extend(readable_by_others(&folder.join(KEY)));
     }
-    problems.extend(strangers(&texts));
+    problems.extend(strangers(texts).into_iter().map(content));
     if let Some(document) = texts.get(GOVERNANCE) {
-        problems.extend(of_governance(document, domain_id));
+        match governance(document) {
+            Ok(governance) => {
+                let weaknesses = governance.weaknesses(domain_id).into_iter();
+                problems.extend(weaknesses.map(EnclaveProblem::Governance));
+            }
+            Err(reason) => problems.push(content((GOVERNANCE, reason))),
+        }
     }
-    if let (Some(document), Some(subject)) = (texts.get(PERMISSIONS), subject) {
-        problems.extend(of_permissions(document, &subject, domain_id, now));
+    if let Some(document) = texts.get(PERMISSIONS) {
+        let found = permissions(document)
+            .and_then(|permissions| of_permissions(&permissions, &subject, domain_id, now));
+        match found {
+            Ok(problem) => problems.extend(problem),
+            Err(reason) => problems.push(content((PERMISSIONS, reason))),
+        }
     }
     problems
 }
@@ -155,24 +141,43 @@ pub fn ends_at(folder: &Path) -> Option<Duration> {
     Some(own.not_after.min(granted).min(of_authorities))
 }
 
-fn expired(file: &'static str, facts: &CertificateFacts, now: Duration) -> Option<EnclaveProblem> {
-    if now < facts.not_before {
-        let holds = format!("holds from {} only: is the clock right?", date(facts.not_before));
-        return Some(EnclaveProblem::Validity { file, holds });
+fn out_of_time(
+    file: &'static str,
+    (begins, ended): (Duration, Duration),
+    now: Duration,
+) -> Option<EnclaveProblem> {
+    if now < begins {
+        return Some(EnclaveProblem::NotYet { file, begins });
     }
-    let holds = || format!("has expired at {}", date(facts.not_after));
-    (now > facts.not_after).then(|| EnclaveProblem::Validity { file, holds: holds() })
+    (now > ended).then_some(EnclaveProblem::Ended { file, ended })
 }
 
-/// Files that do not belong together: nobody would authenticate who has them.
-fn strangers(texts: &BTreeMap<&'static str, String>) -> Vec<EnclaveProblem> {
-    let asked = |check: fn(&str, &str) -> Option<bool>, other| {
-        let is_its = check(texts.get(CERTIFICATE)?, texts.get(other)?)?;
-        let reason = format!("it does not belong to {CERTIFICATE}");
-        (!is_its).then_some(EnclaveProblem::Content { file: other, reason })
-    };
-    let key = asked(certificate::has_key, KEY);
-    key.into_iter().chain(asked(certificate::is_signed_by, IDENTITY_CA)).collect()
+/// Files that do not belong together: nobody would authenticate who has them, or let them in.
+fn strangers(texts: &Texts) -> Vec<(&'static str, String)> {
+    let mut found = Vec::new();
+    let both = |one, other| texts.get(one).zip(texts.get(other));
+    if texts.get(KEY).is_some_and(|key| !certificate::is_key(key)) {
+        found.push((KEY, "it is no private key".to_owned()));
+    } else if let Some((certificate, key)) = both(CERTIFICATE, KEY)
+        && certificate::has_key(certificate, key) == Some(false)
+    {
+        found.push((CERTIFICATE, format!("it does not belong to {KEY}")));
+    }
+    if let Some((certificate, authority)) = both(CERTIFICATE, IDENTITY_CA)
+        && certificate::is_signed_by(certificate, authority) == Some(false)
+    {
+        found.push((CERTIFICATE, format!("{IDENTITY_CA} has not signed it")));
+    }
+    for file in [GOVERNANCE, PERMISSIONS] {
+        // What is no signed document at all is reported where its text is read.
+        if let Some((document, authority)) = both(file, PERMISSIONS_CA)
+            && signed_text(document).is_ok()
+            && let Some(forgery) = certificate::forgery_of(document, authority)
+        {
+            found.push((file, format!("it is not what {PERMISSIONS_CA} has signed: {forgery}")));
+        }
+    }
+    found
 }
 
 fn readable_by_others(key: &Path) -> Option<EnclaveProblem> {
@@ -180,45 +185,32 @@ fn readable_by_others(key: &Path) -> Option<EnclaveProblem> {
     Some(EnclaveProblem::KeyIsReadable { path: key.to_owned(), mode })
 }
 
-fn of_governance(document: &str, domain_id: u16) -> Vec<EnclaveProblem> {
-    let governance = signed_text(document)
-        .map_err(|error| error.to_string())
-        .and_then(|xml| Governance::parse(xml).map_err(|error| error.to_string()));
-    match governance {
-        Ok(governance) => {
-            let weaknesses = governance.weaknesses(domain_id).into_iter();
-            weaknesses.map(EnclaveProblem::Governance).collect()
-        }
-        Err(reason) => vec![EnclaveProblem::Content { file: GOVERNANCE, reason }],
-    }
+fn governance(document: &str) -> Result<Governance, String> {
+    let xml = signed_text(document).map_err(|error| error.to_string())?;
+    Governance::parse(xml).map_err(|error| error.to_string())
+}
+
+fn permissions(document: &str) -> Result<Permissions, String> {
+    let xml = signed_text(document).map_err(|error| error.to_string())?;
+    Permissions::parse(xml).map_err(|error| error.to_string())
 }
 
 fn of_permissions(
-    document: &str,
+    permissions: &Permissions,
     subject: &str,
     domain_id: u16,
     now: Duration,
-) -> Option<EnclaveProblem> {
-    let file = PERMISSIONS;
-    let permissions = signed_text(document)
-        .map_err(|error| error.to_string())
-        .and_then(|xml| Permissions::parse(xml).map_err(|error| error.to_string()));
-    let permissions = match permissions {
-        Ok(permissions) => permissions,
-        Err(reason) => return Some(EnclaveProblem::Content { file, reason }),
-    };
+) -> Result<Option<EnclaveProblem>, String> {
     let Some(grant) = permissions.grant_of(subject) else {
-        return Some(EnclaveProblem::NoGrant { subject: subject.to_owned() });
+        return Ok(Some(EnclaveProblem::NoGrant { subject: subject.to_owned() }));
     };
     let (first, last) = &grant.validity;
-    let (Some(not_before), Some(not_after)) = (moment(first), moment(last)) else {
-        let reason = format!("validity from `{first}` to `{last}`, expected dates as in XML");
-        return Some(EnclaveProblem::Content { file, reason });
-    };
-    let facts = CertificateFacts { subject: String::new(), not_before, not_after };
+    let holds = moment(first)
+        .zip(moment(last))
+        .ok_or_else(|| format!("validity from `{first}` to `{last}`, expected dates as in XML"))?;
     let is_there = grant.domains.iter().any(|domains| domains.contain(domain_id));
-    expired(file, &facts, now)
-        .or_else(|| (!is_there).then_some(EnclaveProblem::WrongDomain { domain_id }))
+    Ok(out_of_time(PERMISSIONS, holds, now)
+        .or_else(|| (!is_there).then_some(EnclaveProblem::WrongDomain { domain_id })))
 }
 
 #[cfg(test)]
@@ -231,7 +223,7 @@ mod tests {
     fn every_file_that_is_missing_is_named() {
         let folder = tempfile::tempdir().unwrap();
 
-        let problems = problems_of(folder.path(), 0, Duration::ZERO);
+        let problems = problems_of("/robot_3", folder.path(), 0, Duration::ZERO);
 
         let texts: Vec<String> = problems.iter().map(ToString::to_string).collect();
         assert_eq!(texts.len(), FILES.len());
@@ -260,12 +252,8 @@ mod tests {
     #[test]
     fn what_does_not_hold_now_is_reported_with_the_date() {
         let seconds = Duration::from_secs;
-        let facts = CertificateFacts {
-            subject: "CN=/robot_3".to_owned(),
-            not_before: seconds(1_767_268_800),
-            not_after: seconds(1_767_268_900),
-        };
-        let problem = |now| expired(CERTIFICATE, &facts, seconds(now)).map(|it| it.to_string());
+        let holds = (seconds(1_767_268_800), seconds(1_767_268_900));
+        let problem = |now| out_of_time(CERTIFICATE, holds, seconds(now)).map(|it| it.to_string());
 
         assert_eq!(problem(1_767_268_850), None);
         let ended = problem(1_767_268_901);
@@ -276,9 +264,8 @@ mod tests {
 
     #[test]
     fn documents_that_are_none_are_named() {
-        let unsigned = of_governance("<dds/>", 0);
+        let unsigned = governance("<dds/>").unwrap_err();
 
-        assert_eq!(unsigned.len(), 1);
-        assert!(unsigned[0].to_string().starts_with("governance.p7s: it is no document"));
+        assert!(unsigned.starts_with("it is no document"), "{unsigned}");
     }
 }

@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, Permissions};
-use std::io::{self, Write};
-use std::os::unix::fs::{DirBuilderExt, PermissionsExt, symlink};
+use std::io::{self, ErrorKind, Write};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 
+use rustix::fs::{CWD, RenameFlags, renameat_with};
 use tempfile::{NamedTempFile, TempDir};
 
 use crate::error::KeystoreError;
-use crate::layout::{GOVERNANCE, IDENTITY_CA, PERMISSIONS_CA, PUBLIC};
+use crate::layout::{ENCLAVES, GOVERNANCE, LOCK, PUBLIC, SHARED};
 
 /// Read and written by their owner alone.
 pub(crate) const PRIVATE_MODE: u32 = 0o600;
@@ -20,21 +21,86 @@ const PRIVATE_FOLDER_MODE: u32 = 0o700;
 /// Permissions name every topic of a fleet, in a hundred bytes each.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Makes a folder and those above it.
+/// Makes a folder and those above it, which everybody may enter whatever the umask is: who copies an
+/// enclave copies their modes.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), KeystoreError> {
-    let made = fs::DirBuilder::new().recursive(true).mode(PUBLIC_FOLDER_MODE).create(folder);
-    made.map_err(KeystoreError::file("make", folder))
+    make_folders(folder, PUBLIC_FOLDER_MODE).map_err(KeystoreError::file("make", folder))
 }
 
-/// Makes a folder beside another one, of a name that nobody else chooses; gone when dropped.
+fn make_folders(folder: &Path, mode: u32) -> io::Result<()> {
+    if folder.is_dir() {
+        return Ok(());
+    }
+    make_folders(folder_of(folder), PUBLIC_FOLDER_MODE)?;
+    match fs::DirBuilder::new().mode(mode).create(folder) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists && folder.is_dir() => Ok(()),
+        made => made.and_then(|()| fs::set_permissions(folder, Permissions::from_mode(mode))),
+    }
+}
+
+/// Waits until no other command changes a keystore, and keeps others waiting until what is returned is
+/// dropped, or its process has ended.
+pub(crate) fn lock(keystore: &Path) -> Result<File, KeystoreError> {
+    let path = keystore.join(LOCK);
+    let locked = || loop {
+        let file = File::options().create(true).truncate(false).write(true).open(&path)?;
+        file.lock()?;
+        // Another keystore may have taken the place of the one that was waited for.
+        if fs::metadata(&path)
+            .is_ok_and(|now| file.metadata().is_ok_and(|it| it.ino() == now.ino()))
+        {
+            return Ok(file);
+        }
+    };
+    locked().map_err(KeystoreError::file("lock", &path))
+}
+
+/// What folders beside a keystore begin with that a command makes and that are gone when it ends.
+fn unfinished(keystore: &Path) -> String {
+    let name = keystore.file_name().unwrap_or_default().to_string_lossy();
+    format!("{name}.unfinished.")
+}
+
+/// Folders beside a keystore that a command left that was interrupted, with private keys.
+pub(crate) fn leftovers(keystore: &Path) -> Vec<PathBuf> {
+    let keystore = keystore.canonicalize().unwrap_or_else(|_| keystore.to_owned());
+    let begins = unfinished(&keystore);
+    // Where nobody can look, nobody can have left anything.
+    let mut found = entries_of(folder_of(&keystore)).unwrap_or_default();
+    found.retain(|path| {
+        path.file_name().is_some_and(|it| it.to_string_lossy().starts_with(&begins))
+    });
+    found.sort();
+    found
+}
+
+/// Makes a folder beside another one, of its mode and a name that nobody else chooses; gone when dropped.
 pub(crate) fn folder_beside(other: &Path) -> Result<TempDir, KeystoreError> {
     let parent = folder_of(other);
-    let public = Permissions::from_mode(PUBLIC_FOLDER_MODE);
-    tempfile::Builder::new()
-        .prefix("keystore.")
-        .permissions(public)
-        .tempdir_in(parent)
-        .map_err(KeystoreError::file("make a folder in", parent))
+    let made = || {
+        let mode = fs::metadata(other)?.permissions();
+        let made = tempfile::Builder::new().prefix(&unfinished(other)).tempdir_in(parent);
+        let made = made.map_err(without_path)?;
+        fs::set_permissions(made.path(), mode)?;
+        Ok(made)
+    };
+    made().map_err(KeystoreError::file("make a folder in", parent))
+}
+
+/// Where the private part of a keystore is a link, a folder beside where it leads, of a name that nobody
+/// else chooses; gone when dropped.
+pub(crate) fn private_beside(private: &Path) -> Result<Option<TempDir>, KeystoreError> {
+    if !private.is_symlink() {
+        return Ok(None);
+    }
+    let made = || {
+        let real = private.canonicalize()?;
+        tempfile::Builder::new()
+            .prefix("private.")
+            .tempdir_in(folder_of(&real))
+            .map_err(without_path)
+    };
+    made().map(Some).map_err(KeystoreError::file("make a folder where it leads,", private))
 }
 
 /// A name that nothing has yet: `keystore.old`, or `keystore.old_2`, `keystore.old_3`, …
@@ -53,9 +119,17 @@ pub(crate) fn free_name(folder: &Path, ending: &str) -> PathBuf {
     name
 }
 
-/// Moves a folder.
-pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), KeystoreError> {
-    fs::rename(from, to).map_err(KeystoreError::file("move the keystore to", to))
+/// Puts a folder in the place of another one, at once where the file system can do that, and moves that
+/// one aside.
+pub(crate) fn exchange(new: &Path, folder: &Path, aside: &Path) -> Result<(), KeystoreError> {
+    let moved = || {
+        if renameat_with(CWD, new, CWD, folder, RenameFlags::EXCHANGE).is_ok() {
+            return fs::rename(new, aside);
+        }
+        fs::rename(folder, aside)?;
+        fs::rename(new, folder).inspect_err(|_| drop(fs::rename(aside, folder)))
+    };
+    moved().map_err(KeystoreError::file("move the keystore to", aside))
 }
 
 /// The folders in one.
@@ -76,15 +150,24 @@ pub(crate) fn folders_in(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
     Ok(found)
 }
 
-fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
+pub(crate) fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
     let paths = |entries: fs::ReadDir| entries.map(|entry| Ok(entry?.path())).collect();
     fs::read_dir(folder).and_then(paths).map_err(KeystoreError::file("list", folder))
 }
 
+/// Removes a file or a folder, if it is there; of a link the link.
+pub(crate) fn remove(path: &Path) -> Result<(), KeystoreError> {
+    let removed = match fs::symlink_metadata(path) {
+        Ok(it) if it.is_dir() => fs::remove_dir_all(path),
+        Ok(_) => fs::remove_file(path),
+        Err(_) => Ok(()),
+    };
+    removed.map_err(KeystoreError::file("remove", path))
+}
+
 /// Makes a folder that only its owner enters.
 pub(crate) fn make_private_folder(folder: &Path) -> Result<(), KeystoreError> {
-    let made = fs::DirBuilder::new().recursive(true).mode(PRIVATE_FOLDER_MODE).create(folder);
-    made.map_err(KeystoreError::file("make", folder))
+    make_folders(folder, PRIVATE_FOLDER_MODE).map_err(KeystoreError::file("make", folder))
 }
 
 /// Writes a private key, whole or not at all; one that is there stays.
@@ -92,7 +175,7 @@ pub(crate) fn write_key(path: &Path, pem: &str) -> Result<(), KeystoreError> {
     let written = || {
         let file = draft_of(path, PRIVATE_MODE, pem)?;
         file.as_file().sync_all()?;
-        file.persist_noclobber(path)?;
+        file.persist_noclobber(path).map_err(|error| error.error)?;
         File::open(folder_of(path))?.sync_all()
     };
     written().map_err(KeystoreError::file("write", path))
@@ -101,7 +184,7 @@ pub(crate) fn write_key(path: &Path, pem: &str) -> Result<(), KeystoreError> {
 /// Writes what everybody may read: the old file or the new one, whole.
 pub(crate) fn write_public(path: &Path, text: &str) -> Result<(), KeystoreError> {
     let written = || {
-        draft_of(path, PUBLIC_MODE, text)?.persist(path)?;
+        draft_of(path, PUBLIC_MODE, text)?.persist(path).map_err(|error| error.error)?;
         Ok(())
     };
     written().map_err(KeystoreError::file("write", path))
@@ -109,11 +192,16 @@ pub(crate) fn write_public(path: &Path, text: &str) -> Result<(), KeystoreError>
 
 /// A file beside another one, of a name that nobody else chooses, to take its place.
 fn draft_of(path: &Path, mode: u32, text: &str) -> io::Result<NamedTempFile> {
-    let permissions = Permissions::from_mode(mode);
-    let mut file =
-        tempfile::Builder::new().permissions(permissions).tempfile_in(folder_of(path))?;
-    file.write_all(text.as_bytes())?;
+    let mut file = NamedTempFile::new_in(folder_of(path)).map_err(without_path)?;
+    // Whatever the umask is; until here it is private.
+    file.as_file().set_permissions(Permissions::from_mode(mode))?;
+    file.write_all(text.as_bytes()).map_err(without_path)?;
     Ok(file)
+}
+
+/// An error of a file of another name than the one that is written.
+fn without_path(error: io::Error) -> io::Error {
+    if error.raw_os_error().is_some() { error } else { error.kind().into() }
 }
 
 fn folder_of(path: &Path) -> &Path {
@@ -130,22 +218,51 @@ pub(crate) fn text(path: &Path) -> io::Result<String> {
     rsrs_files::read_text_of_at_most(MOST_BYTES, path)
 }
 
-/// Makes a link, unless there is one already.
-pub(crate) fn link(to: &Path, path: &Path) -> Result<(), KeystoreError> {
-    if path.symlink_metadata().is_ok() {
-        return Ok(());
-    }
-    symlink(to, path).map_err(KeystoreError::file("link", path))
+/// Makes a link, also in the place of a copy or of a link to something else.
+///
+/// # Returns
+///
+/// Whether there was none.
+pub(crate) fn link(to: &Path, path: &Path) -> Result<bool, KeystoreError> {
+    let linked = || {
+        let wanted = folder_of(path).join(to).canonicalize();
+        if path.is_symlink() && wanted.is_ok_and(|it| path.canonicalize().is_ok_and(|is| is == it))
+        {
+            return Ok(false);
+        }
+        let draft = tempfile::Builder::new().make_in(folder_of(path), |draft| symlink(to, draft));
+        draft.map_err(without_path)?.persist(path).map_err(|error| error.error)?;
+        Ok(true)
+    };
+    linked().map_err(KeystoreError::file("link", path))
+}
+
+/// Where a keystore has what all enclaves share.
+pub(crate) fn shared(keystore: &Path, file: &str) -> PathBuf {
+    keystore.join(if file == GOVERNANCE { ENCLAVES } else { PUBLIC }).join(file)
 }
 
 /// Links what all enclaves share into one.
-pub(crate) fn link_shared(folder: &Path, name: &str) -> Result<(), KeystoreError> {
+///
+/// # Returns
+///
+/// What was no such link before.
+pub(crate) fn link_shared(folder: &Path, name: &str) -> Result<Vec<PathBuf>, KeystoreError> {
     // Up to the folder of all enclaves, through those of a namespace.
-    let up: PathBuf = name.trim_start_matches('/').split('/').map(|_| "..").collect();
-    for file in [IDENTITY_CA, PERMISSIONS_CA] {
-        link(&up.join("..").join(PUBLIC).join(file), &folder.join(file))?;
+    let up: PathBuf = name.split('/').filter(|part| !part.is_empty()).map(|_| "..").collect();
+    let mut made = Vec::new();
+    for file in SHARED {
+        let to = match file {
+            GOVERNANCE => up.join(file),
+            file => shared(&up.join(".."), file),
+        };
+        let path = folder.join(file);
+        // The enclave `/` is the folder of all enclaves.
+        if to != Path::new(file) && link(&to, &path)? {
+            made.push(path);
+        }
     }
-    link(&up.join(GOVERNANCE), &folder.join(GOVERNANCE))
+    Ok(made)
 }
 
 /// All private keys of a keystore, also behind links and in copies of other names; each once.

@@ -48,7 +48,7 @@ fn fuzzed_documents_are_read_or_refused_and_verified_only_if_they_were_signed() 
     let n_outcomes = harness.run(|input| {
         let (path, content) = &files[usize::from(input[0]) % files.len()];
         fs::write(path, &input[1..]).unwrap();
-        let problems = problems_of(&enclave, 7, now);
+        let problems = problems_of("/robot_1", &enclave, 7, now);
         let verified = authority.signed_text(path).map(|text| {
             assert_eq!(signed_text(content), Ok(&*text), "this was never signed");
         });

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::authority::Authority;
 use crate::error::KeystoreError;
 use crate::files;
+use crate::members::{authority_of, enclaves_of, link_all};
 
 /// What was changed in a keystore.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -14,20 +14,22 @@ pub struct Hardened {
     pub cured: Vec<String>,
     /// Private keys that others could read.
     pub keys_made_private: Vec<PathBuf>,
+    /// What the enclaves share and was no link to it in one, such as a copy.
+    pub linked: Vec<PathBuf>,
 }
 
 /// Signs another governance where that of a keystore is too weak or is not carried, for the same
-/// domains and topics, and makes its keys private. Certificates and permissions stay.
+/// domains and topics, links it and the authority's certificates into every enclave, and makes its keys
+/// private. Certificates and permissions stay.
 ///
 /// # Errors
 ///
 /// [`KeystoreError`] if the folder is no keystore, or cannot be written; or if its governance is not what
 /// its authority has signed, because what somebody has changed must not be signed again.
 pub fn harden(folder: &Path) -> Result<Hardened, KeystoreError> {
-    if !Authority::is_in(folder) {
-        return Err(KeystoreError::NoKeystore { folder: folder.to_owned() });
-    }
-    let authority = Authority::read(folder)?;
+    let authority = authority_of(folder)?;
+    let _lock = files::lock(folder)?;
+    let linked = link_all(&enclaves_of(folder)?)?;
     let governance = authority.governance(folder)?;
     let cured: BTreeSet<String> =
         governance.all_weaknesses().iter().map(ToString::to_string).collect();
@@ -40,5 +42,5 @@ pub fn harden(folder: &Path) -> Result<Hardened, KeystoreError> {
             keys_made_private.push(key);
         }
     }
-    Ok(Hardened { cured: cured.into_iter().collect(), keys_made_private })
+    Ok(Hardened { cured: cured.into_iter().collect(), keys_made_private, linked })
 }

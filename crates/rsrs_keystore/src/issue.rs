@@ -51,6 +51,8 @@ pub(crate) struct NewMember {
     name: Name,
     holds: (Duration, Duration),
     key: SigningKey,
+    /// One is drawn where there is none.
+    serial: Option<SerialNumber>,
 }
 
 impl NewMember {
@@ -72,12 +74,19 @@ impl NewMember {
     ) -> Result<Self, KeystoreError> {
         let name =
             Name::from_str(&format!("CN={name}")).map_err(cannot("the name of a certificate"))?;
-        Ok(Self::named(name, holds, key))
+        Ok(Self { name, holds, key, serial: None })
     }
 
-    /// With the whole name of a certificate.
-    pub(crate) fn named(name: Name, holds: (Duration, Duration), key: SigningKey) -> Self {
-        Self { name, holds, key }
+    /// Who has a certificate: with its whole name and its serial number, by which documents name whose
+    /// signature they have.
+    pub(crate) fn of_certificate(
+        certificate: &Certificate,
+        holds: (Duration, Duration),
+        key: SigningKey,
+    ) -> Self {
+        let certificate = certificate.tbs_certificate();
+        let serial = Some(certificate.serial_number().clone());
+        Self { name: certificate.subject().clone(), holds, key, serial }
     }
 
     /// An authority.
@@ -101,9 +110,9 @@ impl NewMember {
             Profile { subject: self.name.clone(), issuer: issuer.name.clone(), constraints };
         let public_key = SubjectPublicKeyInfo::from_key(self.key.verifying_key())
             .map_err(cannot("a public key"))?;
-        let builder =
-            CertificateBuilder::new(profile, serial()?, validity(self.holds)?, public_key)
-                .map_err(cannot("a certificate"))?;
+        let serial = self.serial.clone().map_or_else(serial, Ok)?;
+        let builder = CertificateBuilder::new(profile, serial, validity(self.holds)?, public_key)
+            .map_err(cannot("a certificate"))?;
         let certificate = builder.build::<_, DerSignature>(issuer.key);
         let key_pem = self.key.to_pkcs8_pem(LineEnding::LF);
         Ok(Made {

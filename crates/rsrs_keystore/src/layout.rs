@@ -19,6 +19,9 @@ pub const PERMISSIONS: &str = "permissions.p7s";
 pub const FILES: [&str; 6] =
     [IDENTITY_CA, CERTIFICATE, KEY, PERMISSIONS_CA, GOVERNANCE, PERMISSIONS];
 
+/// Those of them that all enclaves share, as links.
+pub const SHARED: [&str; 3] = [IDENTITY_CA, PERMISSIONS_CA, GOVERNANCE];
+
 /// The text of the governance, beside what is signed.
 pub const GOVERNANCE_TEXT: &str = "governance.xml";
 /// The text of the permissions, beside what is signed.
@@ -29,3 +32,7 @@ pub const PUBLIC: &str = "public";
 pub const PRIVATE: &str = "private";
 /// In that folder: the enclaves that were revoked, one in each line.
 pub const REVOKED: &str = "revoked.txt";
+/// Held by the command that changes a keystore.
+pub(crate) const LOCK: &str = ".lock";
+/// There while a new keystore is made, and where that was interrupted.
+pub(crate) const UNFINISHED: &str = ".unfinished";

@@ -10,8 +10,8 @@
 //! * [`harden`] makes a keystore of SROS2 such that our middleware carries what it demands.
 //! * [`members`] shows who belongs to a keystore and until when, gives it more time, and makes it anew
 //!   without one of them.
-//! * [`check`] reports what is wrong with an enclave; a program that is to be secured asks
-//!   before it starts.
+//! * [`check`] reports what is wrong with an enclave, and [`problem`] what mends it; a program that is to be
+//!   secured asks before it starts.
 //!
 //! Signatures and keys are those of the `RustCrypto` crates, so nothing here needs OpenSSL.
 //!
@@ -39,7 +39,7 @@
 //! let made = create(&request)?;
 //!
 //! assert_eq!(made.enclaves[0].enclave, "/robot_1");
-//! assert_eq!(problems_of(&made.enclaves[0].folder, 0, now), []);
+//! assert_eq!(problems_of("/robot_1", &made.enclaves[0].folder, 0, now), []);
 //! # Ok(())
 //! # }
 //! ```
@@ -58,12 +58,13 @@ mod issue;
 pub mod layout;
 pub mod members;
 pub mod permissions;
+pub mod problem;
 mod revocations;
 pub mod roles;
 mod signature;
 pub mod signed_document;
 
-pub use error::KeystoreError;
+pub use error::{KeystoreError, KeystoreFailure};
 pub use signature::ForgedDocument;
 
 #[cfg(test)]

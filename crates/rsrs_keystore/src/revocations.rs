@@ -1,6 +1,7 @@
 //! The enclaves that were revoked, which a keystore that is completed leaves out.
 
 use std::collections::BTreeSet;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::error::KeystoreError;
@@ -10,10 +11,11 @@ use crate::layout::{PRIVATE, REVOKED};
 /// The enclaves that were revoked.
 pub(crate) fn revoked(keystore: &Path) -> Result<BTreeSet<String>, KeystoreError> {
     let path = keystore.join(PRIVATE).join(REVOKED);
-    if !path.exists() {
-        return Ok(BTreeSet::new());
+    match files::text(&path) {
+        Ok(text) => Ok(text.lines().map(str::to_owned).collect()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(BTreeSet::new()),
+        Err(error) => Err(KeystoreError::file("read", &path)(error)),
     }
-    Ok(files::read(&path)?.lines().map(str::to_owned).collect())
 }
 
 /// Writes them.
@@ -25,7 +27,7 @@ pub(crate) fn write_revoked(
     files::write_public(&keystore.join(PRIVATE).join(REVOKED), &lines)
 }
 
-/// The enclave that a person names with or without the stroke before it.
+/// The enclave that a person names with or without strokes around it.
 pub(crate) fn enclave_of(name: &str) -> String {
-    format!("/{}", name.trim_start_matches('/'))
+    format!("/{}", name.trim_matches('/'))
 }

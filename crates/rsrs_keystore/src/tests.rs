@@ -12,10 +12,11 @@ use crate::check::problems_of;
 use crate::create::{KeystoreRequest, MadeEnclave, create};
 use crate::error::KeystoreError;
 use crate::files;
-use crate::governance::{Domains, Governance, Switch};
+use crate::governance::{Domains, Governance, Switch, Weakness};
 use crate::harden::{Hardened, harden};
 use crate::layout::KEY;
-use crate::members::{renew, revoke, show};
+use crate::members::{ShownMember, renew, revoke, show};
+use crate::problem::{EnclaveProblem, cures};
 
 /// Noon of a day in 2026.
 const NOW: Duration = Duration::new(1_767_268_800, 600_000_000);
@@ -30,8 +31,20 @@ fn request<'a>(folder: &'a Path, robots: &'a [String]) -> KeystoreRequest<'a> {
     KeystoreRequest { folder, robots, domain_id: Some(7), now: NOW, validity, readmitted: &[] }
 }
 
+/// What is wrong with an enclave that is called as its folder.
 fn texts(folder: &Path, domain_id: u16, now: Duration) -> Vec<String> {
-    problems_of(folder, domain_id, now).iter().map(ToString::to_string).collect()
+    let name = format!("/{}", folder.file_name().unwrap().to_str().unwrap());
+    problems_of(&name, folder, domain_id, now).iter().map(ToString::to_string).collect()
+}
+
+/// What is wrong with the members of a keystore, each with its enclave.
+fn shown(keystore: &Path) -> Vec<String> {
+    let members = show(keystore, NOW).unwrap().members.into_iter();
+    let text = |member: ShownMember| {
+        let problems = member.problems.iter().map(ToString::to_string).collect::<Vec<_>>();
+        (!problems.is_empty()).then(|| format!("{}: {}", member.enclave, problems.join("; ")))
+    };
+    members.filter_map(text).map(|text| text.replace(keystore.to_str().unwrap(), "k")).collect()
 }
 
 /// The openssl program, which is part of every system that this runs on.
@@ -50,7 +63,12 @@ fn a_robot_in_a_namespace_has_an_enclave_in_a_folder_of_it_whose_links_lead_to_i
 
     assert_eq!(made[0].enclave, "/lab/robot_1");
     for enclave in &made {
-        assert_eq!(problems_of(&enclave.folder, 7, NOW), [], "{}", enclave.enclave);
+        assert_eq!(
+            problems_of(&enclave.enclave, &enclave.folder, 7, NOW),
+            [],
+            "{}",
+            enclave.enclave
+        );
     }
     let grant = std::fs::read_to_string(made[0].folder.join("permissions.xml")).unwrap();
     assert!(grant.contains("rt/lab/robot_1/detection"), "{grant}");
@@ -178,7 +196,10 @@ fn a_keystore_of_sros2_is_hardened_once() {
     assert!(hardened.cured[0].contains("multiple of 4"), "{hardened:?}");
     assert_eq!(texts(&enclave, 7, NOW), [""; 0]);
     let again = harden(folder.path()).unwrap();
-    assert_eq!(again, Hardened { cured: Vec::new(), keys_made_private: Vec::new() });
+    assert_eq!(
+        again,
+        Hardened { cured: Vec::new(), keys_made_private: Vec::new(), linked: Vec::new() }
+    );
 }
 
 #[test]
@@ -241,10 +262,10 @@ fn nothing_is_signed_that_holds_longer_than_its_authority() {
 
     assert!(longer.to_string().starts_with("the authority ends on 2026-01-31T12:00:00Z, before"));
     assert!(late.to_string().ends_with("and signs nothing any more"), "{late}");
-    let shown = show(folder.path()).unwrap();
-    let ends: BTreeSet<Duration> =
-        shown.members.iter().map(|member| member.ends(shown.authority_ends)).collect();
-    assert_eq!(ends, BTreeSet::from([Duration::from_secs(NOW.as_secs()) + DAY * 30]));
+    let shown = show(folder.path(), NOW).unwrap();
+    let ends: BTreeSet<_> = shown.members.iter().map(|member| member.ends).collect();
+    assert_eq!(ends, BTreeSet::from([Some(shown.authority_ends)]));
+    assert_eq!(shown.authority_ends, Duration::from_secs(NOW.as_secs()) + DAY * 30);
 }
 
 #[test]
@@ -290,7 +311,7 @@ fn of_who_was_revoked_nothing_is_obeyed_and_the_others_have_the_rights_that_they
     let nobody = revoke(&keystore, "robot_9", NOW, DAY * 30).unwrap_err();
     // As a shell completes it.
     let typed = PathBuf::from(format!("{}/", keystore.display()));
-    let old = revoke(&typed, "robot_1", NOW, DAY * 30).unwrap();
+    let old = revoke(&typed, "robot_1", NOW, DAY * 30).unwrap().old;
 
     let meant = "the keystore has no enclave /robot_9; did you mean /robot_1?";
     assert_eq!(nobody.to_string(), meant);
@@ -309,7 +330,7 @@ fn of_who_was_revoked_nothing_is_obeyed_and_the_others_have_the_rights_that_they
     // A second theft, by a link to the keystore.
     let link = folder.path().join("link");
     std::os::unix::fs::symlink(&keystore, &link).unwrap();
-    let again = revoke(&link, "robot_2", NOW, DAY * 30).unwrap();
+    let again = revoke(&link, "robot_2", NOW, DAY * 30).unwrap().old;
     assert!(again.ends_with("keystore.old_2") && link.is_symlink(), "{}", again.display());
     assert!(!keystore.join("enclaves/robot_2").exists());
 }
@@ -321,7 +342,7 @@ fn who_was_revoked_comes_back_by_name_only_and_with_other_keys() {
     let made = create(&request(&keystore, &robots)).unwrap();
     assert_eq!(made.left_out, [""; 0]);
     let key = |keystore: &Path| std::fs::read(keystore.join("enclaves/robot_1/key.pem")).unwrap();
-    let old = revoke(&keystore, "robot_1", NOW, DAY * 30).unwrap();
+    let old = revoke(&keystore, "robot_1", NOW, DAY * 30).unwrap().old;
     revoke(&keystore, "stop", NOW, DAY * 30).unwrap();
     let again = revoke(&keystore, "robot_1", NOW, DAY * 30).unwrap_err();
     assert_eq!(again.to_string(), "/robot_1 was revoked already");
@@ -336,7 +357,7 @@ fn who_was_revoked_comes_back_by_name_only_and_with_other_keys() {
     };
     let nobody = readmit("robot_2", None).unwrap_err();
     let elsewhere = readmit("robot_1", Some(9)).unwrap_err();
-    let still = show(&keystore).unwrap().revoked;
+    let still = show(&keystore, NOW).unwrap().revoked;
     let back = readmit("robot_1", None).unwrap();
 
     assert_eq!(again.left_out, ["/robot_1", "/stop"]);
@@ -346,7 +367,7 @@ fn who_was_revoked_comes_back_by_name_only_and_with_other_keys() {
     assert_eq!(still, again.left_out, "a command that fails lets nobody in");
     assert_eq!(back.left_out, ["/stop"]);
     assert!(back.enclaves[0].is_new && key(&keystore) != key(&old));
-    assert_eq!(show(&keystore).unwrap().revoked, ["/stop"]);
+    assert_eq!(show(&keystore, NOW).unwrap().revoked, ["/stop"]);
 }
 
 #[test]
@@ -356,13 +377,13 @@ fn keys_that_others_can_read_are_shown_wherever_they_are() {
     create(&request(folder.path(), &robots)).unwrap();
     let keys =
         ["enclaves/robot_2/key.pem", "private/ca.key.pem"].map(|key| folder.path().join(key));
-    assert!(show(folder.path()).unwrap().open_keys.is_empty());
+    assert!(show(folder.path(), NOW).unwrap().open_keys.is_empty());
 
     for key in &keys {
         std::fs::set_permissions(key, std::fs::Permissions::from_mode(0o640)).unwrap();
     }
 
-    assert_eq!(show(folder.path()).unwrap().open_keys, keys);
+    assert_eq!(show(folder.path(), NOW).unwrap().open_keys, keys);
 }
 
 #[test]
@@ -385,12 +406,12 @@ fn keys_behind_links_and_in_copies_of_other_names_are_shown_and_made_private_too
     std::os::unix::fs::symlink("..", folder.path().join("public/up")).unwrap();
     std::os::unix::fs::symlink("none", folder.path().join("public/none.key.pem")).unwrap();
 
-    let open = show(folder.path()).unwrap().open_keys;
+    let open = show(folder.path(), NOW).unwrap().open_keys;
     let hardened = harden(folder.path()).unwrap();
 
     assert_eq!(open, [key, backup, other_name]);
     assert_eq!(hardened.keys_made_private, open);
-    assert!(show(folder.path()).unwrap().open_keys.is_empty());
+    assert!(show(folder.path(), NOW).unwrap().open_keys.is_empty());
 }
 
 #[test]
@@ -402,13 +423,14 @@ fn an_enclave_that_is_a_link_is_refused_by_name_and_lost_by_nobody() {
     std::fs::rename(&stop, elsewhere.path().join("stop")).unwrap();
     std::os::unix::fs::symlink(elsewhere.path().join("stop"), &stop).unwrap();
 
-    let shown = show(folder.path()).unwrap_err();
+    let shown = show(folder.path(), NOW).unwrap_err();
     let revoked = revoke(folder.path(), "robot_1", NOW, DAY).unwrap_err();
 
     for error in [shown, revoked] {
         let expected = format!("{} is a link", stop.display());
         assert!(error.to_string().starts_with(&expected), "{error}");
-        assert!(error.help().is_some_and(|help| help.contains("remove the link")));
+        let help = error.of(folder.path()).help();
+        assert!(help.is_some_and(|help| help.contains("remove the link")));
     }
 }
 
@@ -428,8 +450,8 @@ fn a_key_or_an_authority_of_somebody_else_is_no_enclave() {
     let of_key = texts(&enclave("/robot_1"), 7, NOW);
     let of_authority = texts(&enclave("/robot_2"), 7, NOW);
 
-    assert_eq!(of_key, ["key.pem: it does not belong to cert.pem"]);
-    assert_eq!(of_authority, ["identity_ca.cert.pem: it does not belong to cert.pem"]);
+    assert_eq!(of_key, ["cert.pem: it does not belong to key.pem"]);
+    assert_eq!(of_authority, ["cert.pem: identity_ca.cert.pem has not signed it"]);
 }
 
 #[test]
@@ -437,13 +459,17 @@ fn a_renewal_that_fails_changes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let robots = robots();
     create(&request(folder.path(), &robots)).unwrap();
-    let before = show(folder.path()).unwrap();
+    let before = show(folder.path(), NOW).unwrap();
     std::fs::write(folder.path().join("enclaves/viewer/key.pem"), "no key").unwrap();
 
     let error = renew(folder.path(), NOW, DAY * 365).unwrap_err();
 
-    assert!(matches!(error, KeystoreError::Key { .. }), "{error}");
-    assert_eq!(show(folder.path()).unwrap(), before);
+    assert_eq!(error.to_string(), "/viewer: key.pem: it is no private key");
+    let help = error.of(folder.path()).help().unwrap();
+    assert!(help.starts_with("`rm ") && help.contains("/viewer/key.pem && rsrs"), "{help}");
+    let after = show(folder.path(), NOW).unwrap();
+    let is_other = |member: &&ShownMember| member.enclave != "/viewer";
+    assert!(after.members.iter().filter(is_other).eq(before.members.iter().filter(is_other)));
 }
 
 #[test]
@@ -457,7 +483,7 @@ fn a_file_that_is_no_file_of_a_keystore_by_its_size_is_not_read() {
     let found = texts(&made[0].folder, 7, NOW);
 
     assert!(found[0].ends_with("governance.p7s cannot be read: file too large"), "{found:?}");
-    assert!(matches!(show(folder.path()), Err(KeystoreError::File { .. })));
+    assert!(matches!(show(folder.path(), NOW), Err(KeystoreError::File { .. })));
 }
 
 #[test]
@@ -467,14 +493,16 @@ fn a_keystore_without_governance_gets_one_for_a_domain_that_somebody_names() {
     create(&request(folder.path(), &robots)).unwrap();
     std::fs::remove_file(folder.path().join("enclaves/governance.p7s")).unwrap();
 
-    let shown = show(folder.path()).unwrap_err();
+    let shown = show(folder.path(), NOW).unwrap_err();
     let unnamed = create(&KeystoreRequest { domain_id: None, ..request(folder.path(), &robots) })
         .unwrap_err();
     let made = create(&request(folder.path(), &robots)).unwrap();
 
     for error in [shown, unnamed] {
         assert!(error.to_string().ends_with("enclaves/governance.p7s is missing"), "{error}");
-        assert!(error.help().is_some_and(|help| help.contains("--domain ID")));
+        let help = error.of(Path::new("my keys")).help().unwrap();
+        let typed = "`rsrs keystore create 'my keys' --fleet FLEET.yaml --domain ID`";
+        assert!(help.starts_with(typed), "{help}");
     }
     assert_eq!(texts(&made.enclaves[0].folder, 7, NOW), [""; 0]);
 }
@@ -546,4 +574,294 @@ fn a_rule_that_another_one_goes_before_in_some_domains_is_hardened_too() {
     assert_eq!(hardened.cured, ["lets participants without a certificate take part"]);
     let governance = authority.governance(folder.path()).unwrap();
     assert_eq!(governance.weaknesses(15), []);
+}
+
+/// As Fast DDS and Cyclone verify: with the certificate of the authority alone, and not with those that a
+/// document brings.
+fn is_verified_by_others(document: &Path, authority: &Path) -> (bool, String) {
+    let [document, authority] = [document, authority].map(|path| path.to_str().unwrap());
+    let how = ["-noverify", "-nointern", "-certfile", authority, "-out", "/dev/null"];
+    openssl(&[&["smime", "-verify", "-text", "-in", document], &how[..]].concat())
+}
+
+#[test]
+fn what_was_copied_before_a_renewal_and_what_is_copied_after_it_is_verified_by_other_middlewares() {
+    let folder = tempfile::tempdir().unwrap();
+    let (keystore, before) = (folder.path().join("keystore"), folder.path().join("before"));
+    let robots = robots();
+    create(&request(&keystore, &robots)).unwrap();
+    let copied = Command::new("cp").arg("-rL").args([&keystore, &before]).status();
+    assert!(copied.unwrap().success());
+
+    let ends = renew(&keystore, NOW + DAY * 10, DAY * 60).unwrap();
+
+    assert_eq!(ends, NOW + DAY * 70);
+    let authority = |keystore: &Path| keystore.join("public/permissions_ca.cert.pem");
+    let texts = [&before, &keystore].map(|it| std::fs::read(authority(it)).unwrap());
+    assert_ne!(texts[0], texts[1]);
+    for from in [&before, &keystore] {
+        for by in [&before, &keystore] {
+            for file in ["governance.p7s", "robot_1/permissions.p7s"] {
+                let document = from.join("enclaves").join(file);
+                let (is_verified, text) = is_verified_by_others(&document, &authority(by));
+                assert!(is_verified, "{} by {}: {text}", document.display(), by.display());
+            }
+            let (at, chain) = ((NOW + DAY * 11).as_secs().to_string(), authority(by));
+            let certificate = from.join("enclaves/robot_1/cert.pem");
+            let [chain, certificate] = [&chain, &certificate].map(|path| path.to_str().unwrap());
+            let (is_chain, text) =
+                openssl(&["verify", "-attime", &at, "-CAfile", chain, certificate]);
+            assert!(is_chain, "{text}");
+        }
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_member_is_shown_and_completing_the_keystore_mends_it() {
+    let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let robots = robots();
+    create(&request(other.path(), &robots)).unwrap();
+    let keystore = folder.path();
+    create(&request(keystore, &robots)).unwrap();
+    let enclave = |name: &str| keystore.join("enclaves").join(name);
+    let of_other = other.path().join("enclaves");
+    let copy = |from: PathBuf, to: PathBuf| assert!(std::fs::copy(from, to).unwrap() > 0);
+    let remove = |path: PathBuf| std::fs::remove_file(path).unwrap();
+    let change = |path: PathBuf| {
+        let text = std::fs::read_to_string(&path).unwrap().replace("rt/clock", "rt/cloak");
+        std::fs::write(path, text).unwrap();
+    };
+    remove(enclave("robot_1/permissions.p7s"));
+    change(enclave("robot_2/permissions.p7s"));
+    copy(enclave("stop/permissions.p7s"), enclave("runner/permissions.p7s"));
+    remove(enclave("stop/cert.pem"));
+    copy(of_other.join("viewer/cert.pem"), enclave("viewer/cert.pem"));
+    copy(enclave("viewer/key.pem"), enclave("tracker/key.pem"));
+    remove(enclave("simulator/key.pem"));
+    remove(enclave("controllers/governance.p7s"));
+
+    let found = shown(keystore);
+    let renewed = renew(keystore, NOW, DAY * 30).unwrap_err();
+    let revoked = revoke(keystore, "runner", NOW, DAY * 30).unwrap_err();
+    let made = create(&request(keystore, &robots)).unwrap();
+
+    assert_eq!(
+        found,
+        [
+            "/controllers: k/enclaves/controllers/governance.p7s is missing",
+            "/robot_1: k/enclaves/robot_1/permissions.p7s is missing",
+            "/robot_2: permissions.p7s: it is not what permissions_ca.cert.pem has signed: its text \
+             is not the one that was signed",
+            "/runner: permissions.p7s has no grant for `CN=/runner`, so it is of another member",
+            "/simulator: k/enclaves/simulator/key.pem is missing",
+            "/stop: k/enclaves/stop/cert.pem is missing",
+            "/tracker: cert.pem: it does not belong to key.pem",
+            "/viewer: cert.pem: it does not belong to key.pem; cert.pem: identity_ca.cert.pem has not \
+             signed it",
+        ]
+    );
+    for error in [renewed, revoked] {
+        let text = error.to_string();
+        assert!(text.starts_with("/robot_1: ") && text.contains("; /robot_2: "), "{text}");
+        let help = error.of(keystore).help().unwrap();
+        assert!(
+            help.starts_with("`rsrs keystore create") && help.ends_with("command again"),
+            "{help}"
+        );
+    }
+    let has = |which: fn(&MadeEnclave) -> bool| -> Vec<String> {
+        made.enclaves.iter().filter(|it| which(it)).map(|it| it.enclave.clone()).collect()
+    };
+    assert_eq!(has(|made| made.is_new), ["/simulator"]);
+    assert_eq!(has(|made| made.is_certified), ["/simulator", "/stop", "/tracker", "/viewer"]);
+    assert_eq!((made.problems, shown(keystore)), (vec![], vec![]));
+}
+
+#[test]
+fn a_key_that_is_none_is_named_with_what_makes_another_and_never_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    let key = folder.path().join("enclaves/robot_1/key.pem");
+    let cut = std::fs::read_to_string(&key).unwrap()[..100].to_owned();
+    std::fs::write(&key, &cut).unwrap();
+
+    let found = show(folder.path(), NOW).unwrap().members.swap_remove(1);
+    let made = create(&request(folder.path(), &robots)).unwrap();
+
+    assert_eq!(made.problems, [("/robot_1".to_owned(), found.problems[0].clone())]);
+    let typed = cures(folder.path(), &found.problems);
+    let expected =
+        format!("rm {} && rsrs keystore create {}", key.display(), folder.path().display());
+    assert!(typed[0].starts_with(&expected), "{typed:?}");
+    assert_eq!(std::fs::read_to_string(&key).unwrap(), cut);
+}
+
+#[test]
+fn what_a_governance_leaves_open_and_the_time_that_has_not_come_are_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    let now = NOW + DAY * 30;
+    create(&KeystoreRequest { now, ..request(folder.path(), &robots) }).unwrap();
+    let authority = Authority::read(folder.path()).unwrap();
+    let mut governance = Governance::recommended(Domains { first: 7, last: 7 });
+    governance.rules[0].join_access_control = Switch::Off;
+    authority.write_governance(folder.path(), &governance).unwrap();
+
+    let open = show(folder.path(), now).unwrap();
+    let early = show(folder.path(), NOW).unwrap().members;
+
+    assert_eq!(open.weaknesses, [Weakness::JoiningTakesNoPermission]);
+    assert!(open.members.iter().all(|member| member.problems.is_empty()), "said once");
+    let is_early = |member: &ShownMember| {
+        member.problems.iter().all(|it| matches!(it, EnclaveProblem::NotYet { .. }))
+            && member.problems.len() == 4
+    };
+    assert!(early.iter().all(is_early), "{early:?}");
+}
+
+#[test]
+fn several_that_complete_a_keystore_at_once_leave_whole_enclaves() {
+    let folder = tempfile::tempdir().unwrap();
+    let keystore = folder.path().join("keystore");
+    let robots: Vec<String> = (1..=6).map(|number| format!("robot_{number}")).collect();
+
+    let made = std::thread::scope(|scope| {
+        let starts: Vec<_> = (0..3)
+            .map(|_| scope.spawn(|| create(&request(&keystore, &robots)).unwrap().enclaves))
+            .collect();
+        starts.into_iter().flat_map(|start| start.join().unwrap()).collect::<Vec<_>>()
+    });
+
+    assert_eq!(made.iter().filter(|made| made.is_new).count(), robots.len() + 6);
+    assert_eq!(shown(&keystore), [""; 0]);
+}
+
+#[test]
+fn a_keystore_that_was_copied_without_its_links_is_changed_as_a_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, keystore) = (folder.path().join("first"), folder.path().join("copy"));
+    let robots = robots();
+    create(&request(&first, &robots)).unwrap();
+    let authority = Authority::read(&first).unwrap();
+    let mut governance = Governance::recommended(Domains { first: 7, last: 7 });
+    governance.rules[0].join_access_control = Switch::Off;
+    authority.write_governance(&first, &governance).unwrap();
+    let copy = |to: &Path| {
+        let copied = Command::new("cp").arg("-rLp").args([&first, to]).status();
+        assert!(copied.unwrap().success());
+    };
+    copy(&keystore);
+    let renewed = folder.path().join("renewed");
+    copy(&renewed);
+
+    let hardened = harden(&keystore).unwrap();
+    renew(&renewed, NOW + DAY, DAY * 60).unwrap();
+
+    assert_eq!(hardened.linked.len(), 8 * 3, "{hardened:?}");
+    for name in ["robot_1", "stop"] {
+        assert_eq!(texts(&keystore.join("enclaves").join(name), 7, NOW), [""; 0]);
+        let after = texts(&renewed.join("enclaves").join(name), 7, NOW + DAY * 60);
+        assert_eq!(after.len(), 1, "{after:?}");
+        assert!(after[0].contains("enable_join_access_control is false"), "{after:?}");
+    }
+    let public = renewed.join("public");
+    let texts = ["ca.cert.pem", "identity_ca.cert.pem", "permissions_ca.cert.pem"]
+        .map(|file| std::fs::read_to_string(public.join(file)).unwrap());
+    assert!(texts[0] == texts[1] && texts[1] == texts[2]);
+}
+
+#[test]
+fn a_new_keystore_that_was_interrupted_is_made_from_the_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    // As where it was killed before its governance was there.
+    std::fs::write(folder.path().join(".unfinished"), "").unwrap();
+    std::fs::remove_file(folder.path().join("enclaves/governance.p7s")).unwrap();
+    let key = || std::fs::read(folder.path().join("private/ca.key.pem")).unwrap();
+    let before = key();
+
+    let help = show(folder.path(), NOW).unwrap_err().of(folder.path()).help().unwrap();
+    let made = create(&KeystoreRequest { domain_id: None, ..request(folder.path(), &robots) });
+
+    assert!(help.ends_with("type it again"), "{help}");
+    assert_eq!((made.unwrap().domain_id, shown(folder.path())), (0, vec![]));
+    assert!(key() != before && !folder.path().join(".unfinished").exists());
+}
+
+#[test]
+fn who_is_readmitted_is_of_the_fleet_and_who_is_not_of_it_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (keystore, robots) = (folder.path().join("keystore"), robots());
+    create(&request(&keystore, &robots)).unwrap();
+    revoke(&keystore, "/robot_1/", NOW, DAY * 30).unwrap();
+    let one = ["robot_3".to_owned()];
+    let asked = |robots: &[String], names: &[&str]| {
+        let readmitted: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
+        create(&KeystoreRequest { readmitted: &readmitted, ..request(&keystore, robots) })
+    };
+
+    let elsewhere = asked(&one, &["robot_1"]).unwrap_err();
+    let slip = asked(&robots, &["robt_1"]).unwrap_err();
+    let still = show(&keystore, NOW).unwrap().revoked;
+    let others = asked(&one, &[]).unwrap().others;
+    asked(&robots, &["robot_1", "/robot_1"]).unwrap();
+
+    let expected = "/robot_1 cannot be readmitted: it is not in the fleet file";
+    assert_eq!(elsewhere.to_string(), expected);
+    assert_eq!(slip.to_string(), "/robt_1 was not revoked; did you mean /robot_1?");
+    assert_eq!(still, ["/robot_1"]);
+    assert_eq!(others, ["/robot_2"]);
+    assert_eq!(show(&keystore, NOW).unwrap().revoked, [""; 0]);
+    for nothing in ["", "/"] {
+        let error = revoke(&keystore, nothing, NOW, DAY).unwrap_err();
+        assert_eq!(error.to_string(), "the keystore has no enclave /");
+    }
+}
+
+#[test]
+fn what_is_private_stays_on_its_disk_and_is_missed_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let (keystore, disk) = (folder.path().join("keystore"), folder.path().join("disk"));
+    let robots = robots();
+    create(&request(&keystore, &robots)).unwrap();
+    std::fs::create_dir(&disk).unwrap();
+    std::fs::rename(keystore.join("private"), disk.join("private")).unwrap();
+    std::os::unix::fs::symlink(disk.join("private"), keystore.join("private")).unwrap();
+
+    let revoked = revoke(&keystore, "robot_1", NOW, DAY * 30).unwrap();
+
+    let private = revoked.private.unwrap();
+    assert_eq!(keystore.join("private").canonicalize().unwrap(), private);
+    assert!(private.starts_with(&disk) && private.join("ca.key.pem").exists());
+    assert!(Authority::is_in(&revoked.old).unwrap(), "the old one has its own");
+    assert_eq!(shown(&keystore), [""; 0]);
+    std::fs::rename(&disk, folder.path().join("away")).unwrap();
+    let away = show(&keystore, NOW).unwrap_err().to_string();
+    assert!(away.ends_with("which is not there"), "{away}");
+}
+
+#[test]
+fn a_folder_that_an_interrupted_revocation_left_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let keystore = folder.path().join("keystore");
+    create(&request(&keystore, &robots())).unwrap();
+    let left = files::folder_beside(&keystore).unwrap().keep();
+
+    assert_eq!(show(&keystore, NOW).unwrap().leftovers, [left]);
+}
+
+#[test]
+fn an_enclave_that_is_a_link_is_not_written_through() {
+    let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let mut robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    std::os::unix::fs::symlink(elsewhere.path(), folder.path().join("enclaves/robot_3")).unwrap();
+    robots.push("robot_3".to_owned());
+
+    let error = create(&request(folder.path(), &robots)).unwrap_err();
+
+    assert!(matches!(error, KeystoreError::LinkedFolder { .. }), "{error}");
+    assert_eq!(std::fs::read_dir(elsewhere.path()).unwrap().count(), 0);
 }

@@ -2,29 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// Characters that no shell takes for anything else.
-const PLAIN: &str = "/._-+=,:@%";
-
-/// A word of a command, in quotes where a shell would take it for something else.
-///
-/// # Example
-///
-/// ```
-/// use rsrs_pipeline::wording::shell::quoted;
-///
-/// assert_eq!(quoted("runs/monday_1"), "runs/monday_1");
-/// assert_eq!(quoted("runs/first try"), "'runs/first try'");
-/// ```
-pub fn quoted(word: impl AsRef<Path>) -> String {
-    let word = word.as_ref().display().to_string();
-    let is_plain = |it: char| it.is_alphanumeric() || PLAIN.contains(it);
-    // What begins with a dash would be taken for a flag.
-    let word = if word.starts_with('-') { format!("./{word}") } else { word };
-    if !word.is_empty() && word.chars().all(is_plain) {
-        return word;
-    }
-    format!("'{}'", word.replace('\'', r"'\''"))
-}
+pub use rsrs_files::quoted;
 
 /// The experiment file that lies where a sweep is, as `rsrs init` leaves it; else a name to replace.
 ///

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 
 use rsrs_core::help::Help;
-use rsrs_keystore::check::EnclaveProblem;
-use rsrs_keystore::governance::Weakness;
-use rsrs_keystore::layout::KEY;
+use rsrs_keystore::problem::{EnclaveProblem, cures};
 
 /// Why a process that was to be secured does not start.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -53,6 +51,8 @@ pub enum SecurityError {
     Enclave {
         /// Its name.
         name: String,
+        /// The keystore, or the part of it that was copied.
+        keystore: PathBuf,
         /// Everything that is wrong with it.
         problems: Vec<EnclaveProblem>,
     },
@@ -63,14 +63,10 @@ fn listed(problems: &[EnclaveProblem]) -> String {
     texts.join("; ")
 }
 
-/// The cure for a governance that is too weak or not carried, and for keys that others can read.
-const HARDEN: &str = "`rsrs keystore harden DIR` on the machine that has the keystore writes and \
-                      signs another governance and makes keys private; then copy the enclave again";
-
 impl Help for SecurityError {
     fn help(&self) -> Option<String> {
         let help = match self {
-            Self::Enable { .. } => "unset it to run without protection",
+            Self::Enable { .. } => "set it to `true`; `false`, or none, is without protection",
             Self::NotBuiltIn => {
                 "use the Debian package, or build with `cargo build --features security` \
                  (`security_vendored` brings its own OpenSSL); unset ROS_SECURITY_ENABLE to run \
@@ -84,41 +80,12 @@ impl Help for SecurityError {
                 "name one of the keystore's with `--ros-args --enclave NAME` or \
                  ROS_SECURITY_ENCLAVE_OVERRIDE"
             }
-            Self::Enclave { problems, .. } => return help_of(problems),
+            Self::Enclave { keystore, problems, .. } => {
+                let cures = cures(keystore, problems);
+                return (!cures.is_empty()).then(|| cures.join("; "));
+            }
             Self::Strategy { .. } | Self::Name { .. } => return None,
         };
         Some(help.to_owned())
     }
-}
-
-/// The cure for a keystore of another domain.
-const ANOTHER_DOMAIN: &str = "a keystore holds in the domain that it was made for: set ROS_DOMAIN_ID \
-                              to it, or make one with `rsrs keystore create DIR --fleet FLEET.yaml \
-                              --domain ID`";
-
-fn help_of(problems: &[EnclaveProblem]) -> Option<String> {
-    let is_elsewhere = |problem: &EnclaveProblem| {
-        matches!(
-            problem,
-            EnclaveProblem::Governance(Weakness::NoRule { .. })
-                | EnclaveProblem::WrongDomain { .. }
-        )
-    };
-    let is_hardened_away = |problem: &EnclaveProblem| {
-        matches!(problem, EnclaveProblem::Governance(_) | EnclaveProblem::KeyIsReadable { .. })
-    };
-    if problems.iter().any(is_elsewhere) {
-        return Some(ANOTHER_DOMAIN.to_owned());
-    }
-    if problems.iter().any(is_hardened_away) {
-        return Some(HARDEN.to_owned());
-    }
-    let is_missing = problems
-        .iter()
-        .any(|it| matches!(it, EnclaveProblem::File { .. } | EnclaveProblem::Content { .. }));
-    let copy = format!(
-        "copy the whole folder of the enclave from the keystore, with what its links lead to \
-         (`cp -rL`), and keep {KEY} readable for the user of this program alone"
-    );
-    is_missing.then_some(copy)
 }

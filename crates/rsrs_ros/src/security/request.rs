@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rsrs_keystore::check::{ENDS_SOON, EnclaveProblem, ends_at, problems_of};
+use rsrs_keystore::check::{ENDS_SOON, ends_at, problems_of};
 use rsrs_keystore::layout::ENCLAVES;
+use rsrs_keystore::problem::{EnclaveProblem, cures};
 
 use super::{Enclave, IS_BUILT_IN, SecurityError};
 use crate::environment::Environment;
@@ -158,21 +159,23 @@ impl SecurityRequest {
             let error = SecurityError::NoEnclave { name, folder };
             return if is_permissive { Ok(None) } else { Err(error) };
         }
-        let problems = problems_of(&folder, domain_id, now);
+        let problems = problems_of(&name, &folder, domain_id, now);
         if problems.iter().all(EnclaveProblem::is_warning) {
             for problem in problems {
-                log::warn!("{problem}: `rsrs keystore harden`, and copy the governance");
+                let cure = cures(&self.keystore, std::slice::from_ref(&problem)).join("; ");
+                log::warn!("{problem}; {cure}, and copy the governance");
             }
             let left = ends_at(&folder).map(|ends| ends.saturating_sub(now));
             if let Some(left) = left.filter(|left| *left < ENDS_SOON) {
                 log::warn!(
-                    "the certificates of {name} end in {} days: `rsrs keystore renew`, and copy them",
+                    "{name} can take part for {} more days: `rsrs keystore renew KEYSTORE` where the keystore \
+                     is, and copy the enclave again",
                     left.as_secs() / DAY_S
                 );
             }
             Ok(Some(Enclave::new(name, folder)))
         } else {
-            Err(SecurityError::Enclave { name, problems })
+            Err(SecurityError::Enclave { name, keystore: self.keystore.clone(), problems })
         }
     }
 }
@@ -231,6 +234,7 @@ mod tests {
     fn what_is_not_clear_is_an_error_and_never_plain() {
         let error = read(&[("ROS_SECURITY_ENABLE", "True"), KEYSTORE], None).unwrap_err();
         assert_eq!(error.to_string(), "ROS_SECURITY_ENABLE is `True`, expected true or false");
+        assert!(error.help().is_some_and(|help| help.starts_with("set it to `true`")));
         assert_eq!(read(&[ENABLED], None), Err(SecurityError::NoKeystore));
         let strategy = ("ROS_SECURITY_STRATEGY", "enforce");
         let error = read(&[ENABLED, KEYSTORE, strategy], None).unwrap_err();

@@ -3,12 +3,13 @@
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_keystore::create::{KeystoreRequest, MadeEnclave, create};
 use rsrs_keystore::members::is_keystore;
+use rsrs_keystore::problem::EnclaveProblem;
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::files::read_text;
 use rsrs_pipeline::wording::shell::quoted;
 use std::path::PathBuf;
 
-use crate::commands::keystore::{DAY, copy_lines, since_1970};
+use crate::commands::keystore::{DAY, copy_lines, day, next, since_1970};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::{print_always, print_note};
@@ -19,8 +20,10 @@ use crate::notes::{print_always, print_note};
 /// robot gets an enclave, in which it may publish its own topics alone; `/runner` holds leases and
 /// sets parameters, `/stop` stops, `/controllers` and `/simulator` stand in for robots, `/tracker`
 /// publishes poses, `/viewer` looks. Keys are readable by their owner alone, and those that are there
-/// are never written again. Who was revoked is left out. The folder `private` stays on this machine: who
-/// has it can make members.
+/// are never written again; a certificate that is missing, or does not belong to its key, is made anew. Who
+/// was revoked is left out. The folder `private` stays on this machine: who has it can make members.
+///
+/// Exit code 3 means that an enclave cannot be used yet; what to type is printed.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -39,7 +42,8 @@ pub struct Arguments {
     /// new one `ROS_DOMAIN_ID`, or 0).
     #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
     domain: Option<u16>,
-    /// For how many days certificates hold (default: as long as the keystore's authority; in a new one
+    /// For how many days what is signed now holds: certificates of new members, and permissions of all in the
+    /// fleet file, also of those that are there (default: as long as the keystore's authority; in a new one
     /// 3650, as in SROS2).
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36500))]
     valid_days: Option<u32>,
@@ -72,7 +76,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         validity: arguments.valid_days.map(|days| DAY * days),
         readmitted: &arguments.readmit,
     })
-    .map_err(helped)?;
+    .map_err(|error| helped(error.of(&arguments.keystore)))?;
     report(arguments.format, &made.enclaves, text(&made.enclaves))?;
     for enclave in &made.left_out {
         print_always(format!(
@@ -83,14 +87,34 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             enclave.trim_start_matches('/')
         ));
     }
+    if !made.others.is_empty() {
+        print_always(format!(
+            "not in this fleet file, still members: {}; to take one out:\n  rsrs keystore revoke {} {}",
+            made.others.join(", "),
+            quoted(&arguments.keystore),
+            made.others[0].trim_start_matches('/')
+        ));
+    }
+    for (enclave, problem) in &made.problems {
+        print_always(match problem {
+            EnclaveProblem::Governance(weakness) => format!("the governance {weakness}"),
+            problem => format!("{enclave}: {problem}"),
+        });
+    }
+    let problems: Vec<EnclaveProblem> = made.problems.into_iter().map(|(_, it)| it).collect();
+    if let Some(next) = next(&arguments.keystore, &problems) {
+        print_always(next);
+    }
     print_note(format!(
-        "domain {}; copy to each robot its own enclave, with what its links lead to:\n{}\nand keep {} \
-         where it is",
+        "domain {}, until {}; copy to each robot's computer (HOST) its own enclave (ROBOT), with what its \
+         links lead to:\n{}\nand keep {} where it is",
         made.domain_id,
+        day(made.ends),
         copy_lines(&arguments.keystore),
-        arguments.keystore.join("private").display()
+        quoted(arguments.keystore.join("private"))
     ));
-    Ok(Outcome::Done)
+    let can_be_used = problems.iter().all(EnclaveProblem::is_warning);
+    Ok(if can_be_used { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 
 /// As ROS 2 reads it.
@@ -103,7 +127,11 @@ fn domain_of_the_environment() -> anyhow::Result<u16> {
 fn text(made: &[MadeEnclave]) -> String {
     let width = made.iter().map(|made| made.enclave.len()).max().unwrap_or(0);
     let lines = made.iter().map(|made| {
-        let what = if made.is_new { "new" } else { "key kept, permissions written anew" };
+        let what = match (made.is_new, made.is_certified) {
+            (true, _) => "new",
+            (false, true) => "key kept, certificate and permissions made anew",
+            (false, false) => "key kept, permissions written anew",
+        };
         format!("{:width$}  {what}", made.enclave)
     });
     lines.collect::<Vec<_>>().join("\n")

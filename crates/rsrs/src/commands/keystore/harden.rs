@@ -12,8 +12,8 @@ use crate::notes::print_always;
 /// Make a keystore such that this program can use it and nobody outside of it can forge anything.
 ///
 /// Signs another governance where that of SROS2 protects too little, or protects payloads by
-/// themselves, which this middleware cannot carry; and makes private keys readable by their owner
-/// alone. Certificates, permissions, domains and topics stay. Programs that run already keep the old
+/// themselves, which this middleware cannot carry; links it, and the authority's certificates, into
+/// enclaves that have copies; and makes private keys readable by their owner alone. Certificates, permissions, domains and topics stay. Programs that run already keep the old
 /// governance until they are started again, and do not match those that have the new one.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -34,9 +34,10 @@ pub struct Arguments {
 ///
 /// If the folder is no keystore, or cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let hardened = harden(&arguments.keystore).map_err(helped)?;
+    let hardened =
+        harden(&arguments.keystore).map_err(|error| helped(error.of(&arguments.keystore)))?;
     report(arguments.format, &hardened, text(&hardened))?;
-    if !hardened.cured.is_empty() {
+    if !(hardened.cured.is_empty() && hardened.linked.is_empty()) {
         print_always(
             "copy `governance.p7s` into every enclave that was copied, and start all anew",
         );
@@ -48,6 +49,8 @@ fn text(hardened: &Hardened) -> String {
     let cured = hardened.cured.iter().map(|weakness| format!("cured: the governance {weakness}"));
     let keys = hardened.keys_made_private.iter();
     let keys = keys.map(|key| format!("made private: {}", key.display()));
-    let lines: Vec<String> = cured.chain(keys).collect();
+    let links = hardened.linked.iter();
+    let links = links.map(|path| format!("linked to that of the keystore: {}", path.display()));
+    let lines: Vec<String> = cured.chain(keys).chain(links).collect();
     if lines.is_empty() { "nothing to change".to_owned() } else { lines.join("\n") }
 }

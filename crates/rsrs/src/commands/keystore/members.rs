@@ -3,23 +3,25 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use jiff::Timestamp;
 use rsrs_keystore::check::ENDS_SOON;
+use rsrs_keystore::layout::CERTIFICATE;
 use rsrs_keystore::members::{self, ShownKeystore};
+use rsrs_keystore::problem::EnclaveProblem;
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::wording::columns;
 use rsrs_pipeline::wording::shell::quoted;
 use serde::Serialize;
 
-use super::{DAY, copy_lines, since_1970};
+use super::{DAY, copy_line_of_others, copy_lines, day, next, since_1970};
 use crate::commands::{Format, print_text, report};
 use crate::failure::Outcome;
 use crate::notes::print_always;
 
 /// Show who belongs to a keystore, and until when.
 ///
-/// Exit code 3 means that somebody can no longer take part, or that others than their owner can read
-/// private keys.
+/// What is wrong is named as programs do that start with it, with what to type. Exit code 3 means that
+/// somebody cannot take part now, that programs refuse the governance, that others than their owner can
+/// read private keys, or that such keys were left by a command that was interrupted.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -35,8 +37,9 @@ pub struct ShowArguments {
 
 /// Give a keystore more time, with the keys that it has.
 ///
-/// Its authority and all of its members get new certificates, and permissions that hold as long. What was
-/// copied from it takes part until it ends, so it may be copied anew one robot after the other.
+/// Its authority and all of its members get new certificates, and permissions that hold as long; the
+/// governance is signed again. What was copied from it takes part until it ends, also among stock ROS 2
+/// nodes, so it may be copied anew one robot after the other.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -85,83 +88,105 @@ struct Validity {
 struct Shown {
     domains: Vec<String>,
     authority_ends: String,
+    governance: Vec<String>,
     members: Vec<Member>,
     revoked: Vec<String>,
     open_keys: Vec<PathBuf>,
+    leftovers: Vec<PathBuf>,
 }
 
 #[derive(Serialize)]
 struct Member {
     enclave: String,
-    ends: String,
-    days_left: i64,
+    ends: Option<String>,
+    days_left: Option<i64>,
+    problems: Vec<String>,
 }
 
 /// Runs `rsrs keystore show`.
 ///
 /// # Errors
 ///
-/// If the folder is no keystore, or something in it does not read.
+/// If the folder is no keystore, or what all members share does not read.
 pub fn show(arguments: &ShowArguments) -> anyhow::Result<Outcome> {
-    let keystore = members::show(&arguments.keystore).map_err(helped)?;
-    let shown = shown(&keystore, since_1970()?);
+    let (folder, now) = (&arguments.keystore, since_1970()?);
+    let keystore = members::show(folder, now).map_err(|error| helped(error.of(folder)))?;
+    let shown = shown(&keystore, now);
     report(arguments.format, &shown, text(&shown))?;
-    let least = shown.members.iter().map(|member| member.days_left).min().unwrap_or(i64::MAX);
-    if least < i64::try_from(ENDS_SOON.as_secs() / DAY.as_secs()).unwrap_or(i64::MAX) {
-        let renew = format!("rsrs keystore renew {}", quoted(&arguments.keystore));
-        print_always(format!("next: {renew}   # and copy it anew"));
+    let of_all = keystore.weaknesses.iter().cloned().map(EnclaveProblem::Governance);
+    let of_members = keystore.members.iter().flat_map(|member| member.problems.iter().cloned());
+    let mut problems: Vec<EnclaveProblem> = of_all.chain(of_members).collect();
+    let is_usable = problems.iter().all(EnclaveProblem::is_warning);
+    let soon = keystore.members.iter().filter_map(|member| member.ends).min();
+    if let Some(ended) = soon.filter(|ends| *ends < now.saturating_add(ENDS_SOON)) {
+        problems.push(EnclaveProblem::Ended { file: CERTIFICATE, ended });
+    }
+    if let Some(next) = next(folder, &problems) {
+        print_always(format!("{next}\nand copy what was changed, to where it was copied before"));
     }
     if !shown.open_keys.is_empty() {
         let keys: Vec<String> = shown.open_keys.iter().map(quoted).collect();
         print_always(format!(
             "others can read private keys here, and a program whose key they can read does not start; \
-             next:\n  chmod 600 {}\nand `rsrs keystore revoke` whose key may have been read",
-            keys.join(" ")
+             next:\n  chmod 600 {}\nand `rsrs keystore revoke {} NAME` whose key may have been read",
+            keys.join(" "),
+            quoted(folder)
         ));
     }
-    Ok(if least < 0 || !shown.open_keys.is_empty() {
-        Outcome::NegativeAnswer
-    } else {
+    for left in &shown.leftovers {
+        print_always(format!(
+            "a revocation that was interrupted has left private keys; next:\n  rm -r {}",
+            quoted(left)
+        ));
+    }
+    Ok(if is_usable && shown.open_keys.is_empty() && shown.leftovers.is_empty() {
         Outcome::Done
+    } else {
+        Outcome::NegativeAnswer
     })
 }
 
 fn shown(keystore: &ShownKeystore, now: Duration) -> Shown {
-    let day = |at: Duration| {
-        let moment = i64::try_from(at.as_secs()).ok().and_then(|s| Timestamp::from_second(s).ok());
-        moment.map_or_else(|| "never".to_owned(), |moment| moment.strftime("%Y-%m-%d").to_string())
-    };
-    let members = keystore.members.iter().map(|member| {
-        let ends = member.ends(keystore.authority_ends);
+    let days_left = |ends: Duration| {
         let left_s = ends.as_secs().cast_signed() - now.as_secs().cast_signed();
-        let days_left = left_s.div_euclid(DAY.as_secs().cast_signed());
-        Member { enclave: member.enclave.clone(), ends: day(ends), days_left }
+        // A day that has begun is a day.
+        -(-left_s).div_euclid(DAY.as_secs().cast_signed())
+    };
+    let members = keystore.members.iter().map(|member| Member {
+        enclave: member.enclave.clone(),
+        ends: member.ends.map(day),
+        days_left: member.ends.map(days_left),
+        problems: member.problems.iter().map(ToString::to_string).collect(),
     });
     Shown {
         domains: keystore.domains.iter().map(ToString::to_string).collect(),
         authority_ends: day(keystore.authority_ends),
+        governance: keystore.weaknesses.iter().map(ToString::to_string).collect(),
         members: members.collect(),
         revoked: keystore.revoked.clone(),
         open_keys: keystore.open_keys.clone(),
+        leftovers: keystore.leftovers.clone(),
     }
 }
 
 fn text(shown: &Shown) -> String {
     let rows = shown.members.iter().map(|member| {
-        let left = match member.days_left {
-            ..=-1 => "takes part in nothing any more".to_owned(),
-            1 => "1 day left".to_owned(),
-            days => format!("{days} days left"),
+        let until = member.ends.as_ref().map_or_else(String::new, |ends| format!("until {ends}"));
+        let left = match (member.problems.as_slice(), member.days_left) {
+            ([], Some(1)) => "1 day left".to_owned(),
+            ([], Some(days)) => format!("{days} days left"),
+            (problems, _) => problems.join("; "),
         };
-        [member.enclave.clone(), format!("until {}", member.ends), left]
+        [member.enclave.clone(), until, left]
     });
     let revoked = shown.revoked.iter().map(|enclave| format!("\nrevoked: {enclave}"));
+    let weak = shown.governance.iter().map(|weakness| format!("\nthe governance {weakness}"));
     format!(
         "domain {}; authority until {}\n{}{}",
         shown.domains.join(", "),
         shown.authority_ends,
         columns(&rows.collect::<Vec<_>>()),
-        revoked.collect::<String>()
+        weak.chain(revoked).collect::<String>()
     )
 }
 
@@ -172,11 +197,15 @@ fn text(shown: &Shown) -> String {
 /// If the folder is no keystore, or cannot be written.
 pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
     let validity = DAY * arguments.validity.valid_days;
-    members::renew(&arguments.keystore, since_1970()?, validity).map_err(helped)?;
+    let folder = &arguments.keystore;
+    let ends = members::renew(folder, since_1970()?, validity)
+        .map_err(|error| helped(error.of(folder)))?;
     print_text(format!(
-        "renewed for {} days; copy to each robot its own enclave, and start its service anew:\n{}",
-        arguments.validity.valid_days,
-        copy_lines(&arguments.keystore)
+        "renewed until {}; copy to each robot's computer (HOST) its own enclave (ROBOT), and start its \
+         service anew:\n{}\nand to each other machine those that it has, such as:\n{}",
+        day(ends),
+        copy_lines(folder),
+        copy_line_of_others(folder)
     ))?;
     Ok(Outcome::Done)
 }
@@ -188,15 +217,24 @@ pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
 /// If there is no such member, or the folder is no keystore or cannot be written.
 pub fn revoke(arguments: &RevokeArguments) -> anyhow::Result<Outcome> {
     let validity = DAY * arguments.validity.valid_days;
-    let old = members::revoke(&arguments.keystore, &arguments.name, since_1970()?, validity);
-    let old = old.map_err(helped)?;
+    let folder = &arguments.keystore;
+    let made = members::revoke(folder, &arguments.name, since_1970()?, validity)
+        .map_err(|error| helped(error.of(folder)))?;
     print_text(format!(
-        "made anew without {}; copy to every robot its own enclave before the next run, and to every \
-         machine that has others, and start all anew:\n{}\nthe old keystore is {}; remove it when nobody \
-         needs it any more",
-        arguments.name,
-        copy_lines(&arguments.keystore),
-        quoted(&old)
+        "made anew without {}, until {}; before the next run copy to every robot's computer (HOST) its own \
+         enclave (ROBOT):\n{}\nto every other machine those that it has, such as:\n{}\nand start all \
+         anew; the old keystore is {}; remove it when nobody needs it any more",
+        arguments.name.trim_matches('/'),
+        day(made.ends),
+        copy_lines(folder),
+        copy_line_of_others(folder),
+        quoted(&made.old)
     ))?;
+    if let Some(private) = made.private {
+        print_always(format!(
+            "`private` leads to {} now, beside where it led before",
+            quoted(private)
+        ));
+    }
     Ok(Outcome::Done)
 }
