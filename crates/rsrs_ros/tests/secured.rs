@@ -179,10 +179,13 @@ fn permissions_that_were_changed_and_other_domains_are_refused() {
 
         let path = lab.path("/robot_1").join("permissions.p7s");
         let signed = std::fs::read_to_string(&path).unwrap();
+        let looked_at = lab.enclave("/robot_1", DOMAIN).unwrap();
         std::fs::write(&path, signed.replace("rt/robot_1/detection", "rt/robot_2/detection"))
             .unwrap();
-        // The files look well; their signature does not hold.
-        let refused = lab.open("/robot_1").err();
+        let changed = lab.enclave("/robot_1", DOMAIN).unwrap_err().to_string();
+        assert!(changed.contains("is not what permissions_ca.cert.pem has signed"), "{changed}");
+        // Also where it was changed behind a look.
+        let refused = lab::join(looked_at).err();
         assert!(matches!(refused, Some(SessionError::Join { .. })), "{refused:?}");
 
         std::fs::remove_file(&path).unwrap();

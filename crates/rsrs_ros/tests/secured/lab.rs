@@ -120,6 +120,11 @@ fn enclave_in(
 fn open_in(keystore: &Path, enclave: &str) -> Result<Session, SessionError> {
     let enclave = enclave_in(keystore, enclave, DOMAIN).expect("the enclave looks well");
     assert!(enclave.is_some(), "the strategy is to enforce");
+    join(enclave)
+}
+
+/// A session in an enclave that was looked at.
+pub fn join(enclave: Option<Enclave>) -> Result<Session, SessionError> {
     Session::open(&SessionOptions { domain_id: DOMAIN, interfaces: vec![LOOPBACK], enclave })
 }
 
