@@ -23,7 +23,7 @@ fn who_is_to_stay_on_this_machine_does_so_whatever_interface_is_chosen_and_repor
     let printed = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: this program uses the loopback interface \
                 only, and not `no_such_interface`\n";
     assert!(stderr(&stop).contains(printed), "{}", stderr(&stop));
-    assert_eq!(code(&elsewhere), 1, "{}", stderr(&elsewhere));
+    assert_eq!(code(&elsewhere), 2, "{}", stderr(&elsewhere));
     assert!(stderr(&elsewhere).contains("no interface or IPv4 address `no_such_interface`"));
 }
 

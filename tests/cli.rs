@@ -468,8 +468,31 @@ fn a_diagram_on_a_page_has_the_numbers_too() {
     let html = std::fs::read_to_string(place.path().join("diagram.html")).expect("it was written");
     assert!(html.contains("<svg") && !html.contains("src="), "it needs no other file");
     assert_eq!(html.matches("<tr><td>").count(), 4, "one row for each cell");
-    assert_eq!(code(&other), 1);
+    assert_eq!(code(&other), 2);
     assert!(
         stderr(&other).contains("diagram.gif ends in none of .svg, .png and .pdf, nor in .html")
     );
+}
+
+#[test]
+fn what_is_typed_wrong_ends_with_2() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let robot = ["init", "mine", "--robots", "9", "--radius", "0.07", "--speed", "0.2"];
+    let robot = [&robot[..], &["--turn-rate", "2", "--range", "0.8", "--period", "0.1"]].concat();
+    for (arguments, expected) in [
+        (vec!["film", "run", "-o", "run.gif", "--rate", "0"], "expected a positive number"),
+        (vec!["film", "run", "-o", "run.mov"], "ends in none of .gif"),
+        (vec!["draw", "run", "-o", "run.jpg"], "name the picture `-o run.svg`"),
+        (vec!["compare", "out", "--bags", "run", "-o", "a.pdf"], "name the table `-o a.tex`"),
+        (vec!["init", "mine", "--speed", "0.2"], "--name, --robots"),
+        ([&robot[..], &["--name", "e-puck2", "--half-angle", "0.3"]].concat(), "`e_puck2`"),
+        ([&robot[..], &["--name", "mine", "--half-angle", "17"]].concat(), "looks like degrees"),
+        (vec!["diagram", "out", "-o", "a.svg", "--y", "turn_rate"], "`turn_rate_rad_s`"),
+        (vec!["stop", "--interface", "nowhere0"], "nowhere0"),
+    ] {
+        let output = rsrs(place.path(), &arguments);
+
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(expected), "{arguments:?}: {}", stderr(&output));
+    }
 }

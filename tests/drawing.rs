@@ -11,7 +11,7 @@ fn a_recorded_run_is_drawn_and_filmed() {
     Run::new(1).record(here, "run");
 
     let drawn = rsrs(here, &["draw", "run", "-o", "run.svg"]);
-    let small = ["--speed", "40", "--fps", "5", "--width", "160"];
+    let small = ["--rate", "40", "--fps", "5", "--width", "160"];
     let gif = rsrs(here, &[&["film", "run", "-o", "run.gif"], &small[..]].concat());
     let apng = rsrs(here, &[&["film", "run", "-o", "run.png"], &small[..]].concat());
 
@@ -39,7 +39,7 @@ fn a_run_of_any_length_is_drawn_and_filmed_without_a_label() {
     }
     let cut = Run { recorded_s: 70.0, lacks: Some(Part::Ending), ..Run::new(1) };
     cut.record(here, "cut");
-    let small = ["--speed", "40", "--fps", "5", "--width", "160"];
+    let small = ["--rate", "40", "--fps", "5", "--width", "160"];
 
     for (name, expected) in [
         ("short", "no label: 20 s of 60"),
@@ -66,12 +66,12 @@ fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
     Run { lacks: Some(Part::Poses), ..Run::new(2) }.record(here, "blind");
 
     for (arguments, status, expected) in [
-        (&["draw", "run", "-o", "run.jpg"][..], 1, "ends in none of .svg, .png and .pdf"),
+        (&["draw", "run", "-o", "run.jpg"][..], 2, "ends in none of .svg, .png and .pdf"),
         (&["draw", "missing", "-o", "run.svg"], 1, "missing"),
         (&["draw", "blind", "-o", "run.svg"], 1, "blind"),
-        (&["film", "run", "-o", "run.mp4"], 1, "ends in none of .gif, .png and .apng"),
+        (&["film", "run", "-o", "run.mp4"], 2, "ends in none of .gif, .png and .apng"),
         (&["film", "blind", "-o", "run.gif"], 1, "blind"),
-        (&["film", "run", "-o", "run.gif", "--speed=-1"], 1, "the speed of the film is -1"),
+        (&["film", "run", "-o", "run.gif", "--rate=-1"], 2, "expected a positive number"),
         (&["film", "run", "-o", "run.gif", "--fps", "0"], 2, "--fps"),
     ] {
         let output = rsrs(here, arguments);

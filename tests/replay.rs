@@ -198,7 +198,7 @@ fn without_an_interface_nothing_is_published() {
     let replay = replay.arg("replay").arg(&run).env_remove("RSRS_INTERFACE").output();
     let replay = replay.expect("the binary was built for this test");
 
-    assert_eq!(code(&replay), 1);
+    assert_eq!(code(&replay), 2);
     let printed = String::from_utf8_lossy(&replay.stderr);
     assert!(
         printed.starts_with("error: no network interface is chosen; this machine has "),

@@ -484,6 +484,6 @@ fn a_fleet_is_not_driven_by_accident() {
         &["--speed", "0.1", "--duration", "20", "--backend", "fleet"],
     );
 
-    assert_eq!(code(&output), 1);
+    assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("no network interface is chosen"), "{}", stderr(&output));
 }

@@ -102,6 +102,6 @@ fn a_stop_is_never_sent_into_a_network_that_nobody_chose() {
         .output()
         .unwrap();
 
-    assert_eq!(code(&output), 1);
+    assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("no network interface is chosen"), "{}", stderr(&output));
 }

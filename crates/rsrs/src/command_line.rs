@@ -5,10 +5,8 @@ use std::process::ExitCode;
 
 use clap::{Command, Parser};
 
+use crate::failure::BAD_ARGUMENTS;
 use crate::notes::print_painted;
-
-/// The exit code of arguments that cannot be.
-const BAD_ARGUMENTS: u8 = 2;
 
 /// What a parser of numbers reports, and what a person reads.
 const WORDS: [(&str, &str); 6] = [

@@ -1,5 +1,7 @@
 //! How a command ends: its exit code, and what a person reads when it fails.
 
+use std::fmt;
+
 use rsrs_core::comparison::Verdict;
 use rsrs_pipeline::compare::report::Report;
 use rsrs_pipeline::error::{help_of, texts};
@@ -30,8 +32,46 @@ impl From<&Report> for Outcome {
     }
 }
 
+/// The exit code of arguments that cannot be.
+pub const BAD_ARGUMENTS: u8 = 2;
+
+/// An error in what was typed, which the parser of arguments cannot see.
+#[derive(Debug)]
+struct BadArguments(anyhow::Error);
+
+impl fmt::Display for BadArguments {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(out)
+    }
+}
+
+impl std::error::Error for BadArguments {}
+
+/// Marks an error as one in what was typed.
+pub fn bad_arguments(error: anyhow::Error) -> anyhow::Error {
+    BadArguments(error).into()
+}
+
+/// Reports an error.
+///
+/// # Returns
+///
+/// The exit code.
+pub fn report_error(error: anyhow::Error) -> u8 {
+    match error.downcast() {
+        Ok(BadArguments(error)) => {
+            print_error(&error);
+            BAD_ARGUMENTS
+        }
+        Err(error) => {
+            print_error(&error);
+            1
+        }
+    }
+}
+
 /// Prints an error once, with its causes and the help that it carries.
-pub fn print_error(error: &anyhow::Error) {
+fn print_error(error: &anyhow::Error) {
     let mut text = format!("error: {}\n", texts(error).join("\n  because "));
     if let Some(help) = help_of(error) {
         text.extend(["help: ", &help, "\n"]);

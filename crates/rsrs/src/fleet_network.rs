@@ -1,10 +1,12 @@
 //! The network in which robots are.
 
 use rsrs_ros::environment::Environment;
+use rsrs_ros::network::NetworkError;
 use rsrs_ros::ros_args::{OtherMiddleware, RosArgs};
 use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 
+use crate::failure::bad_arguments;
 use crate::notes::print_note;
 use rsrs_pipeline::error::helped;
 
@@ -28,7 +30,11 @@ pub fn other_middleware() -> Option<OtherMiddleware> {
 pub fn chosen_network(interfaces: &[String], member: Member<'_>) -> anyhow::Result<SessionOptions> {
     let environment = Environment::of_this_process();
     let (mut ros, _) = RosArgs::parse(&[], &environment)?;
-    let network = ros.network(interfaces, &environment, member).map_err(helped)?;
+    let network = ros.network(interfaces, &environment, member).map_err(|error| {
+        let is_typed = matches!(error, NetworkError::Interface(_));
+        let error = helped(error);
+        if is_typed { bad_arguments(error) } else { error }
+    })?;
     for note in &ros.notes {
         print_note(note.to_string());
     }

@@ -127,8 +127,54 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::NegativeAnswer) => 3,
         Err(error) => {
-            failure::print_error(&error);
-            interrupt::exit_code().unwrap_or(1)
+            let code = failure::report_error(error);
+            interrupt::exit_code().unwrap_or(code)
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use clap::CommandFactory;
+
+    use super::Arguments;
+
+    /// Flags whose values are written in another way in a command: what they hold is a table there, or two
+    /// bounds, or another thing of that name.
+    const OTHERWISE: [(&str, &[&str]); 8] = [
+        ("commands", &["N"]),
+        ("output", &["BAG", "PROFILE", "FILE"]),
+        ("period", &["CSV"]),
+        ("speed", &["CSV", "LOW,HIGH"]),
+        ("trajectories", &["CSV|BAG"]),
+        ("turn", &["CSV"]),
+        ("turn-rate", &["LOW,HIGH"]),
+        ("width", &["PX", "SHARE"]),
+    ];
+
+    #[test]
+    fn a_flag_means_one_thing() {
+        let mut values: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        let mut commands = vec![Arguments::command()];
+        while let Some(command) = commands.pop() {
+            commands.extend(command.get_subcommands().cloned());
+            for argument in command.get_arguments().filter(|it| it.get_action().takes_values()) {
+                let Some(flag) = argument.get_long() else { continue };
+                let names = argument.get_value_names().unwrap_or_default();
+                let names: Vec<&str> = names.iter().map(clap::builder::Str::as_str).collect();
+                values.entry(flag.to_owned()).or_default().insert(names.join(" "));
+            }
+        }
+        assert!(values.len() > 50, "found only {values:?}");
+        for (flag, otherwise) in OTHERWISE {
+            let names = values.get_mut(flag).unwrap_or_else(|| panic!("there is no --{flag}"));
+            names.retain(|name| !otherwise.contains(&name.as_str()));
+        }
+
+        values.retain(|_, names| names.len() > 1);
+
+        assert!(values.is_empty(), "flags with several meanings: {values:?}");
+    }
 }

@@ -51,6 +51,9 @@ pub enum Problem {
         /// The keys, in the order in which the document's kind has them.
         keys: Vec<String>,
     },
+    /// No key at all.
+    #[error("there is nothing in it")]
+    Empty,
     /// Anything else that the parser or a value's type refuses.
     #[error("{0}")]
     Invalid(String),
@@ -80,7 +83,7 @@ impl Help for DocumentError {
                 let lines: Vec<String> = keys.iter().map(|key| format!("`{key}:`")).collect();
                 Some(format!("give {}", lines.join(", ")))
             }
-            Problem::Invalid(_) => None,
+            Problem::Empty | Problem::Invalid(_) => None,
         }
     }
 }
@@ -100,8 +103,16 @@ pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, DocumentE
     let options = serde_saphyr::options! { with_snippet: false };
     serde_saphyr::from_str_with_options(text, options).map_err(|error| {
         let refused = refuse(file, &error);
+        if is_empty(text) {
+            return DocumentError { line: 1, column: 1, problem: Problem::Empty, ..refused };
+        }
         DocumentError { problem: kind::of_another(refused.problem, text), ..refused }
     })
+}
+
+/// Whether there are blank lines and comments alone.
+fn is_empty(text: &str) -> bool {
+    text.lines().map(str::trim).all(|line| line.is_empty() || line.starts_with('#'))
 }
 
 /// As [`parse`]; where keys are missing, all of them are named and not only the first.
@@ -128,7 +139,10 @@ pub fn parse_with<T: DeserializeOwned>(
         required.iter().filter(|key| !found.contains(**key)).map(|key| (*key).to_owned()).collect();
     let is_one_of_them = match &refused.problem {
         Problem::Missing { keys: first } => first.iter().all(|key| keys.contains(key)),
-        Problem::UnknownKey { .. } | Problem::OtherKind { .. } | Problem::Invalid(_) => false,
+        Problem::UnknownKey { .. }
+        | Problem::OtherKind { .. }
+        | Problem::Empty
+        | Problem::Invalid(_) => false,
     };
     if is_one_of_them {
         return Err(DocumentError { problem: Problem::Missing { keys }, ..refused });
@@ -198,8 +212,8 @@ fn without_location(message: &str) -> String {
 ///
 /// # Returns
 ///
-/// The first candidate with the least edit distance, if that is at most a third of the word's length
-/// (2 edits are always allowed), or if one of the two words begins with the other.
+/// One that begins with the word, else the first candidate with the least edit distance, if that is at most a
+/// third of the word's length (2 edits are always allowed), or if the word begins with it.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let allowed = (word.chars().count() / 3).max(2);
     candidates
@@ -208,7 +222,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .filter(|(distance, candidate)| {
             *distance <= allowed || candidate.starts_with(word) || word.starts_with(candidate)
         })
-        .min_by_key(|(distance, _)| *distance)
+        .min_by_key(|(distance, candidate)| (!candidate.starts_with(word), *distance))
         .map(|(_, candidate)| candidate)
 }
 

@@ -194,8 +194,6 @@ pub struct FilmOptions {
 ///
 /// # Arguments
 ///
-/// * `path` — of the film; its extension selects the format: `gif`, or `png` and `apng` for an
-///   animated PNG.
 /// * `show` — called with the number of frames that are done, and that of all; the film is called off
 ///   once it returns false.
 ///
@@ -205,14 +203,13 @@ pub struct FilmOptions {
 ///
 /// # Errors
 ///
-/// As [`read_run`], and if a number is out of range, the extension is another, or it is called off.
+/// As [`read_run`], and if a number is out of range, or it is called off.
 pub fn film(
     bag: &Path,
-    path: &Path,
+    kind: Kind,
     options: FilmOptions,
     show: &dyn Fn(usize, usize) -> bool,
 ) -> anyhow::Result<Vec<u8>> {
-    let kind = kind(path)?;
     let judged = LabelOptions { poses: options.poses, ..LabelOptions::default() };
     let run = DrawnRun::read(bag, judged)?;
     let film = Film {
@@ -233,7 +230,12 @@ pub fn film(
     bytes.ok_or_else(|| with_help("interrupted; nothing was written", "run the same command again"))
 }
 
-fn kind(path: &Path) -> anyhow::Result<Kind> {
+/// The format of a film, by the extension of its file: `gif`, or `png` and `apng` for an animated PNG.
+///
+/// # Errors
+///
+/// If the extension is another.
+pub fn kind(path: &Path) -> anyhow::Result<Kind> {
     match path.extension().and_then(|ending| ending.to_str()) {
         Some("gif") => Ok(Kind::Gif),
         Some("png" | "apng") => Ok(Kind::Apng),

@@ -7,7 +7,6 @@ use rsrs_core::statistics::share::Share;
 
 use crate::compare::report::{Report, evidence};
 use crate::error::with_help;
-use crate::files::write_file;
 use crate::sweep::result::{SweepResult, World};
 use crate::wording::quantity::{as_on_an_axis, without_unit};
 use crate::wording::{capitalised, percent};
@@ -17,19 +16,19 @@ pub fn is_tex(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "tex")
 }
 
-/// Writes a table.
+/// Refuses a file that does not end in `.tex`.
 ///
 /// # Errors
 ///
-/// If the file does not end in `.tex`, or cannot be written.
-pub fn write(path: &Path, table: &str) -> anyhow::Result<()> {
-    if !is_tex(path) {
-        return Err(with_help(
-            format!("{} does not end in .tex", path.display()),
-            format!("name the table `-o {}`", path.with_extension("tex").display()),
-        ));
+/// With a name that does.
+pub fn check(path: &Path) -> anyhow::Result<()> {
+    if is_tex(path) {
+        return Ok(());
     }
-    write_file(path, table.as_bytes())
+    Err(with_help(
+        format!("{} does not end in .tex", path.display()),
+        format!("name the table `-o {}`", path.with_extension("tex").display()),
+    ))
 }
 
 /// Every cell of a sweep: its values, the most frequent phase, the share of the wanted one with its 95 %

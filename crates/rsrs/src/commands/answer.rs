@@ -8,7 +8,7 @@ use rsrs_pipeline::picture::of_answers;
 use rsrs_pipeline::picture_file::PictureFile;
 
 use crate::commands::{Format, report, report_written};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::page_arguments::PageArguments;
 use crate::profile_arguments::ProfileArguments;
 use crate::setting_arguments::SettingArguments;
@@ -63,7 +63,8 @@ pub struct Arguments {
 ///
 /// If a file is not what it should be, no setting can be simulated, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = arguments.output.as_deref().map(PictureFile::new).transpose()?;
+    let picture = arguments.output.as_deref().map(PictureFile::new).transpose();
+    let picture = picture.map_err(bad_arguments)?;
     let options = Options {
         sweep: arguments.sweep.as_deref(),
         other_profile: arguments.other.profile(),

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use crate::bag_arguments::BagArguments;
 use crate::commands::{Format, report, report_written};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::verdicts;
 use rsrs_pipeline::compare::compare;
+use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::latex;
 
 /// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
@@ -58,10 +59,13 @@ pub struct Arguments {
 ///
 /// As [`compare`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if let Some(path) = &arguments.output {
+        latex::check(path).map_err(bad_arguments)?;
+    }
     let result = compare(&arguments.folder, &arguments.runs.of(&arguments.bags))?;
     report(arguments.format, &result, verdicts::comparison(&result))?;
     if let Some(path) = &arguments.output {
-        latex::write(path, &latex::verdict(&result))?;
+        write_file(path, latex::verdict(&result).as_bytes())?;
         report_written(arguments.format, path)?;
     }
     Ok(Outcome::from(&result))

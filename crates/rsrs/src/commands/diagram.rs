@@ -13,7 +13,7 @@ use rsrs_view::diagram::{ExperimentMark, Numbers};
 use rsrs_view::page::{Page, Table};
 
 use crate::commands::{Format, report_written};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::page_arguments::PageArguments;
 use crate::profile_arguments::ProfileArguments;
 use rsrs_pipeline::compare;
@@ -59,7 +59,7 @@ pub struct Arguments {
     /// judge).
     #[arg(
         long,
-        value_name = "WHO",
+        value_name = "judge|human:WHO",
         default_value = "judge",
         hide_default_value = true,
         requires = "bags"
@@ -149,7 +149,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let result = folder::read(&arguments.folder)?;
         let world =
             *Worlds::from(arguments.world).all().first().context("a diagram has a world")?;
-        latex::write(&arguments.output, &latex::cells(&result, world)?)?;
+        write_file(&arguments.output, latex::cells(&result, world)?.as_bytes())?;
         report_written(Format::Text, &arguments.output)?;
         return Ok(Outcome::Done);
     }
@@ -181,10 +181,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 
 fn picture_file(arguments: &Arguments) -> anyhow::Result<PictureFile<'_>> {
     let file = PictureFile::new(&arguments.output).map_err(|error| {
-        with_help(
+        bad_arguments(with_help(
             format!("{error}, nor in .html or .tex"),
             "name the picture `-o diagram.svg`, `-o diagram.png`, `-o diagram.pdf` or `-o diagram.html`, or a table `-o cells.tex`",
-        )
+        ))
     })?;
     Ok(file.styled(arguments.page.style()))
 }

@@ -8,7 +8,7 @@ use rsrs_pipeline::picture_file::PictureFile;
 use rsrs_pipeline::sweep::result::World;
 
 use crate::commands::{Format, report, report_written};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::page_arguments::PageArguments;
 
 /// Compare two sweeps cell by cell: a map of the differences, and which cells moved.
@@ -55,7 +55,8 @@ enum Robots {
 ///
 /// If a folder is not a sweep's, no cell is in both, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = arguments.output.as_deref().map(PictureFile::new).transpose()?;
+    let picture = arguments.output.as_deref().map(PictureFile::new).transpose();
+    let picture = picture.map_err(bad_arguments)?;
     let world = match arguments.world {
         Robots::Harsher => World::Harsher,
         Robots::AsMeasured => World::AsMeasured,

@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Profile of the measured robot; it is made worse by the usual factors.
     profile: PathBuf,
     /// Folder for what is found.
-    #[arg(short, long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Behaviour to search for (default: all that differ).
     #[arg(long, value_parser = super::behaviours())]

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_pipeline::draw::{FilmOptions, film};
+use rsrs_pipeline::draw::{FilmOptions, film, kind};
 use rsrs_pipeline::files::write_file;
 use rsrs_sim::sweep::Progress;
 
 use crate::commands::{Format, report_written};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::interrupt;
 use crate::progress::Counter;
 
@@ -21,7 +21,7 @@ use crate::progress::Counter;
 #[command(after_help = "\
 Examples:
   rsrs film runs/monday -o monday.gif
-  rsrs film runs/monday -o monday.png --speed 20 --width 960")]
+  rsrs film runs/monday -o monday.png --rate 20 --width 960")]
 pub struct Arguments {
     /// Bag of a run: rosbag2 folder or single `.mcap` file.
     bag: PathBuf,
@@ -29,8 +29,9 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Seconds of the run in a second of the film (default: 10).
-    #[arg(long, value_name = "TIMES", default_value_t = 10.0, hide_default_value = true)]
-    speed: f64,
+    #[arg(long, alias = "speed", value_name = "TIMES", default_value_t = 10.0, hide_default_value = true,
+          value_parser = super::positive)]
+    rate: f64,
     /// Frames in a second, from 1 to 50 (default: 15).
     #[arg(long, value_name = "N", default_value_t = 15, hide_default_value = true,
           value_parser = clap::value_parser!(u32).range(1..=50))]
@@ -50,15 +51,16 @@ pub struct Arguments {
 ///
 /// If the bag cannot be read, the film cannot be written, or it is called off.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let kind = kind(&arguments.output).map_err(bad_arguments)?;
     let options = FilmOptions {
-        speed: arguments.speed,
+        speed: arguments.rate,
         frames_per_s: arguments.fps,
         width_px: arguments.width,
         poses: arguments.poses,
     };
     let cancel = interrupt::listen()?;
     let counter = Counter::new("filming", "frames");
-    let filmed = film(&arguments.bag, &arguments.output, options, &|done, total| {
+    let filmed = film(&arguments.bag, kind, options, &|done, total| {
         counter.show(Progress { done, total });
         !cancel.load(Ordering::Relaxed)
     });

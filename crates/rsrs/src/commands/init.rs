@@ -11,7 +11,7 @@ use rsrs_pipeline::init::{Robots, check_count, check_name, check_number, check_r
 use rsrs_pipeline::wording::shell::quoted;
 
 use crate::commands::{Format, report};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 
 /// Write a folder to begin with: profile, fleet, sweep and experiment of your own robots.
 ///
@@ -120,6 +120,7 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
         Some(period_s),
     ) = (name, *robots, *radius, *speed, *turn_rate, *range, *half_angle, *period)
     {
+        check_flag("--name", check_name(name))?;
         check_flag("--robots", check_count(usize::from(robots)))?;
         check_flag("--radius", check_radius(radius_m))?;
         for (flag, axis, value) in [
@@ -146,20 +147,20 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
             arena_m: arguments.arena,
         });
     }
-    Err(with_help(
+    Err(bad_arguments(with_help(
         format!("{} not given, and standard input is no terminal", missing.join(", ")),
         "give all of them, or run it in a terminal, where it asks",
-    ))
+    )))
 }
 
 /// Names the option with which something was given that is refused.
 fn check_flag(flag: &str, checked: anyhow::Result<()>) -> anyhow::Result<()> {
     checked.map_err(|error| {
         let message = format!("{flag}: {error}");
-        match help_of(&error) {
+        bad_arguments(match help_of(&error) {
             Some(help) => with_help(message, help),
             None => anyhow::anyhow!(message),
-        }
+        })
     })
 }
 

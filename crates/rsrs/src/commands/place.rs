@@ -17,7 +17,7 @@ use rsrs_ros::security::Member;
 
 use self::check::Until;
 use crate::commands::{Format, report, report_written};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::fleet_network::chosen_network;
 use crate::page_arguments::PageArguments;
 use rsrs_operate::run::start_poses::{StartPose, StartPoses};
@@ -79,7 +79,8 @@ pub struct Arguments {
 ///
 /// If a file is wrong, the robots do not fit, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = arguments.output.as_deref().map(PictureFile::new).transpose()?;
+    let picture = arguments.output.as_deref().map(PictureFile::new).transpose();
+    let picture = picture.map_err(bad_arguments)?;
     let plan = Plan::read(&Request {
         experiment: arguments.experiment.clone(),
         cell: arguments.cell.clone(),

@@ -45,8 +45,8 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME|IP")]
     interface: Vec<String>,
     /// How many times faster than it was recorded (default: 1).
-    #[arg(long, value_name = "R", default_value_t = 1.0, hide_default_value = true,
-          value_parser = positive)]
+    #[arg(long, value_name = "TIMES", default_value_t = 1.0, hide_default_value = true,
+          value_parser = super::positive)]
     rate: f64,
     /// Topics to publish (default: all by which no robot is steered).
     #[arg(long, value_name = "TOPIC", num_args = 1..)]
@@ -137,13 +137,6 @@ fn judge(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let words = Words::new(&replay).tone(Tone::good_if(replay.is_same), verdict);
     report(arguments.format, &replay, words)?;
     Ok(if replay.is_same { Outcome::Done } else { Outcome::NegativeAnswer })
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
-        _ => Err("expected a positive number".to_owned()),
-    }
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {

@@ -35,7 +35,7 @@ pub struct Arguments {
     #[command(flatten)]
     runs: BagArguments,
     /// File to write; one that exists is replaced.
-    #[arg(short, long, value_name = "FILE.html")]
+    #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]

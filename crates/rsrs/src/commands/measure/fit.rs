@@ -17,7 +17,7 @@ use rsrs_pipeline::measure::sources::Paths;
 use serde::Serialize;
 
 use crate::commands::{Format, report};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::page_arguments::PageArguments;
 
 /// Fit a profile to trials: every number with its interval and where it comes from.
@@ -111,7 +111,7 @@ struct FitOutput<'a> {
 ///
 /// If a table is wrong, with file and line, or has too few rows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    check_name(&arguments.name)?;
+    check_name(&arguments.name).map_err(bad_arguments)?;
     let unmeasured = unmeasured(arguments)?;
     let mixture = if arguments.mixed { Mixture::Allowed } else { Mixture::Refused };
     let files = fit_files(&paths(arguments)?, &unmeasured, mixture)?;
@@ -157,7 +157,7 @@ fn paths(arguments: &Arguments) -> anyhow::Result<Paths> {
 fn unmeasured(arguments: &Arguments) -> anyhow::Result<Unmeasured> {
     let mut unmeasured = Unmeasured::default();
     if let Some(radius_m) = arguments.radius {
-        check_radius(radius_m)?;
+        check_radius(radius_m).map_err(bad_arguments)?;
         unmeasured.radius_m = radius_m;
         unmeasured.radius_source = Some("given to rsrs measure fit".to_owned());
     }
