@@ -8,6 +8,7 @@ use p256::pkcs8::DecodePrivateKey;
 use x509_cert::Certificate;
 use x509_cert::der::DecodePem;
 
+use crate::certificate;
 use crate::error::KeystoreError;
 use crate::files;
 use crate::governance::Governance;
@@ -172,13 +173,16 @@ impl Authority {
 }
 
 fn pair(keystore: &Path, certificate: &str, key: &str) -> Result<Pair, KeystoreError> {
-    let certificate = keystore.join(PUBLIC).join(certificate);
-    let key = keystore.join(PRIVATE).join(key);
-    let pem = files::read(&certificate)?;
-    let certificate = Certificate::from_pem(pem.as_str()).map_err(|error| {
-        KeystoreError::Certificate { path: certificate, reason: error.to_string() }
-    })?;
-    Ok(Pair { certificate, key: key_in(&key)? })
+    let path = keystore.join(PUBLIC).join(certificate);
+    let pem = files::read(&path)?;
+    let no = |reason: String| KeystoreError::Certificate { path: path.clone(), reason };
+    let certificate = Certificate::from_pem(pem.as_str()).map_err(|error| no(error.to_string()))?;
+    let key = key_in(&keystore.join(PRIVATE).join(key))?;
+    // What it signed would be trusted by nobody.
+    if !certificate::is_of(&certificate, &key) {
+        return Err(no("it is of another key than that in the folder `private`".to_owned()));
+    }
+    Ok(Pair { certificate, key })
 }
 
 /// Reads a private key.

@@ -60,8 +60,12 @@ pub(crate) fn is_key(pem: &str) -> bool {
 /// Whether a private key is that of a certificate; `None` of kinds of keys that SROS2 does not make.
 pub(crate) fn has_key(certificate: &str, key: &str) -> Option<bool> {
     let key = SigningKey::from_pkcs8_pem(key).ok()?;
-    let certificate = Certificate::from_pem(certificate).ok()?;
-    Some(public_key(&certificate).is_some_and(|public| public == *key.verifying_key()))
+    Some(is_of(&Certificate::from_pem(certificate).ok()?, &key))
+}
+
+/// The same of what was read already.
+pub(crate) fn is_of(certificate: &Certificate, key: &SigningKey) -> bool {
+    public_key(certificate).is_some_and(|public| public == *key.verifying_key())
 }
 
 /// Whether an authority has signed a certificate; `None` of kinds of signatures that SROS2 does not make.

@@ -68,8 +68,8 @@ pub enum KeystoreError {
         /// Its name.
         robot: String,
     },
-    /// A certificate that is none.
-    #[error("{} is no certificate: {reason}", path.display())]
+    /// A file that is not the certificate of the authority.
+    #[error("{} is not the authority's certificate: {reason}", path.display())]
     Certificate {
         /// The file.
         path: PathBuf,
@@ -227,7 +227,7 @@ impl KeystoreError {
             Self::Damaged { members } => {
                 let problems: Vec<_> =
                     members.iter().flat_map(|(_, problems)| problems.clone()).collect();
-                let cures = cures(keystore, &problems).join("`, `");
+                let cures = cures(keystore, None, &problems).join("`, `");
                 format!("`{cures}`, then the same command again")
             }
             Self::Forged { .. } => "somebody has changed it, or put another one in its place: look at it, \

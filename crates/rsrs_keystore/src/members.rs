@@ -214,9 +214,9 @@ pub fn revoke(
     now: Duration,
     validity: Duration,
 ) -> Result<Revoked, KeystoreError> {
+    authority_of(keystore)?;
     // Not a link to it, and whatever it ends with.
     let keystore = &keystore.canonicalize().map_err(KeystoreError::file("find", keystore))?;
-    authority_of(keystore)?;
     let _lock = files::lock(keystore)?;
     let before = authority_of(keystore)?;
     let governance = before.governance(keystore)?;

@@ -178,10 +178,15 @@ impl EnclaveProblem {
 
 /// What mends these problems, each once: what to type where the keystore is, and what to copy where only a
 /// part of it is.
-pub fn cures(keystore: &Path, problems: &[EnclaveProblem]) -> Vec<String> {
+///
+/// # Arguments
+///
+/// * `fleet` — its fleet file, where that is known.
+pub fn cures(keystore: &Path, fleet: Option<&Path>, problems: &[EnclaveProblem]) -> Vec<String> {
     let is_here = keystore.join(PRIVATE).symlink_metadata().is_ok();
     let folder = if is_here { quoted(keystore) } else { "KEYSTORE".to_owned() };
-    let create = format!("rsrs keystore create {folder} --fleet FLEET.yaml");
+    let fleet = fleet.map_or_else(|| "FLEET.yaml".to_owned(), quoted);
+    let create = format!("rsrs keystore create {folder} --fleet {fleet}");
     let there = |command: String| {
         if is_here {
             command

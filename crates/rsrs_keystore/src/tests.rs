@@ -678,6 +678,22 @@ fn what_is_wrong_with_a_member_is_shown_and_completing_the_keystore_mends_it() {
 }
 
 #[test]
+fn an_authority_whose_certificate_is_of_another_key_signs_nothing() {
+    let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let robots = robots();
+    create(&request(folder.path(), &robots)).unwrap();
+    create(&request(other.path(), &robots)).unwrap();
+    let certificate = folder.path().join("public/ca.cert.pem");
+    std::fs::copy(other.path().join("public/ca.cert.pem"), &certificate).unwrap();
+
+    let error = create(&request(folder.path(), &robots)).unwrap_err();
+
+    assert!(error.to_string().contains("it is of another key"), "{error}");
+    let help = error.of(folder.path()).help().unwrap();
+    assert!(help.contains("every enclave that was copied has it"), "{help}");
+}
+
+#[test]
 fn a_key_that_is_none_is_named_with_what_makes_another_and_never_written_over() {
     let folder = tempfile::tempdir().unwrap();
     let robots = robots();
@@ -690,7 +706,7 @@ fn a_key_that_is_none_is_named_with_what_makes_another_and_never_written_over() 
     let made = create(&request(folder.path(), &robots)).unwrap();
 
     assert_eq!(made.problems, [("/robot_1".to_owned(), found.problems[0].clone())]);
-    let typed = cures(folder.path(), &found.problems);
+    let typed = cures(folder.path(), None, &found.problems);
     let expected =
         format!("rm {} && rsrs keystore create {}", key.display(), folder.path().display());
     assert!(typed[0].starts_with(&expected), "{typed:?}");

@@ -43,8 +43,8 @@ fn day(at: Duration) -> String {
 }
 
 /// What to type next about problems, a line each.
-fn next(keystore: &Path, problems: &[EnclaveProblem]) -> Option<String> {
-    let cures = cures(keystore, problems);
+fn next(keystore: &Path, fleet: Option<&Path>, problems: &[EnclaveProblem]) -> Option<String> {
+    let cures = cures(keystore, fleet, problems);
     (!cures.is_empty()).then(|| format!("next:\n  {}", cures.join("\n  ")))
 }
 

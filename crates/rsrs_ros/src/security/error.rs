@@ -81,7 +81,7 @@ impl Help for SecurityError {
                  ROS_SECURITY_ENCLAVE_OVERRIDE"
             }
             Self::Enclave { keystore, problems, .. } => {
-                let cures = cures(keystore, problems);
+                let cures = cures(keystore, None, problems);
                 return (!cures.is_empty()).then(|| cures.join("; "));
             }
             Self::Strategy { .. } | Self::Name { .. } => return None,

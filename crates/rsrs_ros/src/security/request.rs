@@ -162,7 +162,7 @@ impl SecurityRequest {
         let problems = problems_of(&name, &folder, domain_id, now);
         if problems.iter().all(EnclaveProblem::is_warning) {
             for problem in problems {
-                let cure = cures(&self.keystore, std::slice::from_ref(&problem)).join("; ");
+                let cure = cures(&self.keystore, None, std::slice::from_ref(&problem)).join("; ");
                 log::warn!("{problem}; {cure}, and copy the governance");
             }
             let left = ends_at(&folder).map(|ends| ends.saturating_sub(now));

@@ -1,7 +1,7 @@
 //! `rsrs keystore create`: a keystore for a fleet.
 
 use rsrs_fleet::fleet_file::FleetFile;
-use rsrs_keystore::create::{KeystoreRequest, MadeEnclave, create};
+use rsrs_keystore::create::{KeystoreRequest, MadeEnclave, MadeKeystore, create};
 use rsrs_keystore::members::is_keystore;
 use rsrs_keystore::problem::EnclaveProblem;
 use rsrs_pipeline::error::helped;
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         readmitted: &arguments.readmit,
     })
     .map_err(|error| helped(error.of(&arguments.keystore)))?;
-    report(arguments.format, &made.enclaves, text(&made.enclaves))?;
+    report(arguments.format, &made.enclaves, text(&made))?;
     for enclave in &made.left_out {
         print_always(format!(
             "left out: {enclave}, which was revoked; if it is to be back with other keys:\n  rsrs keystore \
@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         });
     }
     let problems: Vec<EnclaveProblem> = made.problems.into_iter().map(|(_, it)| it).collect();
-    if let Some(next) = next(&arguments.keystore, &problems) {
+    if let Some(next) = next(&arguments.keystore, Some(&arguments.fleet), &problems) {
         print_always(next);
     }
     print_note(format!(
@@ -124,10 +124,17 @@ fn domain_of_the_environment() -> anyhow::Result<u16> {
     Ok(ros.domain_id)
 }
 
-fn text(made: &[MadeEnclave]) -> String {
-    let width = made.iter().map(|made| made.enclave.len()).max().unwrap_or(0);
-    let lines = made.iter().map(|made| {
+fn text(keystore: &MadeKeystore) -> String {
+    let width = keystore.enclaves.iter().map(|made| made.enclave.len()).max().unwrap_or(0);
+    let is_damaged = |made: &MadeEnclave| {
+        let is_its = |(enclave, problem): &(String, EnclaveProblem)| {
+            *enclave == made.enclave && !matches!(problem, EnclaveProblem::Governance(_))
+        };
+        keystore.problems.iter().any(is_its)
+    };
+    let lines = keystore.enclaves.iter().map(|made| {
         let what = match (made.is_new, made.is_certified) {
+            _ if is_damaged(made) => "cannot be used yet",
             (true, _) => "new",
             (false, true) => "key kept, certificate and permissions made anew",
             (false, false) => "key kept, permissions written anew",

@@ -121,7 +121,7 @@ pub fn show(arguments: &ShowArguments) -> anyhow::Result<Outcome> {
     if let Some(ended) = soon.filter(|ends| *ends < now.saturating_add(ENDS_SOON)) {
         problems.push(EnclaveProblem::Ended { file: CERTIFICATE, ended });
     }
-    if let Some(next) = next(folder, &problems) {
+    if let Some(next) = next(folder, None, &problems) {
         print_always(format!("{next}\nand copy what was changed, to where it was copied before"));
     }
     if !shown.open_keys.is_empty() {
