@@ -5,6 +5,7 @@ use numpy::{IntoPyArray, PyArray2, PyArray3, PyReadonlyArrayDyn, PyUntypedArrayM
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
+use rsrs_core::conditions::limits::CommandRange;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::quantity::Bounds;
 use rsrs_core::robot::controller::Command;
@@ -99,6 +100,39 @@ pub fn commands(
     let rows = view.lanes(numpy::ndarray::Axis(1)).into_iter();
     commands.extend(rows.map(|it| Command { speed_m_s: it[0], turn_rate_rad_s: it[1] }));
     Ok(())
+}
+
+/// Commands of a shape that broadcasts to that of worlds and robots, moved into their range.
+pub fn commands_of_worlds(
+    given: &Bound<'_, PyAny>,
+    expected: [usize; 3],
+    range: CommandRange,
+    commands: &mut Vec<Command>,
+) -> PyResult<()> {
+    let given = numbers(given, "commands")?;
+    let given = given.as_array();
+    let view = given.broadcast(&expected[..]).ok_or_else(|| {
+        let found = shape(given.shape());
+        refused(format!("commands have shape {found}, expected {}", shape(&expected)))
+    })?;
+    let push = |speed_m_s: f64, turn_rate_rad_s: f64, commands: &mut Vec<Command>| {
+        commands.push(range.nearest(Command { speed_m_s, turn_rate_rad_s }));
+        speed_m_s.is_nan() || turn_rate_rad_s.is_nan()
+    };
+    let mut has_nan = false;
+    match view.as_slice() {
+        Some(flat) => {
+            for it in flat.as_chunks::<2>().0 {
+                has_nan |= push(it[0], it[1], commands);
+            }
+        }
+        None => {
+            for it in view.lanes(numpy::ndarray::Axis(2)) {
+                has_nan |= push(it[0], it[1], commands);
+            }
+        }
+    }
+    if has_nan { Err(refused("a command is not a number")) } else { Ok(()) }
 }
 
 /// Numbers in the order of a shape, as an array that cannot be written to.

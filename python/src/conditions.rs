@@ -3,7 +3,9 @@
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::limits::CommandRange;
 use rsrs_core::robot::controller::decide;
+use rsrs_core::robot::profile::RobotProfile;
 
 use crate::error::{our_mistake, raised, refused};
 use crate::json::to_python;
@@ -26,12 +28,24 @@ use crate::sweep::of_keys;
 /// **axes
 ///     Values by axis, as in a sweep file: at least `robots`, `speed_m_s` and `turn_rate_rad_s`.
 #[pyclass(name = "Conditions", module = "rsrs", frozen, eq)]
-#[derive(Clone, PartialEq)]
-pub struct PyConditions(pub Conditions);
+#[derive(Clone)]
+pub struct PyConditions {
+    pub conditions: Conditions,
+    /// What the robots may be commanded; not there where their profile is not.
+    pub range: Option<CommandRange>,
+}
 
 impl PyConditions {
-    pub fn new(conditions: Conditions) -> Self {
-        Self(conditions)
+    /// Conditions of robots with a profile.
+    pub fn new(conditions: Conditions, profile: &RobotProfile) -> Self {
+        Self { conditions, range: Some(CommandRange::of(profile)) }
+    }
+}
+
+/// What robots may be commanded is no part of the conditions, as they are compared.
+impl PartialEq for PyConditions {
+    fn eq(&self, other: &Self) -> bool {
+        self.conditions == other.conditions
     }
 }
 
@@ -72,54 +86,61 @@ impl PyConditions {
         }
         let source = of_keys("Conditions", &keys)?.map_err(|error| raised(&error))?;
         let measured = (is_made_worse == Some(false)).then(|| source.as_measured()).flatten();
-        let cells = measured.unwrap_or(source).cells("Conditions");
+        let source = measured.unwrap_or(source);
+        let cells = source.cells("Conditions");
         let (_, conditions) = cells.map_err(|error| raised(&error))?.swap_remove(0);
-        Ok(Self(conditions))
+        Ok(Self::new(conditions, &source.profile))
     }
     /// Conditions that were written by `to_json`.
     #[staticmethod]
     fn from_json(text: &str) -> PyResult<Self> {
         let conditions: Conditions = serde_json::from_str(text).map_err(refused)?;
         conditions.check().map_err(refused)?;
-        Ok(Self(conditions))
+        Ok(Self { conditions, range: None })
     }
     /// All numbers as text, to the bit.
     fn to_json(&self) -> PyResult<String> {
-        serde_json::to_string(&self.0).map_err(our_mistake)
+        serde_json::to_string(&self.conditions).map_err(our_mistake)
     }
     /// All numbers.
     fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0)
+        to_python(py, &self.conditions)
     }
     /// Number of robots.
     #[getter]
     fn n_robots(&self) -> usize {
-        self.0.robots
+        self.conditions.robots
     }
     /// Control period, in seconds.
     #[getter]
     fn period_s(&self) -> f64 {
-        self.0.period_s
+        self.conditions.period_s
     }
     /// Radius of a robot's body, in metres.
     #[getter]
     fn radius_m(&self) -> f64 {
-        self.0.robot.radius_m
+        self.conditions.robot.radius_m
     }
     /// How far from its centre a robot senses the centre of another, in metres.
     #[getter]
     fn reach_m(&self) -> Option<f64> {
-        self.0.bodies().reach_m
+        self.conditions.bodies().reach_m
     }
     /// What the swarm is judged for.
     #[getter]
     fn behaviour(&self) -> &'static str {
-        self.0.behaviour.key()
+        self.conditions.behaviour.key()
     }
     /// Names the conditions, by 16 hexadecimal digits: equal ones have equal runs.
     #[getter]
     fn digest(&self) -> String {
-        format!("{:016x}", self.0.digest())
+        format!("{:016x}", self.conditions.digest())
+    }
+    /// Least and greatest speed, in metres per second, and least and greatest turning rate, in radians per
+    /// second, that the robots may be commanded from outside; None where their profile is not known.
+    #[getter]
+    fn command_range(&self) -> Option<[[f64; 2]; 2]> {
+        self.range.map(|range| [range.speed_m_s, range.turn_rate_rad_s])
     }
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
@@ -128,7 +149,7 @@ impl PyConditions {
         Ok((slf.getattr("from_json")?, PyTuple::new(slf.py(), [text])?))
     }
     fn __repr__(&self) -> String {
-        let Conditions { robots, controller, period_s, behaviour, .. } = &self.0;
+        let Conditions { robots, controller, period_s, behaviour, .. } = &self.conditions;
         let (seen, not) = (decide(true, *controller), decide(false, *controller));
         format!(
             "Conditions({robots} robots, {behaviour}; {} m/s and {} rad/s where something is detected, {} m/s \

@@ -54,7 +54,7 @@ pub fn simulated(
     duration_s: f64,
     controller: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyTrajectory> {
-    let conditions = &conditions.0;
+    let conditions = &conditions.conditions;
     check(conditions, seed, duration_s)?;
     let world = World::new(conditions, seed).map_err(|error| helped(&error))?;
     let observed = match controller {

@@ -27,6 +27,7 @@ mod table;
 mod trajectory;
 mod verdict;
 mod waiting;
+mod worlds;
 
 use pyo3::prelude::*;
 
@@ -64,6 +65,8 @@ mod _rsrs {
     use crate::trajectory::PyTrajectory;
     #[pymodule_export]
     use crate::verdict::{PyOrderParameters, Verdict, judge};
+    #[pymodule_export]
+    use crate::worlds::PyWorlds;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

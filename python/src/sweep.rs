@@ -232,7 +232,7 @@ impl Sweep {
         let measured = (world == World::AsMeasured).then(|| self.source.as_measured()).flatten();
         let source = measured.as_ref().unwrap_or(&self.source);
         let conditions = source.conditions_of(index).map_err(|error| raised(&error))?;
-        Ok(PyConditions::new(conditions))
+        Ok(PyConditions::new(conditions, &self.source.profile))
     }
 }
 

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 from pathlib import Path
 
@@ -37,6 +38,14 @@ def rsrs(*arguments):
     done = subprocess.run([command, *map(str, arguments), "--format", "json"], capture_output=True, text=True)
     assert done.returncode in (0, 3), done.stderr
     return json.loads(done.stdout)
+
+
+@pytest.fixture
+def interruptible():
+    """Ctrl-C raises, also where a shell has started the tests with it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 SWEEP = """

@@ -167,7 +167,7 @@ def test_what_a_controller_raises_ends_the_run():
 
 
 @pytest.mark.parametrize("controller", [None, lambda _: (0.1, 0.2)])
-def test_ctrl_c_ends_an_episode(controller):
+def test_ctrl_c_ends_an_episode(interruptible, controller):
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     start = time.monotonic()
     with pytest.raises(KeyboardInterrupt):

@@ -176,7 +176,7 @@ def test_what_progress_raises_ends_the_sweep():
     assert time.monotonic() - start < 20
 
 
-def test_ctrl_c_ends_a_sweep_which_goes_on_where_it_was(tmp_path):
+def test_ctrl_c_ends_a_sweep_which_goes_on_where_it_was(interruptible, tmp_path):
     sweep = rsrs.Sweep(**{**KEYS, "replicates": 4000})
     done = []
 

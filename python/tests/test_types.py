@@ -20,6 +20,7 @@ verdict = rsrs.judge(np.zeros((500, 9, 3)), commands=(0.15, 0.75), period_s=0.13
 lost: float | None = verdict.order.lost
 result: rsrs.SweepResult = rsrs.Sweep("sweep.yaml").run(progress=lambda doing, done, total: None)
 viable: bool = result.choose(confirm=10).is_viable
+lit: float = float(rsrs.vector_env("sweep.yaml", 16).reset()[0].mean())
 poses: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]" = rsrs.Bag("bag").trajectory().poses
 """
 
@@ -35,9 +36,10 @@ def mypy(*arguments):
 def test_mypy_accepts_the_package_and_its_use(tmp_path):
     (tmp_path / "use.py").write_text(USE)
 
-    done = mypy("mypy", "--strict", PACKAGE, tmp_path / "use.py")
-
-    assert done.returncode == 0, done.stdout
+    is_installed = "site-packages" in PACKAGE.parts
+    for what in [["-p", "rsrs"] if is_installed else [PACKAGE], [tmp_path / "use.py"]]:
+        done = mypy("mypy", "--strict", *what)
+        assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.parametrize("wrong", ["rsrs.judge(period=1)", "rsrs.Sweep('a').run(threads='2')", "result.cell"])

@@ -362,6 +362,18 @@ fn without_commands_a_phase_is_given_where_they_decide_nothing() {
 }
 
 #[test]
+fn the_wanted_margin_is_the_least_distance_to_a_bound_and_negative_where_one_is_not_kept() {
+    let milling = Behaviour::Milling.rules();
+    let margin = |run: &Trajectory| milling.wanted_margin(&label(run, &FLOCKBOT).evidence);
+
+    // No robot is lost, and of none there is nothing to spare.
+    let mill = margin(&run(70.0, ring(0.7, SPEED_M_S)));
+    assert!((0.0..1e-300).contains(&mill), "{mill}");
+    // All are lost.
+    assert_eq!(margin(&run(120.0, dispersing)).to_bits(), (-1.0_f64).to_bits());
+}
+
+#[test]
 fn nobody_cannot_be_judged_and_one_robot_alone_is_lost() {
     let no_robots = Trajectory::new(PERIOD_S, 0);
     let mut alone = run(70.0, ring(0.7, SPEED_M_S));

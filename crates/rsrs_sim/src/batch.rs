@@ -25,6 +25,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::phase::{self, JudgeError, Verdict, WINDOW_S, samples_in};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::contact::ContactModel;
+use rsrs_core::robot::controller::Command;
 
 use crate::draw::{RunKey, Seed};
 use crate::episode::run_episode_into;
@@ -38,11 +39,13 @@ mod advance;
 mod engine;
 mod judge;
 mod noise;
+mod outside;
 mod rows;
 mod sense;
 mod swarms;
 
 use engine::{Engine, UnitEngine};
+pub(crate) use outside::{Lanes, UnitLanes};
 
 /// A vector unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +79,46 @@ impl VectorUnit {
     #[cfg(not(target_arch = "x86_64"))]
     fn engine(self) -> Option<Box<dyn Engine>> {
         (self == Self::Portable).then(|| Box::new(UnitEngine::new(Portable)) as _)
+    }
+}
+
+impl VectorUnit {
+    /// Worlds of this unit that take commands from outside, as many as it has lanes at most; `None` if this
+    /// machine does not have it.
+    ///
+    /// # Errors
+    ///
+    /// [`PlacementError`] if the robots do not fit where they are to start.
+    #[cfg(target_arch = "x86_64")]
+    pub(crate) fn lanes(
+        self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+    ) -> Result<Option<Box<dyn Lanes>>, PlacementError> {
+        Ok(match self {
+            Self::Portable => Some(Box::new(UnitLanes::new(Portable, conditions, runs)?)),
+            Self::Avx2 => match Avx2::find() {
+                Some(unit) => Some(Box::new(UnitLanes::new(unit, conditions, runs)?)),
+                None => None,
+            },
+            Self::Avx512 => match Avx512::find() {
+                Some(unit) => Some(Box::new(UnitLanes::new(unit, conditions, runs)?)),
+                None => None,
+            },
+        })
+    }
+
+    /// As on other machines: the portable unit alone.
+    #[cfg(not(target_arch = "x86_64"))]
+    pub(crate) fn lanes(
+        self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+    ) -> Result<Option<Box<dyn Lanes>>, PlacementError> {
+        if self != Self::Portable {
+            return Ok(None);
+        }
+        Ok(Some(Box::new(UnitLanes::new(Portable, conditions, runs)?)))
     }
 }
 
@@ -276,12 +319,16 @@ fn are_for_lanes(conditions: &Conditions) -> bool {
     conditions.are_robots_alike() && conditions.robot.contact == ContactModel::Stop
 }
 
-/// Whether the lanes can run and judge a cell. What they cannot is left to the reference: it is
-/// what is refused, or far from what robots do.
-fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
+/// Whether the lanes can run robots that are commanded from outside, at most so much to either side.
+pub(crate) fn can_be_commanded(conditions: &Conditions, most: Command) -> bool {
+    are_for_lanes(conditions)
+        && (1..=MOST_ROBOTS).contains(&conditions.robots)
+        && is_moderate(conditions, most)
+}
+
+/// Whether no step is longer than what the lanes compute as the reference does.
+fn is_moderate(conditions: &Conditions, fastest: Command) -> bool {
     let robot = &conditions.robot;
-    let fastest = conditions.controller.fastest();
-    let n_window = samples_in(WINDOW_S, conditions.period_s);
     let most = |gain: rsrs_core::conditions::GainDistribution| {
         gain.mean.abs() + MOST_NORMAL * (gain.robot_sd + gain.step_sd)
     };
@@ -289,10 +336,16 @@ fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
         fastest.turn_rate_rad_s * most(robot.turn_gain) + MOST_NORMAL * robot.turn_bias_sd_rad_s;
     let angle_rad = rate_rad_s * conditions.period_s + MOST_NORMAL * robot.heading_noise_sd_rad;
     let way_m = fastest.speed_m_s * most(robot.speed_gain) * conditions.period_s;
+    angle_rad < f64::from(LIMIT_RAD) && way_m < 1e6
+}
+
+/// Whether the lanes can run and judge a cell. What they cannot is left to the reference: it is
+/// what is refused, or far from what robots do.
+fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
+    let n_window = samples_in(WINDOW_S, conditions.period_s);
     are_for_lanes(conditions)
         && (1..=MOST_ROBOTS).contains(&conditions.robots)
         && conditions.robots.saturating_mul(n_window) <= MOST_STATES
         && conditions.steps(duration_s) >= n_window as u64
-        && angle_rad < f64::from(LIMIT_RAD)
-        && way_m < 1e6
+        && is_moderate(conditions, conditions.controller.fastest())
 }

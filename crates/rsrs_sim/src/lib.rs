@@ -37,3 +37,4 @@ pub mod episode;
 pub mod exploration;
 pub mod reachable_set;
 pub mod sweep;
+pub mod worlds;

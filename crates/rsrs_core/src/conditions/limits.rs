@@ -104,11 +104,74 @@ impl RobotProfile {
 /// Numbers that differ by less than this share were the same before they were written; dimensionless.
 const SAME: f64 = 1e-9;
 
+/// Between which commands somebody else than a controller of ours may choose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CommandRange {
+    /// Least and greatest speed, in metres per second.
+    pub speed_m_s: [f64; 2],
+    /// Least and greatest turning rate, in radians per second.
+    pub turn_rate_rad_s: [f64; 2],
+    /// What the robots' wheels can do, if that is known.
+    pub wheels: Option<Wheels>,
+}
+
+impl CommandRange {
+    /// What a robot may be commanded: from standing still to its greatest speed, turning to either side.
+    pub fn of(profile: &RobotProfile) -> Self {
+        let ([_, speed], [_, turn]) =
+            (profile.actuation.speed.limits_m_s, profile.actuation.turn.limits_rad_s);
+        Self {
+            speed_m_s: [0.0, speed],
+            turn_rate_rad_s: [-turn, turn],
+            wheels: profile.actuation.wheels,
+        }
+    }
+
+    /// A command, each number of it moved into its range; what is too fast for a wheel is the same circle,
+    /// driven slower.
+    pub fn nearest(&self, command: Command) -> Command {
+        let within = |number: f64, [least, most]: [f64; 2]| number.max(least).min(most);
+        let speed_m_s = within(command.speed_m_s, self.speed_m_s);
+        let turn_rate_rad_s = within(command.turn_rate_rad_s, self.turn_rate_rad_s);
+        let command = Command { speed_m_s, turn_rate_rad_s };
+        match self.wheels {
+            Some(wheels) if !wheels.can(command) => {
+                let share = wheels.speed_max_m_s / wheels.asked_m_s(command);
+                Command { speed_m_s: speed_m_s * share, turn_rate_rad_s: turn_rate_rad_s * share }
+            }
+            _ => command,
+        }
+    }
+
+    /// The greatest command to either side.
+    pub fn most(&self) -> Command {
+        let most = |[least, most]: [f64; 2]| least.abs().max(most.abs());
+        Command { speed_m_s: most(self.speed_m_s), turn_rate_rad_s: most(self.turn_rate_rad_s) }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+
+    #[test]
+    fn a_command_from_outside_is_moved_into_the_range_and_within_the_wheels() {
+        let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let command = |speed_m_s, turn_rate_rad_s| Command { speed_m_s, turn_rate_rad_s };
+        let range = CommandRange::of(&profile);
+
+        assert_eq!(range.nearest(command(-1.0, 9.0)), command(0.0, range.turn_rate_rad_s[1]));
+        assert_eq!(range.nearest(command(0.1, -0.5)), command(0.1, -0.5));
+        assert_eq!(range.most(), command(range.speed_m_s[1], range.turn_rate_rad_s[1]));
+
+        let wheels = Wheels { base_m: 0.1, speed_max_m_s: 0.1 };
+        profile.actuation.wheels = Some(wheels);
+        let slower = CommandRange::of(&profile).nearest(command(0.2, 2.0));
+        assert!(wheels.can(slower), "{slower:?}");
+        assert!((slower.speed_m_s / slower.turn_rate_rad_s - 0.1).abs() < 1e-12, "{slower:?}");
+    }
 
     #[test]
     fn what_a_robot_may_not_be_commanded_is_refused_with_its_limits() {

@@ -205,6 +205,21 @@ impl Rules {
         self.of(self.wanted).any(|rule| rule.holds(evidence))
     }
 
+    /// How far the order parameters are from where the wanted phase begins: the least distance to a bound of
+    /// its rule, negative where that is not kept; dimensionless. Of several rules it is the nearest one.
+    pub fn wanted_margin(&self, evidence: &OrderParameters) -> f64 {
+        let distance = |condition: &Condition| {
+            let over = condition.parameter.of(evidence) - condition.bound;
+            match condition.needs {
+                Needs::AtLeast => over,
+                Needs::Below => -over,
+            }
+        };
+        let least =
+            |rule: &Rule| rule.conditions.iter().map(distance).fold(f64::INFINITY, f64::min);
+        self.of(self.wanted).map(least).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// The phase of a run whose whole window shows this one: a mill that tears apart inside the window
     /// is not stable, however good it is on average.
     ///

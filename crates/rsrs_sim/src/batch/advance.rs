@@ -202,10 +202,35 @@ impl<S: Simd> NominalStep<S> {
         from: &Body<S::F>,
         (detected, blocked): (S::M, S::M),
     ) -> Body<S::F> {
+        let command = select(detected, rules.detected, rules.undetected);
+        let tabulated = if rules.turn_varies() {
+            None
+        } else {
+            Some(select(detected, self.detected.turned, self.undetected.turned))
+        };
+        traits.step((simd, rules, step), drift, from, (command, tabulated, blocked))
+    }
+}
+
+/// What moves one robot in one step: its command of speed and turning rate, cosine and sine of its turn
+/// where that is known before, and whether it cannot drive on.
+type Motion<S> =
+    ((<S as Simd>::F, <S as Simd>::F), Option<(<S as Simd>::F, <S as Simd>::F)>, <S as Simd>::M);
+
+impl<S: Simd> NoisyTraits<S> {
+    /// One step of a robot by a command.
+    #[inline(always)]
+    pub fn step(
+        &self,
+        (simd, rules, step): (S, &LaneRules<S>, S::U),
+        drift: &mut Drift<S::F>,
+        from: &Body<S::F>,
+        ((speed_m_s, rate_rad_s), tabulated, blocked): Motion<S>,
+    ) -> Body<S::F> {
+        let traits = self;
         // No closures: one that is not inlined is not vectorized.
         let sd = rules.speed_gain_step_sd;
         let gain = traits.speed_gain_noise.with_noise(simd, step, traits.speed_gain, sd);
-        let (speed_m_s, rate_rad_s) = select(detected, rules.detected, rules.undetected);
         let travel_m = (speed_m_s * gain * rules.period_s).unless(blocked);
         let mut to_m = (from.x_m + travel_m * from.cosine, from.y_m + travel_m * from.sine);
         if let Some((decay, kick_m_s)) = rules.gusts {
@@ -218,7 +243,9 @@ impl<S: Simd> NominalStep<S> {
             to_m.1 = to_m.1 + drift.gust_m_s.1 * rules.period_s;
         }
         let (x_m, y_m) = rules.border((from.x_m, from.y_m), to_m);
-        let turned = if rules.turn_varies() {
+        let turned = if let Some(turned) = tabulated {
+            turned
+        } else {
             let sd = rules.turn_gain_step_sd;
             let gain = traits.turn_gain_noise.with_noise(simd, step, traits.turn_gain, sd);
             let mut rate_rad_s = rate_rad_s * gain + traits.turn_bias_rad_s;
@@ -229,8 +256,6 @@ impl<S: Simd> NominalStep<S> {
             let sd = rules.heading_noise_sd_rad;
             let turned_rad = rate_rad_s * rules.period_s;
             turn(simd, traits.heading_noise.with_noise(simd, step, turned_rad, sd))
-        } else {
-            select(detected, self.detected.turned, self.undetected.turned)
         };
         let (mut cosine, mut sine) = rotate(simd, (from.cosine, from.sine), turned);
         if !rules.rotates_while_blocked {

@@ -1,6 +1,6 @@
 //! The state of many worlds, a lane each, and its steps.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::number::{Mask, Number};
@@ -37,7 +37,16 @@ pub struct Swarms<S: Simd> {
 #[derive(Clone)]
 enum ViewInLanes<S: Simd> {
     Cone(Cone<S::F>),
-    Polygon(Rc<Polygon<S::F>>),
+    Polygon(Arc<Polygon<S::F>>),
+}
+
+/// Who decides on commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CommandedBy {
+    /// The controller of the conditions.
+    Controller,
+    /// Somebody outside, who may command anything.
+    Outside,
 }
 
 impl<S: Simd> Swarms<S> {
@@ -56,13 +65,27 @@ impl<S: Simd> Swarms<S> {
         runs: &[RunKey],
         rows: &mut Rows<S::F>,
     ) -> Result<Self, PlacementError> {
+        Self::placed((simd, CommandedBy::Controller), conditions, runs, rows.at_mut(0))
+    }
+
+    /// Places the robots of every replicate, in `bodies`, whoever decides on commands.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn placed(
+        (simd, commanded_by): (S, CommandedBy),
+        conditions: &Conditions,
+        runs: &[RunKey],
+        bodies: &mut [Body<S::F>],
+    ) -> Result<Self, PlacementError> {
         let worlds = runs
             .iter()
             .map(|run| Ok(Robots::new(conditions, *run, &placement::place(conditions, *run)?)))
             .collect::<Result<Vec<Robots>, PlacementError>>()?;
         let world = |lane: usize| &worlds[lane.min(worlds.len() - 1)];
         let n_robots = conditions.robots;
-        for (robot, body) in rows.at_mut(0).iter_mut().enumerate() {
+        for (robot, body) in bodies.iter_mut().enumerate() {
             *body = Body {
                 x_m: simd.singles(|lane| world(lane).x_m[robot]),
                 y_m: simd.singles(|lane| world(lane).y_m[robot]),
@@ -78,7 +101,9 @@ impl<S: Simd> Swarms<S> {
         let still = Drift { gust_m_s: (zero, zero), yaw_rate_rad_s: zero };
         let latency_steps = u64::from(conditions.robot.latency_steps);
         let lane_rules = LaneRules::new(simd, &rules, controller);
-        let n_whims = if lane_rules.is_plain() && latency_steps == 0 { 0 } else { n_robots };
+        let is_tabulated =
+            commanded_by == CommandedBy::Controller && lane_rules.is_plain() && latency_steps == 0;
+        let n_whims = if is_tabulated { 0 } else { n_robots };
         Ok(Self {
             simd,
             n_robots,
@@ -117,7 +142,11 @@ impl<S: Simd> Swarms<S> {
 
     /// Names the state of one lane, as [`world::World::digest`] does.
     pub fn digest(&self, rows: &Rows<S::F>, lane: usize) -> u64 {
-        let bodies = rows.at(self.step);
+        self.digest_of(rows.at(self.step), lane)
+    }
+
+    /// The same of bodies that the caller keeps.
+    pub fn digest_of(&self, bodies: &[Body<S::F>], lane: usize) -> u64 {
         let column = |number: fn(&Body<S::F>) -> S::F| bodies.iter().map(number);
         let poses = column(|body| body.x_m)
             .chain(column(|body| body.y_m))
@@ -224,11 +253,113 @@ impl<S: Simd> Swarms<S> {
     }
 }
 
+impl<S: Simd> Swarms<S> {
+    /// Senses for all robots in all worlds, and gives which detections arrive; shape `[n_robots]` each.
+    pub fn sense(&mut self, bodies: &[Body<S::F>], arrived: &mut [S::M]) {
+        let simd = self.simd;
+        match self.view.clone() {
+            ViewInLanes::Cone(view) => {
+                simd.vectorize(Sensing { swarms: self, view, bodies, arrived });
+            }
+            ViewInLanes::Polygon(polygon) => {
+                let view = &*polygon;
+                simd.vectorize(Sensing { swarms: self, view, bodies, arrived });
+            }
+        }
+    }
+
+    /// Moves all robots in all worlds, which were sensed, by commands of speed and turning rate; shape
+    /// `[n_robots]` each.
+    pub fn advance(&mut self, bodies: &mut [Body<S::F>], commands: &[(S::F, S::F)]) {
+        let simd = self.simd;
+        simd.vectorize(Advancing { swarms: self, bodies, commands });
+        self.step += 1;
+    }
+
+    /// Senses for some neighbouring robots.
+    #[inline(always)]
+    fn sense_some<V: LaneView<S>, const SOME: usize>(
+        &mut self,
+        view: V,
+        first: usize,
+        bodies: &[Body<S::F>],
+        arrived: &mut [S::M],
+    ) {
+        let simd = self.simd;
+        let made = self.detection_row(self.step).start;
+        let arriving = self.detection_row(self.step + 1).start;
+        let counter = simd.word(self.step as u32);
+        let Self { rules, contact, nominal_steps, detections, seen, ahead, behind, .. } = self;
+        let mut found = SensedNeighbours { seen, ahead, behind };
+        let sees = sense::<S, V, SOME>(simd, view, *contact, first, bodies, &mut found);
+        let robots = first..first + SOME;
+        for ((robot, nominal_step), sees) in robots.clone().zip(&nominal_steps[robots]).zip(sees) {
+            detections[made + robot] = nominal_step.detects(simd, rules, sees, counter);
+            arrived[robot] = detections[arriving + robot];
+            found.seen[robot] = simd.no();
+        }
+    }
+}
+
+/// Sensing, as work for a vector unit.
+struct Sensing<'a, S: Simd, V> {
+    swarms: &'a mut Swarms<S>,
+    view: V,
+    bodies: &'a [Body<S::F>],
+    arrived: &'a mut [S::M],
+}
+
+impl<S: Simd, V: LaneView<S>> Work for Sensing<'_, S, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let n_robots = self.bodies.len();
+        let mut robot = 0;
+        while robot + 2 <= n_robots {
+            self.swarms.sense_some::<V, 2>(self.view, robot, self.bodies, self.arrived);
+            robot += 2;
+        }
+        if robot < n_robots {
+            self.swarms.sense_some::<V, 1>(self.view, robot, self.bodies, self.arrived);
+        }
+    }
+}
+
+/// Moving by commands from outside, as work for a vector unit.
+struct Advancing<'a, S: Simd> {
+    swarms: &'a mut Swarms<S>,
+    bodies: &'a mut [Body<S::F>],
+    commands: &'a [(S::F, S::F)],
+}
+
+impl<S: Simd> Work for Advancing<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Swarms { simd, step, rules, noisy_traits, drifts, ahead, behind, .. } = self.swarms;
+        let simd = *simd;
+        let counter = simd.word(*step as u32);
+        let (one, zero) = (simd.single(1.0), simd.single(0.0));
+        for (robot, (body, command)) in self.bodies.iter_mut().zip(self.commands).enumerate() {
+            // Who drives backward is blocked by who is behind.
+            let is_ahead = S::F::select(ahead[robot], one, zero);
+            let is_behind = S::F::select(behind[robot], one, zero);
+            let blocked = S::F::select(command.0.lt(zero), is_behind, is_ahead).gt(zero);
+            let motion = (*command, None, blocked);
+            let traits = (&noisy_traits[robot], &mut drifts[robot]);
+            *body = traits.0.step((simd, rules, counter), traits.1, body, motion);
+            (ahead[robot], behind[robot]) = (simd.no(), simd.no());
+        }
+    }
+}
+
 impl<S: Simd> ViewInLanes<S> {
     fn new(simd: S, view: &FieldOfView) -> Self {
         match view {
             FieldOfView::Cone(cone) => Self::Cone(Cone::new(simd, *cone)),
-            FieldOfView::Polygon(polygon) => Self::Polygon(Rc::new(Polygon::new(simd, polygon))),
+            FieldOfView::Polygon(polygon) => Self::Polygon(Arc::new(Polygon::new(simd, polygon))),
         }
     }
 }

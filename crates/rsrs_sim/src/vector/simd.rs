@@ -15,7 +15,7 @@ pub trait Simd: Copy + Send + Sync + 'static {
     /// Lanes of single precision: worlds that are simulated at once. Double precision has half.
     const LANES: usize = <Self::F as Number>::LANES;
     /// A vector of single precision.
-    type F: Number<Scalar = f32, Mask = Self::M>;
+    type F: Number<Scalar = f32, Mask = Self::M> + Sync;
     /// Yes or no for each lane of single precision.
     type M: Mask;
     /// A vector of words.

@@ -12,3 +12,4 @@ mod plausibility;
 mod support;
 mod sweep;
 mod world;
+mod worlds;
