@@ -140,10 +140,11 @@ pub(crate) fn exchange(new: &Path, folder: &Path, aside: &Path) -> Result<(), Ke
 pub(crate) fn folders_in(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
     let mut found = Vec::new();
     for path in entries_of(folder)? {
+        // A link to nothing is one to a folder by its name: enclaves have no ending, and files have.
+        if path.is_symlink() && (path.is_dir() || !path.exists() && path.extension().is_none()) {
+            return Err(KeystoreError::LinkedFolder { path });
+        }
         if path.is_dir() {
-            if path.is_symlink() {
-                return Err(KeystoreError::LinkedFolder { path });
-            }
             found.push(path);
         }
     }

@@ -880,4 +880,7 @@ fn an_enclave_that_is_a_link_is_not_written_through() {
 
     assert!(matches!(error, KeystoreError::LinkedFolder { .. }), "{error}");
     assert_eq!(std::fs::read_dir(elsewhere.path()).unwrap().count(), 0);
+    elsewhere.close().unwrap();
+    let to_nothing = show(folder.path(), NOW).unwrap_err();
+    assert!(matches!(to_nothing, KeystoreError::LinkedFolder { .. }), "{to_nothing}");
 }
