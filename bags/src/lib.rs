@@ -10,7 +10,8 @@
 //! * [`mod@recover`] — a new bag out of a damaged one, and what was lost.
 //! * [`trajectory`] — poses and commands of the swarm, as the judge takes them.
 //!
-//! `cargo run --release -p rsrs_bags --example bag_throughput -- FOLDER` measures how fast all that
+//! `cargo run --release -p rsrs_bags --example phase_of_a_bag -- BAG 0.075 0.825` names the phase of a
+//! recorded swarm; `cargo run --release -p rsrs_bags --example bag_throughput -- FOLDER` measures how fast all that
 //! is here.
 //!
 //! It does not play bags back, and it does not read `SQLite` bags.

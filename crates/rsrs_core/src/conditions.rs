@@ -2,6 +2,7 @@
 
 mod capabilities;
 mod check;
+mod flockbots;
 pub mod limits;
 pub mod operator;
 mod own_robots;

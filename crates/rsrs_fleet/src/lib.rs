@@ -14,6 +14,8 @@
 //! ([`fleet_file`]) and what their nodes are set to ([`parameters`]), what is run with them
 //! ([`experiment`]), what was run ([`record`]), what people see of it ([`observation`]) and what can go
 //! wrong ([`mod@causes`]).
+//!
+//! `cargo run -p rsrs_fleet --example robots_of_a_fleet -- FLEET.yaml` lists the robots of a fleet file.
 
 pub mod e_stop;
 pub mod epoch;

@@ -13,6 +13,9 @@
 //!
 //! # Examples
 //!
+//! `cargo run --release -p rsrs_pipeline --example sweep_and_choose -- SWEEP.yaml FOLDER` goes from a sweep file
+//! to a chosen cell.
+//!
 //! From a sweep file to a labelled episode, in memory:
 //!
 //! ```

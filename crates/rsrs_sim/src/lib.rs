@@ -8,6 +8,8 @@
 //! ([`contact`]) or pushes it ([`pushing`]), what disturbs it ([`disturbance`]) and where it starts ([`placement`]); its
 //! arithmetic ([`turn`], [`draw`]); one run ([`episode`]), some at once ([`batch`]), and many
 //! ([`sweep`]); and which controllers to run at all ([`exploration`]).
+//!
+//! `cargo run --release -p rsrs_sim --example mill` is a run and its phase in a few lines.
 
 #![expect(
     clippy::cast_possible_truncation,

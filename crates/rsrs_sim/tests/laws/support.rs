@@ -7,7 +7,7 @@ use rsrs_core::conditions::{Conditions, GainDistribution};
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_sim::sweep::{Runs, Swept, Watch, sweep};
 
-use rsrs_testing::conditions::{GAIN, flockbot_conditions};
+use rsrs_testing::conditions::flockbot_conditions;
 
 /// A robot's imperfections: standard deviation of both gains, detection, false positives.
 pub struct Imperfection {
@@ -24,8 +24,9 @@ pub const HARSHER: Imperfection =
 
 /// Nine Flockbots at a speed and turning rate, placed in a disc of 0.825 m.
 pub fn flockbots(speed_m_s: f64, turn_rate_rad_s: f64, imperfection: &Imperfection) -> Conditions {
-    let gain = GainDistribution { robot_sd: imperfection.gain_sd, ..GAIN };
     let mut conditions = flockbot_conditions();
+    let usual = conditions.robot.speed_gain;
+    let gain = GainDistribution { robot_sd: imperfection.gain_sd, ..usual };
     conditions.controller = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s);
     (conditions.robot.speed_gain, conditions.robot.turn_gain) = (gain, gain);
     conditions.robot.true_positive = imperfection.true_positive;
