@@ -327,6 +327,7 @@ class SweepResult:
         title: str | None = None,
         numbers: bool = True,
         choice: Choice | None = None,
+        value: str | None = None,
     ) -> Picture: ...
     def __len__(self) -> int: ...
     def _repr_svg_(self) -> str: ...
@@ -449,15 +450,15 @@ def compare(
 ) -> Comparison: ...
 def report(
     result: SweepResult | _Path,
-    bags: Sequence[_Path | Bag],
     output: _Path,
     *,
+    bags: Sequence[_Path | Bag] | None = None,
     labels: str = "judge",
     margin: float = 0.1,
     with_lost_robots: bool = False,
     with_implausible: bool = False,
     other_profile: bool = False,
-) -> Comparison: ...
+) -> Comparison | None: ...
 @final
 class Fit:
     @property

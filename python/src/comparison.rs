@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use pyo3::prelude::*;
 use rsrs_core::comparison::MARGIN;
 use rsrs_core::robot::other_profile::OtherProfile;
@@ -128,28 +127,31 @@ pub fn compare_runs(
     work_to_end(py, move || compare(&folder, &options)).map(Comparison)
 }
 
-/// Writes one HTML file with the diagram, the comparison and every run in motion, which needs no other file.
+/// Writes one HTML file with the diagram and, if bags are given, the comparison and every run in motion; it
+/// needs no other file.
+///
+/// Returns the comparison, if there is one.
 ///
 /// Parameters
 /// ----------
 /// result, bags, labels, margin, with_lost_robots, with_implausible, other_profile
-///     As for `compare`.
+///     As for `compare`; without bags the report is of the sweep alone.
 /// output
 ///     The file, whose name ends in .html; one that exists is replaced.
 #[pyfunction]
-#[pyo3(signature = (result, bags, output, *, labels="judge", margin=0.1, with_lost_robots=false,
+#[pyo3(signature = (result, output, *, bags=None, labels="judge", margin=0.1, with_lost_robots=false,
                     with_implausible=false, other_profile=false))]
 pub fn report(
     py: Python<'_>,
     result: &Bound<'_, PyAny>,
-    bags: Vec<PathBuf>,
     output: PathBuf,
+    bags: Option<Vec<PathBuf>>,
     labels: &str,
     margin: f64,
     with_lost_robots: bool,
     with_implausible: bool,
     other_profile: bool,
-) -> PyResult<Comparison> {
+) -> PyResult<Option<Comparison>> {
     if output.extension().is_none_or(|ending| ending != "html") {
         return Err(refused_with_help(
             format!("{} does not end in .html", named(&output)),
@@ -157,12 +159,12 @@ pub fn report(
         ));
     }
     let folder = folder(result)?;
-    let options =
-        options(bags, labels, margin, (with_lost_robots, with_implausible, other_profile))?;
-    work_to_end(py, move || {
-        let (html, comparison) = html(&folder, Some(&options))?;
+    let flags = (with_lost_robots, with_implausible, other_profile);
+    let options = bags.map(|bags| options(bags, labels, margin, flags)).transpose()?;
+    let comparison = work_to_end(py, move || {
+        let (html, comparison) = html(&folder, options.as_ref())?;
         write_file(&output, html.as_bytes())?;
-        comparison.context("a report of runs compares them")
-    })
-    .map(Comparison)
+        Ok(comparison)
+    })?;
+    Ok(comparison.map(Comparison))
 }

@@ -15,8 +15,7 @@ use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::share::Share;
 use rsrs_pipeline::choose::choose;
 use rsrs_pipeline::error::{help_of, helped, with_help};
-use rsrs_pipeline::picture::{self, DiagramOptions, Worlds};
-use rsrs_pipeline::picture_file::PageStyle;
+use rsrs_pipeline::picture::{self, CellNumber, DiagramOptions, Worlds};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{self, World};
 use rsrs_pipeline::sweep::source::ResolvedSweep;
@@ -412,7 +411,11 @@ impl SweepResult {
     ///     Whether shares are written into the cells.
     /// choice
     ///     The chosen cell, which is marked; that of `choice.json` in the folder if not given.
-    #[pyo3(signature = (*, x=None, y=None, at=None, world="harsher", title=None, numbers=true, choice=None))]
+    /// value
+    ///     What cells show in place of their phases: the mean of an order parameter by its name,
+    ///     "settling_time_s", or "difference" of robots as measured to those made worse.
+    #[pyo3(signature = (*, x=None, y=None, at=None, world="harsher", title=None, numbers=true, choice=None,
+                        value=None))]
     fn diagram(
         &self,
         py: Python<'_>,
@@ -423,6 +426,7 @@ impl SweepResult {
         title: Option<String>,
         numbers: bool,
         choice: Option<&Choice>,
+        value: Option<&str>,
     ) -> PyResult<Picture> {
         let worlds = match world {
             "both" => Worlds::Both,
@@ -432,19 +436,28 @@ impl SweepResult {
             Some(choice) => choice.viable(),
             None => folder::read_choice(self.path()).map_err(|error| raised(&error))?,
         };
+        let value = value.map(|key| {
+            CellNumber::from_key(key).ok_or_else(|| {
+                let keys = CellNumber::keys().collect::<Vec<_>>().join(", ");
+                refused(format!("unknown value `{key}`, expected one of {keys}"))
+            })
+        });
+        let value = value.transpose()?;
+        let values = py.detach(|| {
+            value.map(|value| value.of_sweep(self.path(), &self.result, worlds.all())).transpose()
+        });
         let options = DiagramOptions {
             x: x.map(axis).transpose()?,
             y: y.map(axis).transpose()?,
             at: at.map(cell).transpose()?.map(|cell| cell.iter().collect()).unwrap_or_default(),
             chosen,
             title,
+            values: values.map_err(|error| raised(&error))?,
             numbers: if numbers { Numbers::Shown } else { Numbers::Hidden },
-            experiments: Vec::new(),
             worlds,
-            style: PageStyle::default(),
-            values: None,
             validation: file::note(self.path(), &self.result.source)
                 .map_err(|error| raised(&error))?,
+            ..DiagramOptions::default()
         };
         let svg = py.detach(|| picture::of_sweep(&self.result, &options));
         Ok(Picture::new(svg.map_err(|error| raised(&error))?))
@@ -467,6 +480,6 @@ impl SweepResult {
     }
     /// The phase diagram, in a notebook.
     fn _repr_svg_(&self, py: Python<'_>) -> PyResult<String> {
-        Ok(self.diagram(py, None, None, None, "harsher", None, true, None)?.svg().to_owned())
+        Ok(self.diagram(py, None, None, None, "harsher", None, true, None, None)?.svg().to_owned())
     }
 }

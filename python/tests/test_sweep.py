@@ -266,6 +266,10 @@ def test_a_diagram_is_shown_and_saved(swept, tmp_path):
     for name in ["d.svg", "d.png", "d.pdf"]:
         picture.save(tmp_path / name)
         assert (tmp_path / name).stat().st_size > 1000
+    for value in ["circliness", "settling_time_s", "difference"]:
+        assert "<svg" in result.diagram(value=value).svg
+    with pytest.raises(rsrs.RsrsError, match="unknown value `speed`, expected one of lost, blocked"):
+        result.diagram(value="speed")
     for wrong in [lambda: picture.save("d.doc"), lambda: result.diagram(world="b"), lambda: result.diagram(x="z")]:
         with pytest.raises(rsrs.RsrsError):
             wrong()
@@ -321,12 +325,14 @@ def test_runs_are_compared_and_reported_as_by_the_command_line(swept, run, bag, 
     assert comparison.as_dict() == command("compare", swept, "--bags", run)
     assert comparison.verdict in ("undecided", "no_claim")
     assert repr(comparison).startswith("Comparison(")
-    reported = rsrs.report(swept, [run], tmp_path / "report.html")
+    reported = rsrs.report(swept, tmp_path / "report.html", bags=[run])
     assert reported.verdict == comparison.verdict
+    assert rsrs.report(rsrs.SweepResult(swept), tmp_path / "alone.html") is None
+    assert "<svg" in (tmp_path / "alone.html").read_text()
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
     with pytest.raises(rsrs.RsrsError, match="margin is 0.9"):
         rsrs.compare(swept, [run], margin=0.9)
     with pytest.raises(rsrs.RsrsError, match="does not end in .html"):
-        rsrs.report(swept, [run], "report.pdf")
+        rsrs.report(swept, "report.pdf", bags=[run])
     with pytest.raises(rsrs.RsrsError, match="is a replicate of the sweep itself"):
         rsrs.compare(swept, [bag])
