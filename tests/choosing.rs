@@ -213,4 +213,6 @@ fn two_sweeps_are_compared_cell_by_cell() {
     let json: Value = serde_json::from_str(&stdout(&json)).expect("it is JSON");
     assert_eq!((&json["n_cells"], &json["world"]), (&4.into(), &"harsher".into()));
     assert!(json["n_moved"].as_u64() >= Some(1), "{json}");
+    let changed = "changed: fixed.true_positive from 0.8 to 0.2";
+    assert!(stdout(&other).contains(changed) && !stdout(&same).contains("changed"));
 }

@@ -4,6 +4,7 @@ mod browser;
 
 use crate::command::{code, rsrs, stderr};
 use crate::simulated_bags::{Part, Run, ended};
+use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::EndingKind;
 
 /// A folder with a small sweep, its chosen cell, and four bags.
@@ -153,10 +154,14 @@ fn for_a_paper_a_picture_has_neither_title_nor_facts_and_cells_and_verdict_are_t
     assert_eq!(cells.matches(" \\\\\n").count(), 1 + 4, "a head and four cells: {cells}");
     assert!(cells.contains("speed (m/s) & turning rate (rad/s) & most frequent phase"), "{cells}");
     assert!(cells.contains("$0.15$ & $0.75$ & stable milling & 100.0\\,\\% & "), "{cells}");
+    assert!(cells.starts_with("% Stable milling of flockbot, robots made worse, "), "{cells}");
     let verdict = written("verdict.tex", &["compare", "out", "--bags", "one", "a<b>&c"]);
     for expected in ["All runs: 2 of 2 milled, ", "$B_r \\ge B_s - 0.1$", "Verdict: undecided."] {
         assert!(verdict.contains(expected), "no {expected} in {verdict}");
     }
+    Run { time: Time::Lockstep, ..Run::new(5) }.record(here, "simulated");
+    let verdict = written("simulated.tex", &["compare", "out", "--bags", "simulated"]);
+    assert!(verdict.contains("Note: in 1 of 1 run the simulator stood in"), "{verdict}");
     let wrong = rsrs(here, &["compare", "out", "--bags", "one", "-o", "verdict.pdf"]);
     assert!(stderr(&wrong).contains("name the table `-o verdict.tex`"), "{}", stderr(&wrong));
 }

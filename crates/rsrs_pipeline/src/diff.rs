@@ -1,5 +1,6 @@
 //! Two sweeps, cell by cell: where robots end as wanted more often in one of them than in the other.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -7,11 +8,13 @@ use rsrs_core::diagram::DiagramCell;
 use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::error::with_help;
 use crate::picture::{CellNumbers, DiagramOptions, ShareDifference, Worlds, of_sweep};
 use crate::sweep::folder;
 use crate::sweep::result::{SweepResult, World};
+use crate::sweep::source::ResolvedSweep;
 use crate::wording::{counted, quantity};
 
 /// Two sweeps in one world.
@@ -23,6 +26,8 @@ pub struct SweepDifference {
     pub to: PathBuf,
     /// The world: `harsher` or `as_measured`.
     pub world: &'static str,
+    /// What differs between the two: robots, floor, factors, seed, number of runs.
+    pub changed: Vec<Changed>,
     /// Cells that both have.
     pub n_cells: usize,
     /// Those whose 95 % intervals do not overlap.
@@ -35,6 +40,17 @@ pub struct SweepDifference {
     pub cells: Vec<CellDifference>,
     #[serde(skip)]
     noun: &'static str,
+}
+
+/// One value that is not the same in two sweeps; `null` where one of them does not have it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Changed {
+    /// Where it is: `profile.sensing.cone.range_m`.
+    pub key: String,
+    /// In the first one.
+    pub from: Value,
+    /// In the second one.
+    pub to: Value,
 }
 
 /// One cell in two sweeps.
@@ -106,6 +122,7 @@ pub fn diff(
         from: from.to_path_buf(),
         to: to.to_path_buf(),
         world: world.key(),
+        changed: changed(&one.source, &other.source)?,
         n_cells: cells.len(),
         n_moved: cells.iter().filter(|cell| cell.moved).count(),
         n_only_from: first.cells.len() - cells.len(),
@@ -138,20 +155,60 @@ impl SweepDifference {
         options: DiagramOptions,
     ) -> anyhow::Result<String> {
         let shares: Vec<ShareDifference> = self.cells.iter().map(|cell| cell.shares).collect();
-        let name =
-            format!("share of {}: {} less {}", self.noun, name_of(&self.to), name_of(&self.from));
+        let [from, to] = self.names();
+        let name = format!("share of {}: {to} less {from}", self.noun);
         let options = DiagramOptions {
-            title: Some(format!("From {} to {}", name_of(&self.from), name_of(&self.to))),
+            title: Some(format!("From {from} to {to}")),
             values: Some(CellNumbers::differences(name, &shares)),
             worlds: Worlds::One(world),
             ..options
         };
         of_sweep(common, &options)
     }
+
+    /// The names of both folders, with the folders that they are in if they are alike.
+    fn names(&self) -> [String; 2] {
+        let name = |folder: &PathBuf| {
+            folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned()
+        };
+        let names = [&self.from, &self.to].map(name);
+        let is_alike = names[0] == names[1];
+        if is_alike { [&self.from, &self.to].map(|it| it.display().to_string()) } else { names }
+    }
 }
 
-fn name_of(folder: &Path) -> String {
-    folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned()
+/// The values of two sweeps and their profiles that differ; axes are compared by their cells.
+fn changed(from: &ResolvedSweep, to: &ResolvedSweep) -> anyhow::Result<Vec<Changed>> {
+    let values = |source: &ResolvedSweep| -> anyhow::Result<BTreeMap<String, Value>> {
+        let mut values = BTreeMap::new();
+        flatten("profile", &serde_json::to_value(&source.profile)?, &mut values);
+        flatten("", &serde_json::to_value(&source.sweep)?, &mut values);
+        values.retain(|key, _| {
+            !key.starts_with("axes") && !key.contains("provenance") && !key.contains("interval")
+        });
+        Ok(values)
+    };
+    let (from, to) = (values(from)?, values(to)?);
+    let keys: BTreeSet<&String> = from.keys().chain(to.keys()).collect();
+    let of = |values: &BTreeMap<String, Value>, key: &String| {
+        values.get(key).cloned().unwrap_or(Value::Null)
+    };
+    let pairs = keys.into_iter().map(|key| (key, of(&from, key), of(&to, key)));
+    let different = pairs.filter(|(_, from, to)| from != to);
+    Ok(different.map(|(key, from, to)| Changed { key: key.clone(), from, to }).collect())
+}
+
+/// The values of a document by their keys, which have dots between them.
+fn flatten(key: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
+    match value {
+        Value::Object(parts) => {
+            for (part, value) in parts {
+                let inner = if key.is_empty() { part.clone() } else { format!("{key}.{part}") };
+                flatten(&inner, value, into);
+            }
+        }
+        _ => drop(into.insert(key.to_owned(), value.clone())),
+    }
 }
 
 impl fmt::Display for SweepDifference {
@@ -171,6 +228,15 @@ impl fmt::Display for SweepDifference {
                 "\n  {}: {b_s_from:.2} to {b_s_to:.2} ({difference:+.2})",
                 quantity::of_cell(cell)
             )?;
+        }
+        let text = |value: &Value| match value {
+            Value::Null => "nothing".to_owned(),
+            Value::Array(_) => "a list".to_owned(),
+            Value::String(text) => text.clone(),
+            Value::Bool(_) | Value::Number(_) | Value::Object(_) => value.to_string(),
+        };
+        for Changed { key, from, to } in &self.changed {
+            write!(out, "\nchanged: {key} from {} to {}", text(from), text(to))?;
         }
         for (n, folder) in [(self.n_only_from, &self.from), (self.n_only_to, &self.to)] {
             if n > 0 {

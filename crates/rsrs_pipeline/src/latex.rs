@@ -7,6 +7,7 @@ use rsrs_core::statistics::share::Share;
 
 use crate::compare::report::{Report, evidence};
 use crate::error::with_help;
+use crate::picture::robots;
 use crate::sweep::result::{SweepResult, World};
 use crate::wording::quantity::{as_on_an_axis, without_unit};
 use crate::wording::{capitalised, percent};
@@ -54,9 +55,10 @@ pub fn cells(result: &SweepResult, world: World) -> anyhow::Result<String> {
         row
     });
     let comment = format!(
-        "{} of {}, {} s each, seed {}; rsrs {}, commit {}",
+        "{} of {}, {}, {} s each, seed {}; rsrs {}, commit {}",
         capitalised(source.sweep.behaviour.noun()),
         source.profile.name,
+        robots(result, world),
         source.sweep.duration_s,
         source.sweep.seed,
         source.provenance.version,
@@ -85,7 +87,7 @@ pub fn verdict(comparison: &Report) -> String {
     });
     let pooled = &comparison.pooled;
     let supported = pooled.e_supported.map_or_else(|| "none".to_owned(), evidence);
-    let all = [
+    let mut all = vec![
         format!(
             "All runs: {} of {} {}, {:.1} expected.",
             pooled.n_milled,
@@ -104,6 +106,7 @@ pub fn verdict(comparison: &Report) -> String {
             capitalised(&escaped(&comparison.summary))
         ),
     ];
+    all.extend(comparison.notes.iter().map(|note| format!("Note: {}.", escaped(note))));
     tabular(&format!("labels: {}", comparison.labels), &head, &rows.collect::<Vec<_>>(), &all)
 }
 

@@ -156,7 +156,7 @@ pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<D
         x,
         y,
         title,
-        subtitle: subtitle(result, diagram, options.worlds, &conditions),
+        subtitle: subtitle(result, diagram, options, &conditions),
         details: how(result, options.worlds, &conditions)?,
         chosen: options.chosen.as_ref().map(|choice| &choice.cell),
         chosen_note: options.chosen.as_ref().map(confirmed),
@@ -365,13 +365,14 @@ fn slice(
 fn subtitle(
     result: &SweepResult,
     diagram: &PhaseDiagram,
-    worlds: Worlds,
+    options: &DiagramOptions,
     conditions: &Conditions,
 ) -> String {
     let sweep = &result.source.sweep;
-    let world = match worlds {
-        Worlds::One(world) => robots(result, world),
-        Worlds::Both => "robots made worse and robots as measured",
+    let is_of_both = options.values.as_ref().is_some_and(|values| values.is_of_both_worlds);
+    let world = match options.worlds {
+        Worlds::One(world) if !is_of_both => robots(result, world),
+        Worlds::One(_) | Worlds::Both => "robots made worse and robots as measured",
     };
     let n = |entry: &DiagramCell| entry.counts.total();
     let least = diagram.cells.iter().map(n).min().unwrap_or(0);
@@ -408,7 +409,7 @@ fn subtitle(
 }
 
 /// The robots of a world.
-fn robots(result: &SweepResult, world: World) -> &'static str {
+pub(crate) fn robots(result: &SweepResult, world: World) -> &'static str {
     match world {
         World::Harsher if result.source.as_measured().is_some() => "robots made worse",
         World::Harsher | World::AsMeasured => "robots as measured",

@@ -146,10 +146,17 @@ impl Arguments {
 /// If the folder is not a sweep's, an axis was not swept, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if latex::is_tex(&arguments.output) {
+        if arguments.value.is_some() {
+            return Err(bad_arguments(with_help(
+                "a table has the phases of the cells, and no `--value`",
+                "all numbers of all runs are in `replicates.parquet`",
+            )));
+        }
         let result = folder::read(&arguments.folder)?;
-        let world =
-            *Worlds::from(arguments.world).all().first().context("a diagram has a world")?;
-        write_file(&arguments.output, latex::cells(&result, world)?.as_bytes())?;
+        let tables = Worlds::from(arguments.world).all().iter();
+        let tables: Vec<String> =
+            tables.map(|world| latex::cells(&result, *world)).collect::<Result<_, _>>()?;
+        write_file(&arguments.output, tables.concat().as_bytes())?;
         report_written(Format::Text, &arguments.output)?;
         return Ok(Outcome::Done);
     }

@@ -83,16 +83,22 @@ fn drift(choice: &Choice, axis: Axis, margin: Margin) -> String {
     if low == 0.0 && high == 0.0 {
         return match (edge.low, edge.high) {
             (false, false) => {
-                format!("  {axis} may not drift: the next values that were swept are not viable")
+                format!(
+                    "  {axis} may not drift: the next values that were swept are not surely viable"
+                )
             }
             (true, true) => {
                 format!("  how far {axis} may drift is unknown: no value beside {value} was swept")
             }
             (true, false) => {
-                format!("  {axis} may not drift upward: the next value is not viable; {edges}")
+                format!(
+                    "  {axis} may not drift upward: the next value is not surely viable; {edges}"
+                )
             }
             (false, true) => {
-                format!("  {axis} may not drift downward: the next value is not viable; {edges}")
+                format!(
+                    "  {axis} may not drift downward: the next value is not surely viable; {edges}"
+                )
             }
         };
     }

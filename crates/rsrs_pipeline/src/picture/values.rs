@@ -104,6 +104,8 @@ pub struct CellNumbers {
     pub scale: ValueScale,
     /// By world, in the order of its diagram.
     pub of_worlds: Vec<(World, Vec<Option<f64>>)>,
+    /// Whether each compares robots as measured with robots made worse.
+    pub is_of_both_worlds: bool,
     /// Cells to be framed, in the order of the diagram, and why.
     pub framed: Option<(String, Vec<bool>)>,
 }
@@ -112,7 +114,14 @@ impl CellNumbers {
     fn around(title: &str, name: String, of_worlds: Vec<(World, Vec<Option<f64>>)>) -> Self {
         let all = of_worlds.iter().flat_map(|(_, values)| values.iter().copied().flatten());
         let scale = ValueScale::around(all);
-        Self { title: title.to_owned(), name, scale, of_worlds, framed: None }
+        Self {
+            title: title.to_owned(),
+            name,
+            scale,
+            of_worlds,
+            is_of_both_worlds: false,
+            framed: None,
+        }
     }
 
     /// Differences of shares, with frames where their intervals do not overlap.
@@ -120,10 +129,11 @@ impl CellNumbers {
         let most = cells.iter().map(|it| it.difference().abs()).fold(0.05, f64::max);
         let values: Vec<Option<f64>> = cells.iter().map(|it| Some(it.difference())).collect();
         Self {
-            title: "difference".to_owned(),
+            title: "difference of the shares".to_owned(),
             name,
             scale: ValueScale::Diverging { most },
             of_worlds: vec![(World::Harsher, values.clone()), (World::AsMeasured, values)],
+            is_of_both_worlds: false,
             framed: Some((
                 "the 95 % intervals do not overlap".to_owned(),
                 cells.iter().map(ShareDifference::has_moved).collect(),
@@ -177,7 +187,7 @@ fn of_worlds(result: &SweepResult) -> anyhow::Result<CellNumbers> {
         result.diagram.cells.iter().zip(&measured.cells).map(pair).collect();
     let does = result.source.sweep.behaviour.noun();
     let name = format!("share of {does}: robots as measured less robots made worse");
-    Ok(CellNumbers::differences(name, &cells))
+    Ok(CellNumbers { is_of_both_worlds: true, ..CellNumbers::differences(name, &cells) })
 }
 
 /// When half of the runs of each cell that ended as wanted had come to it, in seconds.
