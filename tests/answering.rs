@@ -208,7 +208,7 @@ fn what_cannot_be_answered_from_is_refused() {
     for (arguments, expected, status) in [
         (&["missing.yaml"][..], "missing.yaml", 1),
         (&["contradictory.yaml"], "expected limits with 0 <= least < most", 1),
-        (&["flockbot.yaml", "-o", "wall.jpg"], "wall.jpg ends in none of .svg, .png and .pdf", 1),
+        (&["flockbot.yaml", "-o", "wall.jpg"], "wall.jpg ends in none of .svg, .png and .pdf", 2),
         (&["flockbot.yaml", "--b-s=1"], "expected a share between 0 and 1", 2),
     ] {
         let output = rsrs(place.path(), &[&["answer"], arguments].concat());
