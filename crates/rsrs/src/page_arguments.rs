@@ -1,7 +1,11 @@
 //! How pictures are printed, on the command line.
 
-use rsrs_pipeline::picture_file::{Length, PageStyle};
+use std::path::Path;
+
+use rsrs_pipeline::picture_file::{Length, PageStyle, PictureFile};
 use rsrs_view::theme::Theme;
+
+use crate::failure::bad_arguments;
 
 /// How pictures are printed.
 #[derive(clap::Args, Clone, Copy)]
@@ -29,6 +33,16 @@ enum ThemeName {
 }
 
 impl PageArguments {
+    /// A file for pictures of this style.
+    ///
+    /// # Errors
+    ///
+    /// As one in what was typed, if its extension is that of no picture.
+    pub fn file(self, path: &Path) -> anyhow::Result<PictureFile<'_>> {
+        let file = PictureFile::new(path).map_err(bad_arguments)?;
+        Ok(file.styled(self.style()))
+    }
+
     /// The style of the pictures.
     pub fn style(self) -> PageStyle {
         let theme = match self.theme {

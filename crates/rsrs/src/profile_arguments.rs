@@ -14,6 +14,6 @@ pub struct ProfileArguments {
 impl ProfileArguments {
     /// The same in a word.
     pub fn profile(self) -> OtherProfile {
-        if self.other_profile { OtherProfile::Insisted } else { OtherProfile::Refused }
+        OtherProfile::of(self.other_profile)
     }
 }

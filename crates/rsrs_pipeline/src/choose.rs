@@ -9,11 +9,9 @@ use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::choice::{Choice, most_frequent};
-use rsrs_core::judge::phase::{self, label};
 use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::draw::Seed;
-use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::confirmation_seed;
 use serde::Serialize;
 
@@ -94,16 +92,9 @@ pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
 fn converged_s(source: &ResolvedSweep, conditions: &Conditions) -> anyhow::Result<Option<f64>> {
     /// So many runs are enough for a median.
     const RUNS: u64 = 100;
-    let (seed, bodies) = (confirmation_seed(source.sweep.seed), conditions.bodies());
-    let mut times_s = Vec::new();
-    for replicate in 0..RUNS {
-        let seed = Seed { seed, replicate };
-        let trajectory = run_episode(conditions, seed, source.sweep.duration_s)?;
-        let phase = label(&trajectory, &bodies)?.phase;
-        times_s.extend(phase::converged_s(&trajectory, &bodies, phase));
-    }
-    times_s.sort_by(f64::total_cmp);
-    Ok(times_s.get(times_s.len() / 2).copied())
+    let seed = confirmation_seed(source.sweep.seed);
+    let runs = (0..RUNS).map(|replicate| Seed { seed, replicate });
+    settling::median_time_s(conditions, source.sweep.duration_s, runs)
 }
 
 fn none_viable(best: &Choice, n_candidates: usize, wanted: f64) -> String {

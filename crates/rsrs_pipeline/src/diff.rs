@@ -130,7 +130,7 @@ pub fn diff(
         noun: other.source.sweep.behaviour.noun(),
         cells,
     };
-    let is_common = |entry: &DiagramCell| difference.cells.iter().any(|it| it.cell == entry.cell);
+    let is_common = |entry: &DiagramCell| first.find(&entry.cell).is_some();
     for diagram in std::iter::once(&mut other.diagram).chain(&mut other.as_measured) {
         diagram.cells.retain(is_common);
     }

@@ -197,9 +197,7 @@ impl<'a> Drawn<'a> {
     fn panels(&self) -> anyhow::Result<Vec<Panel<'a>>> {
         let Self { result, options, .. } = self;
         let slices = self.slices()?;
-        // Where no robot is made worse, both worlds are one.
-        let is_one = result.source.as_measured().is_none();
-        let worlds = if is_one { &[World::Harsher] } else { options.worlds.all() };
+        let worlds = self.worlds();
         let mut panels = Vec::new();
         for at in &slices {
             for world in worlds {
@@ -238,11 +236,15 @@ impl<'a> Drawn<'a> {
         robots(self.result, world)
     }
 
+    /// The worlds of each slice: where no robot is made worse, both are one.
+    fn worlds(&self) -> &'static [World] {
+        let is_one = self.result.source.as_measured().is_none();
+        if is_one { &[World::Harsher] } else { self.options.worlds.all() }
+    }
+
     /// The world of each panel, in the order in which [`Self::panels`] makes them.
     fn shown(&self, panels: &[Panel]) -> Vec<World> {
-        let is_one = self.result.source.as_measured().is_none();
-        let worlds = if is_one { &[World::Harsher] } else { self.options.worlds.all() };
-        worlds.iter().copied().cycle().take(panels.len()).collect()
+        self.worlds().iter().copied().cycle().take(panels.len()).collect()
     }
 
     /// Robots as measured beside those made worse, where there is one axis and one panel.
@@ -409,7 +411,7 @@ fn subtitle(
 }
 
 /// The robots of a world.
-pub(crate) fn robots(result: &SweepResult, world: World) -> &'static str {
+pub fn robots(result: &SweepResult, world: World) -> &'static str {
     match world {
         World::Harsher if result.source.as_measured().is_some() => "robots made worse",
         World::Harsher | World::AsMeasured => "robots as measured",

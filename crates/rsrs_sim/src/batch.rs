@@ -45,7 +45,7 @@ mod sense;
 mod swarms;
 
 use engine::{Engine, UnitEngine};
-pub(crate) use outside::{Lanes, UnitLanes};
+pub(crate) use outside::Lanes;
 
 /// A vector unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,46 +79,6 @@ impl VectorUnit {
     #[cfg(not(target_arch = "x86_64"))]
     fn engine(self) -> Option<Box<dyn Engine>> {
         (self == Self::Portable).then(|| Box::new(UnitEngine::new(Portable)) as _)
-    }
-}
-
-impl VectorUnit {
-    /// Worlds of this unit that take commands from outside, as many as it has lanes at most; `None` if this
-    /// machine does not have it.
-    ///
-    /// # Errors
-    ///
-    /// [`PlacementError`] if the robots do not fit where they are to start.
-    #[cfg(target_arch = "x86_64")]
-    pub(crate) fn lanes(
-        self,
-        conditions: &Conditions,
-        runs: &[RunKey],
-    ) -> Result<Option<Box<dyn Lanes>>, PlacementError> {
-        Ok(match self {
-            Self::Portable => Some(Box::new(UnitLanes::new(Portable, conditions, runs)?)),
-            Self::Avx2 => match Avx2::find() {
-                Some(unit) => Some(Box::new(UnitLanes::new(unit, conditions, runs)?)),
-                None => None,
-            },
-            Self::Avx512 => match Avx512::find() {
-                Some(unit) => Some(Box::new(UnitLanes::new(unit, conditions, runs)?)),
-                None => None,
-            },
-        })
-    }
-
-    /// As on other machines: the portable unit alone.
-    #[cfg(not(target_arch = "x86_64"))]
-    pub(crate) fn lanes(
-        self,
-        conditions: &Conditions,
-        runs: &[RunKey],
-    ) -> Result<Option<Box<dyn Lanes>>, PlacementError> {
-        if self != Self::Portable {
-            return Ok(None);
-        }
-        Ok(Some(Box::new(UnitLanes::new(Portable, conditions, runs)?)))
     }
 }
 
@@ -170,6 +130,19 @@ impl Batch {
     /// Replicates that are run at once: the lanes of the widest unit.
     pub fn lanes(&self) -> usize {
         self.engines[0].lanes()
+    }
+
+    /// Worlds on the widest unit that take commands from outside, as many as it has lanes at most.
+    ///
+    /// # Errors
+    ///
+    /// [`PlacementError`] if the robots do not fit where they are to start.
+    pub(crate) fn commanded(
+        &self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+    ) -> Result<Box<dyn Lanes>, PlacementError> {
+        self.engines[0].commanded(conditions, runs)
     }
 
     /// How many replicates of a cell are best run together: the lanes of the widest unit, or 1 for

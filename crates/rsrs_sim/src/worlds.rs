@@ -62,15 +62,14 @@ impl Worlds {
     ) -> Result<Self, PlacementError> {
         let digest = conditions.digest();
         let all: Vec<u64> = replicates.collect();
-        let unit = units.iter().copied().find(|unit| Batch::on(*unit).is_some());
-        let unit = unit.filter(|_| can_be_commanded(conditions, most));
-        let n_in_part = unit.and_then(Batch::on).map_or(1, |batch| batch.lanes());
+        let batch = units.iter().copied().find_map(Batch::on);
+        let batch = batch.filter(|_| can_be_commanded(conditions, most));
+        let n_in_part = batch.as_ref().map_or(1, Batch::lanes);
         let parts = all.chunks(n_in_part).map(|replicates| {
             let seeds = replicates.iter().map(|replicate| Seed { seed, replicate: *replicate });
             let runs: Vec<RunKey> = seeds.map(|seed| RunKey::new(seed, digest)).collect();
-            let lanes = unit.map(|unit| unit.lanes(conditions, &runs)).transpose()?.flatten();
-            if let Some(lanes) = lanes {
-                return Ok(Part::Lanes(lanes));
+            if let Some(batch) = &batch {
+                return Ok(Part::Lanes(batch.commanded(conditions, &runs)?));
             }
             let seed = Seed { seed, replicate: replicates[0] };
             Ok(Part::World(Box::new(World::new(conditions, seed)?)))

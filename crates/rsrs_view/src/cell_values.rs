@@ -75,6 +75,12 @@ impl ValueScale {
         }
     }
 
+    /// So many colours from the least number to the greatest, for a legend.
+    pub fn ramp(self, n: usize) -> impl Iterator<Item = Colour> {
+        let [low, high] = self.ends();
+        (0..n).map(move |step| self.colour(low + (high - low) * (step as f64 + 0.5) / n as f64))
+    }
+
     /// A number in the cells: as many decimals in all of them, and a sign where it is a difference.
     pub fn text(self, value: f64) -> String {
         let [low, high] = self.ends();

@@ -220,9 +220,6 @@ fn drawn_curves(picture: &DiagramPicture, slices: &[Slice]) -> Result<DrawnDiagr
 
 /// The share of stable milling over one axis.
 fn curve(picture: &DiagramPicture, panel: &Panel, slice: &Slice) -> Curve {
-    let point = |(column, value): (usize, &f64)| {
-        slice.counts(column, 0).map(|counts| (*value, Share::milling(&counts)))
-    };
     let mut real: Vec<(f64, Share)> = Vec::new();
     for run in picture.experiments {
         let Some((value, _)) = slice.place(&run.cell) else { continue };
@@ -236,24 +233,29 @@ fn curve(picture: &DiagramPicture, panel: &Panel, slice: &Slice) -> Curve {
         let value = boundary.points.first()?.0;
         Some(UprightBoundary { value, label: boundary.label.clone(), holds: boundary.holds })
     };
-    let other = |diagram: &PhaseDiagram| -> Vec<(f64, Share)> {
-        let Ok(slice) = Slice::new(diagram, picture.x, None, &panel.at) else { return Vec::new() };
-        let point = |(column, value): (usize, &f64)| {
-            slice.counts(column, 0).map(|counts| (*value, Share::milling(&counts)))
-        };
-        slice.x_values.iter().enumerate().filter_map(point).collect()
+    let other = |diagram: &PhaseDiagram| {
+        Slice::new(diagram, picture.x, None, &panel.at)
+            .map_or_else(|_| Vec::new(), |it| shares(&it))
     };
     Curve {
         heading: panel.heading.clone(),
         axis: picture.x,
         behaviour: panel.diagram.behaviour(),
-        points: slice.x_values.iter().enumerate().filter_map(point).collect(),
+        points: shares(slice),
         range: None,
         marked: picture.chosen.and_then(|cell| slice.place(cell)).map(|(value, _)| value),
         boundaries: panel.boundaries.iter().filter_map(line).collect(),
         compared: panel.compared.as_ref().map(|(words, diagram)| (words.clone(), other(diagram))),
         real,
     }
+}
+
+/// The values of a slice of one axis that were swept, with their shares of the wanted phase.
+fn shares(slice: &Slice) -> Vec<(f64, Share)> {
+    let point = |(column, value): (usize, &f64)| {
+        slice.counts(column, 0).map(|counts| (*value, Share::milling(&counts)))
+    };
+    slice.x_values.iter().enumerate().filter_map(point).collect()
 }
 
 fn check(picture: &DiagramPicture) -> Result<(), PictureError> {

@@ -75,13 +75,8 @@ pub enum DistributionPictureError {
 pub fn svg(picture: &DistributionPicture) -> Result<String, DistributionPictureError> {
     check(picture)?;
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-    let (texts, header_px) = header(
-        picture.theme,
-        &picture.title,
-        std::slice::from_ref(&picture.subtitle),
-        MARGIN_PX,
-        room_px,
-    );
+    let (texts, header_px) =
+        header(picture.theme, &picture.title, &[&picture.subtitle], MARGIN_PX, room_px);
     let names_px = picture
         .speeds
         .iter()

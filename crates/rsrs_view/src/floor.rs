@@ -241,7 +241,7 @@ pub fn scale_bar(field: &Field, y_px: f64) -> [Element; 2] {
 }
 
 /// The largest of 1, 2, 5 times a power of ten that is not above a length.
-fn round_length(most: f64) -> f64 {
+pub fn round_length(most: f64) -> f64 {
     let decade = libm::pow(10.0, libm::floor(libm::log10(most)));
     [5.0, 2.0, 1.0]
         .into_iter()

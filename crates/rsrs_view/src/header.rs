@@ -18,7 +18,7 @@ const PAPER_PX: f64 = 4.0;
 pub fn header(
     theme: Theme,
     title: &str,
-    subtitles: &[String],
+    subtitles: &[impl AsRef<str>],
     left_px: f64,
     room_px: f64,
 ) -> (Vec<Element>, f64) {
@@ -37,7 +37,7 @@ pub fn header(
     }
     y_px += 2.0;
     for subtitle in subtitles {
-        for line in wrap(subtitle, SUBTITLE_PX, Weight::Regular, room_px) {
+        for line in wrap(subtitle.as_ref(), SUBTITLE_PX, Weight::Regular, room_px) {
             y_px += SUBTITLE_PX * 1.45;
             let text = line_of_text(left_px, y_px, &line)
                 .at("font-size", SUBTITLE_PX)

@@ -6,7 +6,7 @@ use rsrs_core::judge::phase::Phase;
 use crate::boundary::{dashes, tag};
 use crate::cell_values::ValueScale;
 use crate::overlay::{ChosenShape, double_stroke, ring};
-use crate::palette::{INK, LEAST_SHARE, NOT_SWEPT, QUIET_INK, shade};
+use crate::palette::{Colour, INK, LEAST_SHARE, NOT_SWEPT, QUIET_INK, shade};
 use crate::svg::{Element, line_of_text, number, rectangle};
 use crate::symbol::{Filling, MARK_PX, mark};
 use crate::text::{Weight, width_px, wrap};
@@ -122,19 +122,16 @@ const COMPACT_GAP_PX: f64 = 13.0;
 pub fn compact(
     contents: &Contents,
     (left_px, top_px): (f64, f64),
-    width_px: f64,
+    room_px: f64,
 ) -> (Vec<Element>, f64) {
+    let text_px = |line: &String| width_px(line, COMPACT_PX, Weight::Regular);
     let mut elements = Vec::new();
     let (mut x_px, mut y_px) = (left_px, top_px + 8.0);
     for Entry { key, key_px, text } in entries(contents) {
-        let room_px = width_px - key_px - 5.0;
-        let lines = wrap(&text, COMPACT_PX, Weight::Regular, room_px);
-        let widest_px = lines
-            .iter()
-            .map(|line| crate::text::width_px(line, COMPACT_PX, Weight::Regular))
-            .fold(0.0, f64::max);
+        let lines = wrap(&text, COMPACT_PX, Weight::Regular, room_px - key_px - 5.0);
+        let widest_px = lines.iter().map(|line| text_px(line)).fold(0.0, f64::max);
         let entry_px = key_px + 5.0 + widest_px;
-        if x_px > left_px && x_px + entry_px > left_px + width_px {
+        if x_px > left_px && x_px + entry_px > left_px + room_px {
             (x_px, y_px) = (left_px, y_px + COMPACT_LINE_PX);
         }
         let place = format!("translate({} {})", number(x_px), number(y_px));
@@ -153,6 +150,12 @@ pub fn compact(
     (elements, end_px)
 }
 
+/// So many colours of a phase, from its least share to all runs; two or more.
+fn phase_ramp(phase: Phase, n: usize) -> impl Iterator<Item = Colour> {
+    let share = move |step: usize| LEAST_SHARE + (1.0 - LEAST_SHARE) * step as f64 / (n - 1) as f64;
+    (0..n).map(move |step| shade(phase, share(step)))
+}
+
 fn entries(contents: &Contents) -> Vec<Entry> {
     let mut entries = Vec::new();
     let frame = |width_px: f64| {
@@ -167,12 +170,10 @@ fn entries(contents: &Contents) -> Vec<Entry> {
         (key.with("font-weight", "bold"), width_px(text, size_px, Weight::Bold))
     };
     if let Some((name, scale, framed)) = &contents.values {
-        let [low, high] = scale.ends();
-        let step = |step: usize| {
-            let value = low + (high - low) * (step as f64 + 0.5) / VALUE_STEPS as f64;
-            rectangle(6.0 * step as f64, -5.0, 6.2, 10.0).with("fill", &scale.colour(value).hex())
+        let step = |(step, colour): (usize, Colour)| {
+            rectangle(6.0 * step as f64, -5.0, 6.2, 10.0).with("fill", &colour.hex())
         };
-        let key = Element::new("g").children((0..VALUE_STEPS).map(step));
+        let key = Element::new("g").children(scale.ramp(VALUE_STEPS).enumerate().map(step));
         let [from, to] = scale.end_labels();
         let key_px = 6.0 * VALUE_STEPS as f64;
         entries.push(Entry { key, key_px, text: format!("{name}: {from} to {to}") });
@@ -181,12 +182,10 @@ fn entries(contents: &Contents) -> Vec<Entry> {
         }
     } else {
         for phase in &contents.phases {
-            let step = |step: usize| {
-                let share = LEAST_SHARE + (1.0 - LEAST_SHARE) * step as f64 / 2.0;
-                rectangle(8.0 * step as f64, -5.0, 8.0, 10.0)
-                    .with("fill", &shade(*phase, share).hex())
+            let step = |(step, colour): (usize, Colour)| {
+                rectangle(8.0 * step as f64, -5.0, 8.0, 10.0).with("fill", &colour.hex())
             };
-            let key = Element::new("g").children((0..3).map(step));
+            let key = Element::new("g").children(phase_ramp(*phase, 3).enumerate().map(step));
             entries.push(Entry { key, key_px: 24.0, text: phase.title().to_owned() });
         }
         if contents.number_px.is_some() {
@@ -263,12 +262,10 @@ impl Legend {
         self.small(caption);
         self.y_px += 14.0;
         for phase in behaviour.phases().iter().copied() {
-            for step in 0..RAMP_STEPS {
-                let share =
-                    LEAST_SHARE + (1.0 - LEAST_SHARE) * step as f64 / (RAMP_STEPS - 1) as f64;
+            for (step, colour) in phase_ramp(phase, RAMP_STEPS).enumerate() {
                 let x_px = self.left_px + step as f64 * STEP_PX;
-                let swatch = rectangle(x_px, self.y_px + 2.0, STEP_PX, 15.0)
-                    .with("fill", &shade(phase, share).hex());
+                let swatch =
+                    rectangle(x_px, self.y_px + 2.0, STEP_PX, 15.0).with("fill", &colour.hex());
                 self.elements.push(swatch);
             }
             self.row(None, phase.title());
@@ -283,13 +280,10 @@ impl Legend {
             self.y_px -= 14.0;
         }
         self.y_px += 14.0;
-        let [low, high] = scale.ends();
         let width_px = self.width_px.min(180.0) / VALUE_STEPS as f64;
-        for step in 0..VALUE_STEPS {
-            let value = low + (high - low) * (step as f64 + 0.5) / VALUE_STEPS as f64;
+        for (step, colour) in scale.ramp(VALUE_STEPS).enumerate() {
             let x_px = self.left_px + step as f64 * width_px;
-            let swatch =
-                rectangle(x_px, self.y_px, width_px, 13.0).with("fill", &scale.colour(value).hex());
+            let swatch = rectangle(x_px, self.y_px, width_px, 13.0).with("fill", &colour.hex());
             self.elements.push(swatch);
         }
         self.y_px += 26.0;

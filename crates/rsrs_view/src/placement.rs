@@ -2,7 +2,9 @@
 
 use rsrs_core::robot::unicycle::Pose;
 
-use crate::floor::{CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, scale_bar, short, tags};
+use crate::floor::{
+    CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, round_length, scale_bar, short, tags,
+};
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::labels;
@@ -112,13 +114,8 @@ pub fn svg(picture: &PlacementPicture) -> String {
         "a placement is made of finite numbers"
     );
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-    let (header, header_px) = header(
-        picture.theme,
-        &picture.title,
-        std::slice::from_ref(&picture.subtitle),
-        MARGIN_PX,
-        room_px,
-    );
+    let (header, header_px) =
+        header(picture.theme, &picture.title, &[&picture.subtitle], MARGIN_PX, room_px);
     let corners_m = [-1.0, 1.0].map(|sign| (sign * half_x_m, sign * half_y_m));
     let field = Field::around(corners_m.into_iter(), picture.radius_m, header_px + 10.0);
     let bodies = picture.robots.iter().map(|(_, pose)| robot(&field, *pose, picture.radius_m, INK));
@@ -149,7 +146,7 @@ fn small(x_px: f64, y_px: f64, text: &str) -> Element {
 /// Lines at round distances from the origin, as they would be taped onto the floor, with their numbers at
 /// the left and at the top.
 fn grid(field: &Field, (half_x_m, half_y_m): (f64, f64)) -> Vec<Element> {
-    let step_m = round_step(half_x_m.max(half_y_m) / 3.0);
+    let step_m = round_length(half_x_m.max(half_y_m) / 3.0);
     let n = |half_m: f64| (1..=20).take_while(|step| f64::from(*step) * step_m <= half_m).count();
     let places = |half_m: f64| -> Vec<f64> {
         let n = i32::try_from(n(half_m)).expect("at most 20");
@@ -175,12 +172,6 @@ fn grid(field: &Field, (half_x_m, half_y_m): (f64, f64)) -> Vec<Element> {
     let lines =
         Element::new("path").with("d", &path.concat()).with("stroke", GRID).at("stroke-width", 0.8);
     std::iter::once(lines).chain(texts).collect()
-}
-
-/// The largest of 1, 2, 5 times a power of ten that is not above a length.
-fn round_step(most_m: f64) -> f64 {
-    let decade = libm::pow(10.0, libm::floor(libm::log10(most_m)));
-    [5.0, 2.0].into_iter().map(|step| step * decade).find(|step| *step <= most_m).unwrap_or(decade)
 }
 
 /// Where each robot stands and heads, in two columns: what a person with a tape reads.

@@ -74,13 +74,8 @@ pub enum ReachPictureError {
 pub fn svg(picture: &ReachPicture) -> Result<String, ReachPictureError> {
     check(picture.tube)?;
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-    let (texts, header_px) = header(
-        picture.theme,
-        &picture.title,
-        std::slice::from_ref(&picture.subtitle),
-        MARGIN_PX,
-        room_px,
-    );
+    let (texts, header_px) =
+        header(picture.theme, &picture.title, &[&picture.subtitle], MARGIN_PX, room_px);
     let paths: Vec<(Vec<[f64; 2]>, TubeMembership)> =
         picture.trials.iter().map(|(trial, place)| (places_m(trial), *place)).collect();
     let [x, y] = bounds(picture.tube, &paths);
@@ -92,13 +87,12 @@ pub fn svg(picture: &ReachPicture) -> Result<String, ReachPictureError> {
     );
     let (legend, bottom_px) =
         legend(&entries(picture), (chart.left_px, chart.bottom_px() + BELOW_PX), room_px - LEFT_PX);
-    let n = picture.tube.horizons.len();
     let regions = picture
         .tube
         .horizons
         .iter()
         .enumerate()
-        .map(|(index, horizon)| region(&chart, horizon, shade(index, n)));
+        .map(|(index, horizon)| region(&chart, horizon, shade(index)));
     let page = Element::picture(PAGE_PX, bottom_px + 10.0, &picture.title)
         .described(&picture.theme.description([picture.subtitle.as_str()], ""))
         .children(texts)
@@ -158,14 +152,12 @@ fn bounds(tube: &Tube, paths: &[(Vec<[f64; 2]>, TubeMembership)]) -> [[f64; 2]; 
 
 /// The colour of one time, from light to dark and again, so that regions of times that follow on each other
 /// differ, and the places at a time have the colour of its region.
-fn shade(index: usize, n: usize) -> &'static str {
-    debug_assert!(index < n);
+fn shade(index: usize) -> &'static str {
     REGIONS[index % REGIONS.len()]
 }
 
 /// Where each trial was at the time of each region: in that region's colour, with a rim in that of the trial.
 fn dots(chart: &Chart, picture: &ReachPicture) -> Vec<Element> {
-    let n = picture.tube.horizons.len();
     let of_trial = |(trial, place): &(&DrivenTrial, TubeMembership)| {
         let horizons = picture.tube.horizons.iter().enumerate();
         let reached = horizons.filter(|(_, horizon)| horizon.time_s <= trial.duration_s() + 1e-9);
@@ -177,7 +169,7 @@ fn dots(chart: &Chart, picture: &ReachPicture) -> Vec<Element> {
                 .at("cx", chart.x_px(pose.x_m))
                 .at("cy", chart.y_px(pose.y_m))
                 .at("r", 2.6)
-                .with("fill", shade(index, n))
+                .with("fill", shade(index))
                 .with("stroke", colour(*place))
                 .at("stroke-width", 1.2)
                 .child(Element::new("title").text(&words))

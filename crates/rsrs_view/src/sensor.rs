@@ -66,13 +66,8 @@ pub enum SensorPictureError {
 pub fn svg(picture: &SensorPicture) -> Result<String, SensorPictureError> {
     check(picture)?;
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-    let (texts, header_px) = header(
-        picture.theme,
-        &picture.title,
-        std::slice::from_ref(&picture.subtitle),
-        MARGIN_PX,
-        room_px,
-    );
+    let (texts, header_px) =
+        header(picture.theme, &picture.title, &[&picture.subtitle], MARGIN_PX, room_px);
     let [x, y] = bounds(picture);
     let chart = Chart::to_scale(
         (MARGIN_PX + LEFT_PX, header_px + 12.0),

@@ -117,7 +117,7 @@ pub(crate) fn elements(
     let (header, header_px) = header(
         picture.theme,
         &picture.title,
-        std::slice::from_ref(&picture.subtitle),
+        &[&picture.subtitle],
         MARGIN_PX,
         PAGE_PX - 2.0 * MARGIN_PX,
     );

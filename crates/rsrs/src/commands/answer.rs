@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
 use rsrs_pipeline::answer::{Options, REPLICATES, answer};
 use rsrs_pipeline::picture::of_answers;
-use rsrs_pipeline::picture_file::PictureFile;
 
 use crate::commands::{Format, report, report_written};
-use crate::failure::{Outcome, bad_arguments};
+use crate::failure::Outcome;
 use crate::page_arguments::PageArguments;
 use crate::profile_arguments::ProfileArguments;
 use crate::setting_arguments::SettingArguments;
@@ -63,8 +62,7 @@ pub struct Arguments {
 ///
 /// If a file is not what it should be, no setting can be simulated, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = arguments.output.as_deref().map(PictureFile::new).transpose();
-    let picture = picture.map_err(bad_arguments)?;
+    let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
     let options = Options {
         sweep: arguments.sweep.as_deref(),
         other_profile: arguments.other.profile(),
@@ -78,8 +76,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let words = Words::new(&answers).tone(Tone::good_if(answers.viable), verdict);
     report(arguments.format, &answers, words)?;
     if let Some(picture) = picture {
-        let style = arguments.page.style();
-        picture.styled(style).write(&of_answers(&answers, style)?)?;
+        picture.write(&of_answers(&answers, picture.style())?)?;
         report_written(arguments.format, picture.path())?;
     }
     Ok(if answers.viable { Outcome::Done } else { Outcome::NegativeAnswer })

@@ -21,7 +21,7 @@ use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::Labeller;
 use rsrs_pipeline::latex;
-use rsrs_pipeline::picture::{CellNumber, CellNumbers, DiagramOptions, Worlds, of_sweep};
+use rsrs_pipeline::picture::{self, CellNumber, CellNumbers, DiagramOptions, Worlds, of_sweep};
 use rsrs_pipeline::picture_file::PictureFile;
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{SweepResult, World};
@@ -199,24 +199,15 @@ fn picture_file(arguments: &Arguments) -> anyhow::Result<PictureFile<'_>> {
 /// The picture on a page, with the numbers behind it and how they were made.
 fn page(result: &SweepResult, robots: Robots, svg: &str) -> anyhow::Result<String> {
     let source = &result.source;
-    let worlds = match robots {
-        Robots::Harsher => &[World::Harsher][..],
-        Robots::AsMeasured => &[World::AsMeasured],
-        Robots::SideBySide => &[World::Harsher, World::AsMeasured],
-    };
     let mut page = Page::new(&format!("Phase diagram: {}", source.profile.name));
     page.figure(svg);
     page.heading("Cells");
     let kind = source.sweep.interval_kind();
-    for world in worlds {
+    for world in Worlds::from(robots).all() {
         let rows = result.of_world(*world)?.cells.iter().map(|entry| row(entry, kind)).collect();
-        let robots = match world {
-            World::Harsher if source.as_measured().is_some() => "robots made worse",
-            World::Harsher | World::AsMeasured => "robots as measured",
-        };
         let does = source.sweep.behaviour.verb().does;
         let head = ["cell", "most frequent phase", does, "95 % interval", "runs"];
-        let caption = format!("Every cell of the sweep: {robots}");
+        let caption = format!("Every cell of the sweep: {}", picture::robots(result, *world));
         page.table(&Table { caption, head: head.map(str::to_owned).into(), rows });
     }
     page.heading("How it was made");

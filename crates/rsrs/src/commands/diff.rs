@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use rsrs_pipeline::diff::diff;
 use rsrs_pipeline::picture::DiagramOptions;
-use rsrs_pipeline::picture_file::PictureFile;
 use rsrs_pipeline::sweep::result::World;
 
 use crate::commands::{Format, report, report_written};
-use crate::failure::{Outcome, bad_arguments};
+use crate::failure::Outcome;
 use crate::page_arguments::PageArguments;
 
 /// Compare two sweeps cell by cell: a map of the differences, and which cells moved.
@@ -55,17 +54,15 @@ enum Robots {
 ///
 /// If a folder is not a sweep's, no cell is in both, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = arguments.output.as_deref().map(PictureFile::new).transpose();
-    let picture = picture.map_err(bad_arguments)?;
+    let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
     let world = match arguments.world {
         Robots::Harsher => World::Harsher,
         Robots::AsMeasured => World::AsMeasured,
     };
     let (difference, common) = diff(&arguments.from, &arguments.to, world)?;
     if let Some(picture) = picture {
-        let style = arguments.page.style();
-        let options = DiagramOptions { style, ..DiagramOptions::default() };
-        picture.styled(style).write(&difference.svg(&common, world, options)?)?;
+        let options = DiagramOptions { style: picture.style(), ..DiagramOptions::default() };
+        picture.write(&difference.svg(&common, world, options)?)?;
     }
     report(arguments.format, &difference, difference.to_string())?;
     if let Some(path) = &arguments.output {

@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_pipeline::draw::svg;
 use rsrs_pipeline::label::{CutRun, LabelOptions};
-use rsrs_pipeline::picture_file::PictureFile;
 
 use crate::commands::{Format, report_written};
-use crate::failure::{Outcome, bad_arguments};
+use crate::failure::Outcome;
 use crate::page_arguments::PageArguments;
 
 /// Draw a recorded run: from above, and its order parameters over time.
@@ -44,8 +43,7 @@ pub struct Arguments {
 ///
 /// If the bag cannot be read, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = PictureFile::new(&arguments.output).map_err(bad_arguments)?;
-    let picture = picture.styled(arguments.page.style());
+    let picture = arguments.page.file(&arguments.output)?;
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };
     let options = LabelOptions { cut, poses: arguments.poses, ..LabelOptions::default() };
     picture.write(&svg(&arguments.bag, options, picture.style().theme)?)?;

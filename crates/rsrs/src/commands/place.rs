@@ -17,7 +17,7 @@ use rsrs_ros::security::Member;
 
 use self::check::Until;
 use crate::commands::{Format, report, report_written};
-use crate::failure::{Outcome, bad_arguments};
+use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::page_arguments::PageArguments;
 use rsrs_operate::run::start_poses::{StartPose, StartPoses};
@@ -79,8 +79,7 @@ pub struct Arguments {
 ///
 /// If a file is wrong, the robots do not fit, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = arguments.output.as_deref().map(PictureFile::new).transpose();
-    let picture = picture.map_err(bad_arguments)?;
+    let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
     let plan = Plan::read(&Request {
         experiment: arguments.experiment.clone(),
         cell: arguments.cell.clone(),
@@ -102,7 +101,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let poses = StartPoses::of(&plan)?;
     if let Some(picture) = picture {
-        draw(picture.styled(arguments.page.style()), &arguments.experiment, &poses)?;
+        draw(picture, &arguments.experiment, &poses)?;
     }
     report(arguments.format, &poses, poses.to_string())?;
     if let Some(picture) = picture {

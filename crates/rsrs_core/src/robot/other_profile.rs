@@ -23,6 +23,11 @@ pub struct ProfilesDiffer {
 }
 
 impl OtherProfile {
+    /// What to do if somebody insists, or nobody does.
+    pub fn of(insists: bool) -> Self {
+        if insists { Self::Insisted } else { Self::Refused }
+    }
+
     /// Holds the profile of a sweep against that of robots.
     ///
     /// # Returns

@@ -5,16 +5,15 @@ use std::path::Path;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::judge::order::OrderParameter;
-use rsrs_core::judge::phase::{self, label};
 use rsrs_core::statistics::interval_kind::IntervalKind;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::draw::Seed;
-use rsrs_sim::episode::run_episode;
 use rsrs_view::diagram::ValueScale;
 
 use crate::error::with_help;
-use crate::sweep::replicate_table;
+use crate::execution::n_threads;
 use crate::sweep::result::{SweepResult, World};
+use crate::sweep::{replicate_table, settling};
 
 /// A number that a cell may show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -197,19 +196,10 @@ fn settling_times(result: &SweepResult, world: World) -> anyhow::Result<Vec<Opti
     let source = measured.as_ref().unwrap_or(source);
     let cells = source.cells("sweep.yaml")?;
     let n_runs = source.sweep.replicates.min(RUNS);
-    let n_threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let each = cells.len().div_ceil(n_threads).max(1);
+    let each = cells.len().div_ceil(n_threads()).max(1);
     let of_cell = |conditions: &Conditions| -> anyhow::Result<Option<f64>> {
-        let bodies = conditions.bodies();
-        let mut times_s = Vec::new();
-        for replicate in 0..n_runs {
-            let seed = Seed { seed: source.sweep.seed, replicate };
-            let trajectory = run_episode(conditions, seed, source.sweep.duration_s)?;
-            let phase = label(&trajectory, &bodies)?.phase;
-            times_s.extend(phase::converged_s(&trajectory, &bodies, phase));
-        }
-        times_s.sort_by(f64::total_cmp);
-        Ok(times_s.get(times_s.len() / 2).copied())
+        let runs = (0..n_runs).map(|replicate| Seed { seed: source.sweep.seed, replicate });
+        settling::median_time_s(conditions, source.sweep.duration_s, runs)
     };
     std::thread::scope(|scope| {
         let parts: Vec<_> = cells

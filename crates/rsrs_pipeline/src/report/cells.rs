@@ -13,6 +13,8 @@ use rsrs_view::report::{CellFacts, WorldFacts};
 use rsrs_view::trajectory::ring_of;
 
 use super::{Reported, samples_at_least};
+use crate::picture::robots;
+use crate::sweep::result::World;
 use crate::wording::quantity;
 
 /// What the replays of all cells may take, in bytes of the page.
@@ -71,8 +73,7 @@ fn facts_of(
     let runs = of.comparison.into_iter().flat_map(|comparison| comparison.bags.iter().enumerate());
     let runs = runs.filter(|(_, run)| run.cell == entry.cell);
     let is_one = result.source.as_measured().is_none();
-    let harsher = if is_one { "robots as measured" } else { "robots made worse" };
-    let mut worlds = vec![world(of, harsher, entry)];
+    let mut worlds = vec![world(of, robots(result, World::Harsher), entry)];
     let measured = result.as_measured.as_ref().filter(|_| !is_one);
     worlds.extend(measured.and_then(|diagram: &PhaseDiagram| {
         Some(world(of, "robots as measured", diagram.find(&entry.cell)?))

@@ -1,12 +1,15 @@
-//! Whether cells are settled at their duration: their runs, looked at at two thirds and at the end.
+//! Whether cells are settled at their duration: their runs, looked at at two thirds and at the end; and when
+//! they came to what they end in.
 
 use std::path::Path;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::settling::{Settling, edge};
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::phase::Phase;
+use rsrs_core::judge::phase::{Phase, converged_s, label};
 use rsrs_core::quantity::Cell;
+use rsrs_sim::draw::Seed;
+use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::{Runs, Swept, sweep};
 use serde::Serialize;
 
@@ -40,6 +43,27 @@ pub fn of_cell(
     let conditions = source.conditions_of(index)?;
     let found = of_conditions(source, &[conditions], LOOK, execution)?;
     Ok(found.and_then(|found| found.into_iter().next()))
+}
+
+/// When half of those of some runs that ended as wanted had come to it, in seconds; `None` if none did.
+///
+/// # Errors
+///
+/// If a run cannot be simulated or judged.
+pub fn median_time_s(
+    conditions: &Conditions,
+    duration_s: f64,
+    runs: impl Iterator<Item = Seed>,
+) -> anyhow::Result<Option<f64>> {
+    let bodies = conditions.bodies();
+    let mut times_s = Vec::new();
+    for seed in runs {
+        let trajectory = run_episode(conditions, seed, duration_s)?;
+        let phase = label(&trajectory, &bodies)?.phase;
+        times_s.extend(converged_s(&trajectory, &bodies, phase));
+    }
+    times_s.sort_by(f64::total_cmp);
+    Ok(times_s.get(times_s.len() / 2).copied())
 }
 
 /// The cells at the edge of a sweep's milling region that are not settled.

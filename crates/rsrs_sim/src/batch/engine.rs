@@ -5,6 +5,7 @@ use rsrs_core::judge::number::Number;
 use rsrs_core::judge::phase::{LastWindow, Verdict, WINDOW_S, samples_in};
 
 use super::judge::{Commands, LookAtEnd, Past};
+use super::outside::{Lanes, UnitLanes};
 use super::rows::Rows;
 use super::swarms::Swarms;
 use crate::draw::RunKey;
@@ -48,6 +49,13 @@ pub trait Engine: Send {
         runs: &[RunKey],
         n_steps: u64,
     ) -> Result<(), PlacementError>;
+
+    /// Worlds of one to [`Self::lanes`] replicates that take commands from outside.
+    fn commanded(
+        &self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+    ) -> Result<Box<dyn Lanes>, PlacementError>;
 }
 
 /// The engine of a vector unit.
@@ -150,5 +158,13 @@ impl<S: Simd> Engine for UnitEngine<S> {
     ) -> Result<(), PlacementError> {
         self.place(conditions, runs, 2)?.run(&mut self.rows, n_steps);
         Ok(())
+    }
+
+    fn commanded(
+        &self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+    ) -> Result<Box<dyn Lanes>, PlacementError> {
+        Ok(Box::new(UnitLanes::new(self.simd, conditions, runs)?))
     }
 }

@@ -80,7 +80,7 @@ impl<'a> Frames<'a> {
     pub fn new(film: &'a Film<'a>) -> Result<Self, FilmError> {
         check(film)?;
         let room_px = PAGE_PX - 2.0 * MARGIN_PX;
-        let (header, header_px) = header(Theme::Screen, &film.title, &[], MARGIN_PX, room_px);
+        let (header, header_px) = header(Theme::Screen, &film.title, &[""; 0], MARGIN_PX, room_px);
         let field = Field::around(places(&film.trajectory.poses), film.radius_m, header_px + 6.0);
         let height_px = field.top_px + field.height_px + 3.0 * CAPTION_PX + 10.0;
         let scale = f64::from(film.width_px) / PAGE_PX;
