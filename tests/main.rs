@@ -6,6 +6,7 @@ mod bags_cli;
 mod behaviours;
 mod blocked_terminal;
 mod book;
+mod browser;
 mod by_hand;
 mod cables;
 mod campaign;
@@ -53,6 +54,7 @@ mod schemas;
 #[cfg(feature = "security")]
 mod secured_fleet;
 mod simulated_bags;
+mod simulator;
 mod starting_files;
 mod starts;
 mod stopping;

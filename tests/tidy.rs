@@ -316,7 +316,7 @@ fn the_map_of_the_project_is_short_and_names_files_that_exist() {
 }
 
 #[test]
-fn the_python_package_is_built_of_the_versions_of_the_workspace() {
+fn workspaces_of_their_own_are_built_of_the_versions_of_the_workspace() {
     let locked = |file: &str| -> BTreeSet<(String, String)> {
         let text = text(Path::new(file));
         let packages = text.split("[[package]]").skip(1);
@@ -326,13 +326,16 @@ fn the_python_package_is_built_of_the_versions_of_the_workspace() {
         };
         packages.map(|package| (of(package, "name = "), of(package, "version = "))).collect()
     };
-    let (workspace, package) = (locked("Cargo.lock"), locked("python/Cargo.lock"));
+    let workspace = locked("Cargo.lock");
     let names: BTreeSet<&String> = workspace.iter().map(|(name, _)| name).collect();
+    for file in ["page/Cargo.lock", "python/Cargo.lock"] {
+        let package = locked(file);
 
-    let others: Vec<_> =
-        package.difference(&workspace).filter(|(name, _)| names.contains(name)).collect();
+        let others: Vec<_> =
+            package.difference(&workspace).filter(|(name, _)| names.contains(name)).collect();
 
-    assert!(others.is_empty(), "python/Cargo.lock has other versions of {others:#?}");
+        assert!(others.is_empty(), "{file} has other versions of {others:#?}");
+    }
 }
 
 #[test]

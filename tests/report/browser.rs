@@ -1,65 +1,11 @@
 //! The report in a browser without a window: it responds, moves, prints, and can be used by everybody.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
-use rsrs_testing::python::{Environment, must_run, python_with};
-
+use crate::browser::{browse, number_after};
 use crate::command::{code, repository, rsrs, stderr};
 use crate::laboratory::workplace;
 use crate::simulated_bags::Run;
-
-const BROWSER: Environment = Environment {
-    name: "browser",
-    packages: &["playwright==1.65.2", "axe-playwright-python==0.1.8"],
-    files_only: &[],
-};
-
-/// The system's Chromium, installed if this machine lacks it and may.
-fn chromium() -> PathBuf {
-    let find = || {
-        let path = std::env::var_os("PATH").unwrap_or_default();
-        let names = ["chromium", "chromium-browser", "google-chrome"];
-        std::env::split_paths(&path)
-            .flat_map(|folder| names.map(|name| folder.join(name)))
-            .find(|file| file.is_file())
-    };
-    find().unwrap_or_else(|| {
-        // Others may be installing something.
-        let install = [
-            "-o",
-            "DPkg::Lock::Timeout=600",
-            "install",
-            "-y",
-            "-qq",
-            "--no-install-recommends",
-            "chromium",
-        ];
-        let mut apt = Command::new("apt-get");
-        let installed = apt.args(install).env("DEBIAN_FRONTEND", "noninteractive").output();
-        find().unwrap_or_else(|| {
-            panic!(
-                "this test needs Chromium, and could not install it: `apt-get install chromium`: \
-                 {installed:?}"
-            )
-        })
-    })
-}
-
-/// Lets a browser use a report, and gives what it found.
-fn browse(report: &Path) -> String {
-    let python = python_with(&BROWSER);
-    let screenshots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
-    let script = repository().join("tests/report/browser.py");
-    must_run(Command::new(python).arg(script).arg(chromium()).arg(report).arg(screenshots))
-}
-
-/// The number behind some words in a line of output.
-fn number_after(found: &str, words: &str) -> f64 {
-    let (_, rest) = found.split_once(words).unwrap_or_else(|| panic!("no “{words}”: {found}"));
-    let number = rest.split_whitespace().next().unwrap_or_default();
-    number.parse().unwrap_or_else(|error| panic!("{error}: {found}"))
-}
 
 #[test]
 fn a_report_of_a_hundred_robots_opens_at_once_and_draws_its_frames_in_time() {
@@ -79,10 +25,7 @@ fn a_report_of_a_hundred_robots_opens_at_once_and_draws_its_frames_in_time() {
     let report = rsrs(here, &["report", "out", "-o", "report.html", "--bags", "run"]);
     assert!([0, 3].contains(&code(&report)), "{}", stderr(&report));
 
-    let python = python_with(&BROWSER);
-    let script = repository().join("tests/report/frames.py");
-    let found =
-        must_run(Command::new(python).arg(script).arg(chromium()).arg(here.join("report.html")));
+    let found = browse("report/frames.py", &here.join("report.html"), &[]);
 
     let opened_ms = number_after(&found, "opened in ");
     let script_ms = number_after(&found, "script per frame: median ");
@@ -120,6 +63,7 @@ fn a_report_of_nine_runs_is_small_responds_moves_and_prints_in_a_browser() {
         let mut titles = html.split("<title>").skip(1).filter_map(|it| it.split("</title>").next());
         assert!(titles.any(|title| title.contains(name)), "no mark of {name}");
     }
-    let found = browse(&here.join("report.html"));
+    let screenshots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
+    let found = browse("report/browser.py", &here.join("report.html"), &[&screenshots]);
     assert!(found.contains("cells: 88\n") && found.ends_with("all is well\n"), "{found}");
 }

@@ -7,7 +7,7 @@
 //! others give SVG text that is the same on every machine, for a screen or a paper ([`theme`]); [`raster`]
 //! turns it into a PNG with a font that it carries along, [`pdf`] into a PDF, [`page`] puts pictures and
 //! tables into one HTML file, and [`report`] is one whose cells and runs, packed by [`replay`], respond and
-//! move.
+//! move; [`simulator`] is one that simulates.
 //! Nothing here opens a file or asks the machine for its fonts.
 
 pub mod curves;
@@ -27,6 +27,7 @@ pub mod pdf;
 pub mod raster;
 pub mod replay;
 pub mod report;
+pub mod simulator;
 pub mod theme;
 
 mod arrangement;

@@ -215,7 +215,8 @@ fn lines(rules: &Rules) -> Vec<Line> {
     conditions.map(line).collect()
 }
 
-fn colour(parameter: Parameter) -> &'static str {
+/// The colour of an order parameter's line.
+pub(crate) fn colour(parameter: Parameter) -> &'static str {
     match parameter {
         Parameter::Rotation => "#0072b2",
         Parameter::Orbit => "#009e73",

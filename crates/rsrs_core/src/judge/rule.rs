@@ -28,6 +28,17 @@ pub enum Parameter {
 }
 
 impl Parameter {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Lost,
+        Self::Stuck,
+        Self::Blocked,
+        Self::Rotation,
+        Self::Orbit,
+        Self::Circliness,
+        Self::Clustered,
+    ];
+
     /// The name in files and reports.
     pub fn key(self) -> &'static str {
         match self {

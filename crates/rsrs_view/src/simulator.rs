@@ -1,0 +1,45 @@
+//! The page that simulates in a browser, and what it has of this source.
+//!
+//! `page/build` makes it: the simulator and the judge as WebAssembly, and what moves sliders. It is one file
+//! that asks for nothing from elsewhere, and the same as `docs/simulator.html`.
+
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::judge::rule::Parameter;
+use rsrs_core::quantity::Axis;
+use serde_json::{Value, json};
+
+use crate::order_over_time::colour;
+use crate::palette::hue;
+use crate::symbol::{Filling, MARK_PX, mark};
+
+/// The page. Behind `#` in its address is what it shows: `speed_m_s=0.15&robots=12`, with the sweep and the
+/// robot under `source` as JSON if they are not the Flockbots'.
+pub const PAGE: &str = include_str!("../assets/simulator.html");
+
+/// Names, colours and symbols that the page has of the source.
+pub fn keys() -> Value {
+    let axis = |axis: Axis| {
+        json!({
+            "key": axis.key(),
+            "name": axis.name(),
+            "unit": axis.unit(),
+            "is_count": axis.is_count(),
+        })
+    };
+    let phase = |phase: Phase| {
+        let symbol = mark(phase, Filling::Full, ((0.0, 0.0), MARK_PX));
+        json!({
+            "key": phase.key(),
+            "title": phase.title(),
+            "colour": hue(phase).hex(),
+            "symbol": symbol.to_string(),
+        })
+    };
+    let parameter =
+        |parameter: Parameter| json!({ "key": parameter.key(), "colour": colour(parameter) });
+    json!({
+        "axes": Axis::ALL.map(axis),
+        "phases": Phase::ALL.map(phase),
+        "parameters": Parameter::ALL.map(parameter),
+    })
+}

@@ -1,0 +1,1155 @@
+"use strict";
+// What the page does: a swarm in motion, its judge in a thread of its own, and a diagram that fills in.
+// All that is computed is computed by the simulator; here are its inputs, and what is drawn.
+(() => {
+  const element = (id) => document.getElementById(id);
+  const facts = JSON.parse(element("facts").textContent);
+  const axis_of = Object.fromEntries(facts.axes.map((axis) => [axis.key, axis]));
+  const phase_of = Object.fromEntries(facts.phases.map((phase) => [phase.key, phase]));
+  const colour_of = Object.fromEntries(facts.parameters.map((it) => [it.key, it.colour]));
+
+  // Which settings have a slider: key, least, greatest, step. A value beyond widens its slider.
+  const GROUPS = [
+    ["What robots are told", true, [
+      ["speed_m_s", 0.02, 0.3, 0.005], ["turn_rate_rad_s", 0.1, 2.5, 0.05]]],
+    ["The swarm", true, [
+      ["robots", 1, 300, 1], ["placement_radius_m", 0.2, 6, 0.025]]],
+    ["The sensor", true, [
+      ["range_m", 0.1, 4, 0.05], ["half_angle_rad", 0, 1.5, 0.02], ["true_positive", 0, 1, 0.01],
+      ["false_positive", 0, 1, 0.01]]],
+    ["Noise, differences and delays", false, [
+      ["heterogeneity", 0, 0.3, 0.01], ["gain_noise", 0, 0.3, 0.01],
+      ["heading_noise_rad", 0, 0.2, 0.005], ["turn_bias_rad_s", 0, 0.3, 0.005],
+      ["gust_m_s", 0, 0.1, 0.002], ["yaw_lag_s", 0, 1, 0.02], ["latency_steps", 0, 10, 1]]],
+    ["More", false, [
+      ["undetected_speed_m_s", -0.3, 0.3, 0.005], ["undetected_turn_rate_rad_s", -2.5, 2.5, 0.05],
+      ["arena_m", 2, 40, 0.5], ["sensor_bearing_rad", -1.6, 1.6, 0.02], ["polygon_scale", 0.2, 2, 0.02],
+      ["speed_gain", 0.5, 1.5, 0.01], ["turn_gain", 0.5, 1.5, 0.01], ["period_s", 0.02, 0.5, 0.01]]],
+  ];
+  const SLIDERS = Object.fromEntries(GROUPS.flatMap(([, , rows]) => rows.map((row) => [row[0], row])));
+  const STARTS = [
+    ["disc_facing_out", "in a disc, facing out"], ["box_facing_out", "in a box, facing out"],
+    ["box_facing_any_way", "in a box, facing any way"]];
+  const EXPLAINED = {
+    rotation: "how well headings circle the middle: 1 where all go round it one way",
+    orbit: "how far robots go around the middle, over how far they were told to drive",
+    circliness: "how round the ring is: 1 for a circle",
+    blocked: "share of time in which robots were blocked",
+    stuck: "share of robots that were blocked nearly all of the time",
+    lost: "share of robots with nobody within reach for most of the time",
+    clustered: "share of robots in the largest cluster",
+  };
+  const ORDER = {
+    milling: ["rotation", "orbit", "circliness", "blocked", "stuck", "lost"],
+    aggregation: ["clustered"],
+    dispersal: ["lost"],
+  };
+  const PACES = [1, 2, 5, 10, 20, 50];
+  const REPLICATES = 20;
+  const AT_ONCE = 4; // A vector has four lanes.
+  const TAIL_S = 20;
+  const TAIL_EVERY_S = 0.5;
+  // What fills in by itself takes seconds, in steps of robots.
+  const MOST_UNASKED = 3e8;
+  const calm = matchMedia("(prefers-reduced-motion: reduce)");
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+
+  const number = (value, digits = 12) => String(Number(value.toPrecision(digits)));
+  const with_unit = (key, value) => {
+    const { name, unit } = axis_of[key];
+    const count = unit === "robots" ? `${value} robots` : `${name} ${number(value, 6)}`;
+    return unit && unit !== "robots" ? `${count} ${unit}` : count;
+  };
+  const capitalised = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+  const symbol = (key) =>
+    `<svg class="symbol" aria-hidden="true"><use href="#symbol-${key}"></use></svg>`;
+
+  // What is shown: a sweep of a robot as text, which keeps every number as it was written, and what is
+  // set differently.
+  const first = () => ({
+    source: facts.source,
+    cell: {},
+    as_measured: false,
+    start: null,
+    seed: null,
+    replicate: "0",
+    across: null,
+    up: null,
+  });
+  let state = first();
+
+  // A scene for the simulator. A seed may have more digits than a number of this language.
+  function scene(changes = {}) {
+    const { source, cell, as_measured, start, seed } = { ...state, ...changes };
+    const parts = [`"source":${source}`, `"cell":${JSON.stringify(cell)}`];
+    if (as_measured) parts.push('"as_measured":true');
+    if (start) parts.push(`"start":${JSON.stringify(start)}`);
+    if (seed !== null) parts.push(`"seed":${seed}`);
+    const axes = changes.axes === undefined ? grid_axes() : changes.axes;
+    if (axes) parts.push(`"axes":${JSON.stringify(axes)}`);
+    return `{${parts.join(",")}}`;
+  }
+
+  // The address: only what differs from the first page.
+  function from_address() {
+    const given = new URLSearchParams(location.hash.slice(1));
+    state = first();
+    if (given.has("source")) state.source = given.get("source");
+    const digits = (key) => (/^\d{1,20}$/.test(given.get(key) || "") ? given.get(key) : null);
+    state.seed = digits("seed") && String(BigInt(digits("seed")));
+    state.replicate = digits("replicate") || "0";
+    state.as_measured = given.get("robots_are") === "as_measured";
+    const [kind, width_m, height_m] = (given.get("start") || "").split(",");
+    if (kind === "disc_facing_out") state.start = { kind, radius_m: 1 };
+    else if (STARTS.some(([key]) => key === kind)) {
+      state.start = { kind, width_m: Number(width_m), height_m: Number(height_m) };
+    }
+    for (const side of ["across", "up"]) {
+      if (given.get(side) in SLIDERS) state[side] = given.get(side);
+    }
+    for (const [key, value] of given) {
+      if (key in axis_of && value.trim() !== "" && Number.isFinite(Number(value))) {
+        state.cell[key] = Number(value);
+      }
+    }
+  }
+  function address() {
+    const parts = Object.entries(state.cell).map(([key, value]) => `${key}=${value}`);
+    const { start, seed, replicate, across, up } = state;
+    if (state.as_measured) parts.push("robots_are=as_measured");
+    if (start) parts.push(`start=${[start.kind, start.width_m, start.height_m].filter((it) => it !== undefined).join(",")}`);
+    if (seed !== null) parts.push(`seed=${seed}`);
+    if (replicate !== "0") parts.push(`replicate=${replicate}`);
+    if (across) parts.push(`across=${across}`);
+    if (up) parts.push(`up=${up}`);
+    if (state.source !== facts.source) parts.push(`source=${encodeURIComponent(state.source)}`);
+    return `#${parts.join("&")}`;
+  }
+
+  // The axes of the diagram: those of the sweep, unless others are chosen or there are too many values.
+  const MOST_VALUES = [15, 12];
+  let source_axes = [];
+  function grid_axes() {
+    const keys = [state.across || source_axes[0]?.[0], state.up || source_axes[1]?.[0]];
+    const others = ["speed_m_s", "turn_rate_rad_s"];
+    keys.forEach((key, at) => {
+      if (!key || keys.indexOf(key) !== at) keys[at] = others.find((other) => !keys.includes(other));
+    });
+    const values = (key, most) => {
+      const swept = source_axes.find(([other]) => other === key)?.[1];
+      if (swept && swept.length > 1 && swept.length <= most) return swept;
+      const [, least, greatest, step] = swept && swept.length > 1
+        ? [key, swept[0], swept[swept.length - 1], 0]
+        : (ranges[key] || SLIDERS[key]);
+      const n = most === MOST_VALUES[0] ? 11 : 8;
+      if (axis_of[key].is_count) {
+        const by = Math.max(1, Math.round((Math.min(greatest, 22) - least) / (n - 1)));
+        const from = key === "robots" ? Math.max(least, 2) : least;
+        return Array.from({ length: n }, (_, at) => from + at * by);
+      }
+      return { from: least, to: key === "placement_radius_m" ? Math.min(greatest, 2.2) : greatest, steps: n };
+    };
+    return Object.fromEntries(keys.map((key, at) => [key, values(key, MOST_VALUES[at])]));
+  }
+
+  // The simulator on this thread, which moves the watched swarm.
+  let simulator;
+  function put(text) {
+    const bytes = new TextEncoder().encode(text);
+    const at = simulator.text(bytes.length); // It may grow the memory, which detaches an older buffer.
+    new Uint8Array(simulator.memory.buffer, at, bytes.length).set(bytes);
+  }
+  function got(length) {
+    const at = simulator.answer();
+    const text = new TextDecoder().decode(new Uint8Array(simulator.memory.buffer, at, length));
+    if (text.startsWith("!")) throw new Error(text.slice(1));
+    return text;
+  }
+  const asked = (what, text) => {
+    put(text);
+    return got(simulator[what]());
+  };
+
+  // A thread that answers one question after the other.
+  class Thread {
+    constructor(url, module) {
+      this.worker = new Worker(url);
+      this.waiting = new Map();
+      this.n_asked = 0;
+      this.worker.onmessage = ({ data }) => {
+        const { resolve, reject } = this.waiting.get(data.id);
+        this.waiting.delete(data.id);
+        if (data.refusal === undefined) resolve(data);
+        else reject(new Error(data.refusal));
+      };
+      this.ready = this.ask({ task: "load", module });
+    }
+
+    ask(question) {
+      this.n_asked += 1;
+      const id = this.n_asked;
+      return new Promise((resolve, reject) => {
+        this.waiting.set(id, { resolve, reject });
+        this.worker.postMessage({ id, ...question });
+      });
+    }
+  }
+
+  // The floor from above. One path for all of a colour: three hundred robots are a few strokes.
+  const floor = {
+    canvas: element("floor"),
+    view: null,
+    trails: [],
+
+    follow_theme() {
+      const style = getComputedStyle(document.documentElement);
+      const names = ["paper", "ink", "quiet", "rule", "trail", "body", "region", "lit", "ring", "lost"];
+      this.colour = Object.fromEntries(
+        names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+    },
+
+    resize() {
+      const side_px = Math.round(this.canvas.clientWidth * devicePixelRatio);
+      if (side_px > 0 && side_px !== this.canvas.width) {
+        this.canvas.width = side_px;
+        this.canvas.height = side_px;
+      }
+    },
+
+    // Rows of x, y, heading and flags, and how it all lies on the canvas.
+    draw(rows, is_new) {
+      const { canvas, colour } = this;
+      const pen = (this.pen ||= canvas.getContext("2d"));
+      const n = rows.length / 4;
+      const { radius_m, outline_m, walls_m, reach_m } = swarm;
+      let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
+      for (let at = 0; at < rows.length; at += 4) {
+        left = Math.min(left, rows[at]);
+        right = Math.max(right, rows[at]);
+        low = Math.min(low, rows[at + 1]);
+        high = Math.max(high, rows[at + 1]);
+      }
+      const wanted = n === 0 ? [0, 0, 1] : [
+        (left + right) / 2, (low + high) / 2,
+        Math.max(right - left, high - low) / 2 + 2 * radius_m + 0.35 * reach_m,
+      ];
+      if (!this.view || is_new) this.view = wanted;
+      const ease = is_moving() ? 0.06 : 1;
+      this.view = this.view.map((value, at) => value + ease * (wanted[at] - value));
+      const [x_m, y_m, half_m] = this.view;
+      const scale = canvas.width / (2 * half_m);
+      const line = Math.max(canvas.width / 520, 1);
+      const at_x = (x) => (x - x_m + half_m) * scale;
+      const at_y = (y) => (y_m + half_m - y) * scale;
+
+      pen.fillStyle = colour.paper;
+      pen.fillRect(0, 0, canvas.width, canvas.height);
+      if (walls_m !== null) {
+        pen.strokeStyle = colour.quiet;
+        pen.lineWidth = 1.5 * line;
+        pen.strokeRect(at_x(-walls_m), at_y(walls_m), 2 * walls_m * scale, 2 * walls_m * scale);
+      }
+
+      pen.beginPath();
+      const oldest = Math.max(this.trails.length - TAIL_S / TAIL_EVERY_S, 0);
+      for (let robot = 0; robot < n; robot += 1) {
+        for (let at = oldest; at < this.trails.length; at += 1) {
+          const x = at_x(this.trails[at][2 * robot]);
+          const y = at_y(this.trails[at][2 * robot + 1]);
+          if (at === oldest) pen.moveTo(x, y);
+          else pen.lineTo(x, y);
+        }
+        if (this.trails.length > 0) pen.lineTo(at_x(rows[4 * robot]), at_y(rows[4 * robot + 1]));
+      }
+      pen.globalAlpha = n > 60 ? 0.25 : 0.5;
+      pen.strokeStyle = colour.trail;
+      pen.lineWidth = 1.2 * line;
+      pen.stroke();
+
+      for (const is_lit of [0, 1]) {
+        pen.beginPath();
+        for (let at = 0; at < rows.length; at += 4) {
+          if ((rows[at + 3] & 1) !== is_lit) continue;
+          const [x, y] = [at_x(rows[at]), at_y(rows[at + 1])];
+          const [cosine, sine] = [scale * Math.cos(rows[at + 2]), scale * Math.sin(rows[at + 2])];
+          outline_m.forEach(([ahead, aside], corner) => {
+            const [to_x, to_y] = [x + ahead * cosine - aside * sine, y - ahead * sine - aside * cosine];
+            if (corner === 0) pen.moveTo(to_x, to_y);
+            else pen.lineTo(to_x, to_y);
+          });
+          pen.closePath();
+        }
+        pen.fillStyle = is_lit ? colour.lit : colour.region;
+        pen.globalAlpha = is_lit ? 0.45 : 0.12;
+        pen.fill();
+        pen.strokeStyle = pen.fillStyle;
+        pen.lineWidth = 0.8 * line;
+        pen.globalAlpha = is_lit ? 0.9 : 0.35;
+        pen.stroke();
+      }
+      pen.globalAlpha = 1;
+
+      if (ring_m !== null && n > 0) {
+        let [sum_x, sum_y] = [0, 0];
+        for (let at = 0; at < rows.length; at += 4) {
+          sum_x += rows[at];
+          sum_y += rows[at + 1];
+        }
+        pen.beginPath();
+        pen.arc(at_x(sum_x / n), at_y(sum_y / n), ring_m * scale, 0, 7);
+        pen.setLineDash([7 * line, 4 * line]);
+        pen.strokeStyle = colour.ring;
+        pen.lineWidth = 1.6 * line;
+        pen.stroke();
+        pen.setLineDash([]);
+      }
+
+      const radius = Math.max(radius_m * scale, 2.5 * line);
+      for (const is_blocked of [0, 2]) {
+        pen.beginPath();
+        for (let at = 0; at < rows.length; at += 4) {
+          if ((rows[at + 3] & 2) !== is_blocked) continue;
+          const [x, y] = [at_x(rows[at]), at_y(rows[at + 1])];
+          pen.moveTo(x + radius, y);
+          pen.arc(x, y, radius, 0, 7);
+        }
+        pen.fillStyle = colour.body;
+        pen.fill();
+        pen.strokeStyle = is_blocked ? colour.lost : colour.ink;
+        pen.lineWidth = 1.4 * line;
+        pen.stroke();
+        pen.beginPath();
+        for (let at = 0; at < rows.length; at += 4) {
+          if ((rows[at + 3] & 2) !== is_blocked) continue;
+          const [x, y] = [at_x(rows[at]), at_y(rows[at + 1])];
+          const [cosine, sine] = [Math.cos(rows[at + 2]), Math.sin(rows[at + 2])];
+          pen.moveTo(x + radius * cosine, y - radius * sine);
+          pen.lineTo(x + 1.6 * radius * cosine, y - 1.6 * radius * sine);
+        }
+        pen.lineWidth = 2.2 * line;
+        pen.stroke();
+      }
+      if (radius > 8 * line) {
+        pen.fillStyle = colour.ink;
+        pen.font = `${Math.round(radius)}px sans-serif`;
+        pen.textAlign = "center";
+        pen.textBaseline = "middle";
+        for (let robot = 0; robot < n; robot += 1) {
+          pen.fillText(robot + 1, at_x(rows[4 * robot]), at_y(rows[4 * robot + 1]));
+        }
+      }
+
+      const most_m = half_m / 2;
+      const decade = 10 ** Math.floor(Math.log10(most_m));
+      const length_m = [5, 2, 1].map((step) => step * decade).find((step) => step <= most_m);
+      const [edge_x, edge_y] = [canvas.width - 12 * line, canvas.height - 12 * line];
+      pen.beginPath();
+      pen.moveTo(edge_x - length_m * scale, edge_y);
+      pen.lineTo(edge_x, edge_y);
+      pen.strokeStyle = colour.ink;
+      pen.lineWidth = 2 * line;
+      pen.stroke();
+      pen.fillStyle = colour.ink;
+      pen.font = `${Math.round(11 * line)}px sans-serif`;
+      pen.textAlign = "right";
+      pen.textBaseline = "bottom";
+      pen.fillText(`${Number(length_m.toPrecision(1))} m`, edge_x, edge_y - 3 * line);
+    },
+  };
+
+  // The outline of a sensor's region, in the robot's frame.
+  function outline(region) {
+    if (region.polygon) return region.polygon.corners_m;
+    const { half_angle_rad, range_m } = region.cone;
+    const n = Math.max(2, Math.ceil(half_angle_rad / 0.1));
+    const on_arc = (at) => (2 * at / n - 1) * half_angle_rad;
+    const arc = Array.from({ length: n + 1 }, (_, at) =>
+      [range_m * Math.cos(on_arc(at)), range_m * Math.sin(on_arc(at))]);
+    return [[0, 0], ...arc];
+  }
+
+  // The watched swarm.
+  let swarm = null; // What the simulator states of the scene.
+  let before = new Float32Array();
+  let after = new Float32Array();
+  let between = new Float32Array();
+  let owed_steps = 0;
+  let is_playing = !calm.matches;
+  let ring_m = null;
+  let run = 0; // Numbers the runs, so that answers about an earlier one are dropped.
+  const is_moving = () => is_playing && swarm !== null;
+  const n_steps_of = (duration_s) => Math.floor(duration_s / swarm.period_s + 1e-9);
+
+  function advance(n_steps) {
+    const at = simulator.step(n_steps);
+    const found = new Float32Array(simulator.memory.buffer, at, after.length);
+    before.set(n_steps > 1 ? found : after);
+    after.set(found);
+  }
+
+  // Between two control periods robots are where they are on the way.
+  function rows() {
+    const share = owed_steps;
+    for (let at = 0; at < after.length; at += 4) {
+      const turned = after[at + 2] - before[at + 2];
+      const way = turned - 2 * Math.PI * Math.round(turned / (2 * Math.PI));
+      between[at] = before[at] + share * (after[at] - before[at]);
+      between[at + 1] = before[at + 1] + share * (after[at + 1] - before[at + 1]);
+      between[at + 2] = before[at + 2] + share * way;
+      between[at + 3] = after[at + 3];
+    }
+    return between;
+  }
+
+  function restart() {
+    run += 1;
+    try {
+      put(scene());
+      got(simulator.open(BigInt(state.replicate)));
+    } catch (error) {
+      return refuse(error);
+    }
+    const n = 4 * swarm.robots;
+    [before, after, between] = [n, n, n].map((length) => new Float32Array(length));
+    advance(0);
+    before.set(after);
+    owed_steps = 0;
+    floor.trails = [];
+    ring_m = null;
+    history = [];
+    at_end = null;
+    judge.open();
+    show_judgement({ time_s: 0 });
+    floor.draw(rows(), true);
+    show_clock();
+  }
+
+  function refuse(error) {
+    element("refusal").textContent = capitalised(error.message);
+    element("refusal").hidden = false;
+  }
+
+  const pace = element("pace");
+  let last_ms = 0;
+  let n_trails = 0;
+  function frame(now_ms) {
+    requestAnimationFrame(frame);
+    const passed_s = Math.min(Math.max(now_ms - last_ms, 0), 100) / 1000;
+    last_ms = now_ms;
+    if (!is_moving() || document.hidden) return;
+    owed_steps += (passed_s * Number(pace.value)) / swarm.period_s;
+    let n_steps = Math.floor(owed_steps);
+    owed_steps -= n_steps;
+    const every = Math.max(1, Math.round(TAIL_EVERY_S / swarm.period_s));
+    while (n_steps > 0) {
+      const some = Math.min(n_steps, every - (simulator.n_steps() % every));
+      advance(some);
+      n_steps -= some;
+      if (simulator.n_steps() % every === 0) {
+        const places = new Float32Array(after.length / 2);
+        for (let robot = 0; robot < places.length / 2; robot += 1) {
+          places[2 * robot] = after[4 * robot];
+          places[2 * robot + 1] = after[4 * robot + 1];
+        }
+        floor.trails.push(places);
+        if (floor.trails.length > (2 * TAIL_S) / TAIL_EVERY_S) floor.trails.splice(0, TAIL_S / TAIL_EVERY_S);
+      }
+    }
+    floor.resize();
+    floor.draw(rows(), false);
+    show_clock();
+    judge.look(now_ms);
+  }
+
+  function show_clock() {
+    const time_s = simulator.n_steps() * swarm.period_s;
+    const text = `${time_s.toFixed(0)} s`;
+    if (element("clock").textContent !== text) element("clock").textContent = text;
+  }
+
+  function play(wanted) {
+    is_playing = wanted;
+    element("play").textContent = wanted ? "Pause" : "Play";
+  }
+
+  // The judge, in its own thread with its own copy of the swarm.
+  let history = [];
+  let at_end = null;
+  const judge = {
+    thread: null,
+    is_busy: false,
+    looked_ms: 0,
+    opened: 0,
+
+    async open() {
+      if (!this.thread) return;
+      const [of, text, replicate] = [run, scene(), state.replicate];
+      try {
+        await this.thread.ask({ task: "open", scene: text, replicate });
+        this.opened = of;
+      } catch (error) {
+        if (of === run) refuse(error);
+      }
+    },
+
+    async look(now_ms) {
+      if (this.is_busy || this.opened !== run || now_ms - this.looked_ms < 200) return;
+      const of = run;
+      const now = simulator.n_steps();
+      const end = n_steps_of(swarm.duration_s);
+      const last = history.length > 0 ? history[history.length - 1].n_steps : 0;
+      if (now <= last) return;
+      // A sweep judges at the end of the run, so it is looked at just then.
+      const n_steps = last < end && end <= now ? end : now;
+      this.is_busy = true;
+      this.looked_ms = now_ms;
+      try {
+        const { judgement } = await this.thread.ask({ task: "judge", n_steps });
+        if (of === run) {
+          history.push({ n_steps, ...judgement });
+          if (history.length > 4000) history = history.filter((_, at) => at % 2 === 1);
+          if (n_steps === end) at_end = judgement.phase;
+          show_judgement(judgement);
+        }
+      } catch (error) {
+        if (of === run) refuse(error);
+      }
+      this.is_busy = false;
+    },
+  };
+
+  function show_judgement(judgement) {
+    const { phase, evidence, reason } = judgement;
+    const use = element("status-symbol");
+    if (phase) use.setAttribute("href", `#symbol-${phase}`);
+    else use.removeAttribute("href");
+    element("phase").textContent = phase ? capitalised(phase_of[phase].title) : "Not judged yet";
+    const end = at_end ? ` At ${swarm.duration_s} s, where a sweep judges: ${phase_of[at_end].title}.` : "";
+    const why = phase
+      ? (reason.length > 0 ? `${reason.join("; ")}.` : "all bounds are kept.")
+      : "a phase is that of a whole minute.";
+    element("why").textContent = `${why}${end}`;
+    ring_m = phase && phase === swarm.phases[0] && phase === "stable_milling" ? evidence.mean_radius_m : null;
+    for (const row of order_rows) row.show(judgement);
+  }
+
+  // The order parameters, a row each.
+  let order_rows = [];
+  function lay_out_order() {
+    const bounds = Object.fromEntries(swarm.bounds.map((bound) => [bound.key, bound]));
+    const body = element("order");
+    body.replaceChildren();
+    element("wanted").textContent = phase_of[swarm.phases[0]].title;
+    element("window").textContent =
+      `Its order parameters are from 0 to 1, and are those of the last minute. A dashed line is the bound of ${phase_of[swarm.phases[0]].title}.`;
+    const row_of = (key) => {
+      const row = body.insertRow();
+      const bound = bounds[key];
+      row.innerHTML =
+        `<th scope="row"><span class="explained" tabindex="0" title="${EXPLAINED[key]}">${key}</span></th>` +
+        "<td>–</td><td><canvas aria-hidden=\"true\"></canvas></td><td></td>";
+      const [, value, , verdict] = row.cells;
+      const canvas = row.querySelector("canvas");
+      const show = ({ evidence }) => {
+        const found = evidence ? evidence[key] : null;
+        const is_known = found !== null && found !== undefined;
+        value.textContent = is_known ? found.toFixed(2) : "–";
+        if (bound) {
+          const holds = is_known && (bound.is_least ? found >= bound.bound : found < bound.bound);
+          verdict.textContent = `${is_known ? (holds ? "✓ " : "✗ ") : ""}${bound.in_words}`;
+        }
+        draw_curve(canvas, key, bound);
+      };
+      return { show };
+    };
+    order_rows = ORDER[swarm.behaviour].map(row_of);
+    const row = body.insertRow();
+    row.className = "strip";
+    row.innerHTML = '<th scope="row">phase</th><td></td><td><canvas aria-hidden="true"></canvas></td><td></td>';
+    const canvas = row.querySelector("canvas");
+    order_rows.push({ show: () => draw_strip(canvas) });
+  }
+
+  function chart(canvas) {
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight]
+      .map((side) => Math.max(1, Math.round(side * devicePixelRatio)));
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    const pen = canvas.getContext("2d");
+    pen.clearRect(0, 0, width, height);
+    const now_s = history.length > 0 ? history[history.length - 1].time_s : 0;
+    const most_s = Math.max(swarm.duration_s, now_s);
+    return { pen, width, height, x: (time_s) => (time_s / most_s) * width };
+  }
+
+  function draw_curve(canvas, key, bound) {
+    const { pen, width, height, x } = chart(canvas);
+    const line = devicePixelRatio;
+    const y = (value) => height - line - Math.min(Math.max(value, 0), 1) * (height - 2 * line);
+    pen.strokeStyle = floor.colour.rule;
+    pen.lineWidth = line;
+    pen.strokeRect(line / 2, line / 2, width - line, height - line);
+    if (bound && bound.bound > 0.005) {
+      pen.setLineDash([4 * line, 3 * line]);
+      pen.strokeStyle = floor.colour.quiet;
+      pen.beginPath();
+      pen.moveTo(0, y(bound.bound));
+      pen.lineTo(width, y(bound.bound));
+      pen.stroke();
+      pen.setLineDash([]);
+    }
+    pen.beginPath();
+    for (const { time_s, evidence } of history) {
+      const value = evidence?.[key];
+      if (value !== null && value !== undefined) pen.lineTo(x(time_s), y(value));
+    }
+    const colour = colour_of[key];
+    pen.strokeStyle = colour === "#555555" ? floor.colour.quiet
+      : colour === "#0072b2" ? floor.colour.trail : colour;
+    pen.lineWidth = 2 * line;
+    pen.stroke();
+  }
+
+  function draw_strip(canvas) {
+    const { pen, height, x } = chart(canvas);
+    let from_s = 0;
+    for (const { time_s, phase } of history) {
+      if (phase) {
+        pen.fillStyle = phase_of[phase].colour;
+        pen.fillRect(x(from_s), 0, Math.max(x(time_s) - x(from_s), 1) + 0.5, height);
+      }
+      from_s = time_s;
+    }
+    pen.strokeStyle = floor.colour.rule;
+    pen.lineWidth = devicePixelRatio;
+    pen.strokeRect(0, 0, canvas.width, height);
+  }
+
+  // Settings.
+  const ranges = {}; // Key, least, greatest, step, as they are for this robot.
+  const controls = {};
+  let touched = null; // The setting that is being moved, whose control stays as it is.
+
+  function lay_out_settings() {
+    const holder = element("sliders");
+    for (const [title, is_open, rows_of_group] of GROUPS) {
+      const group = document.createElement(is_open ? "fieldset" : "details");
+      group.innerHTML = is_open ? `<legend>${title}</legend>` : `<summary>${title}</summary>`;
+      for (const [key] of rows_of_group) group.append(setting(key));
+      if (title === "The swarm") group.append(start_choice());
+      holder.append(group);
+    }
+  }
+
+  function setting(key) {
+    const { name, unit } = axis_of[key];
+    const row = document.createElement("div");
+    row.className = "setting";
+    row.innerHTML =
+      `<label for="${key}">${name}</label><input id="${key}" type="range">` +
+      `<input type="number" step="any" aria-label="${name}${unit ? `, in ${unit}` : ""}">` +
+      `<span class="unit">${unit === "robots" ? "" : unit}</span>`;
+    const [, slider, exact] = row.children;
+    const set = (value, control) => {
+      if (value === "" || !Number.isFinite(Number(value))) return;
+      touched = control;
+      change(key, Number(value));
+      touched = null;
+    };
+    slider.addEventListener("input", () => set(slider.value, slider));
+    exact.addEventListener("change", () => set(exact.value, exact));
+    controls[key] = { row, slider, exact };
+    return row;
+  }
+
+  function start_choice() {
+    const row = document.createElement("div");
+    row.className = "choices";
+    row.innerHTML =
+      '<label>Start <select id="start"></select></label>' +
+      '<label>Robots <select id="robots-are"><option value="worse">made worse, as a sweep does</option>' +
+      '<option value="as_measured">as measured</option></select></label>';
+    const start = row.querySelector("#start");
+    start.innerHTML = STARTS.map(([kind, words]) => `<option value="${kind}">${words}</option>`).join("");
+    start.addEventListener("change", () => {
+      const side_m = Number((1.7 * (swarm.values.placement_radius_m || 1)).toFixed(2));
+      state.start = start.value === "disc_facing_out"
+        ? { kind: start.value, radius_m: 1 }
+        : { kind: start.value, width_m: side_m, height_m: side_m };
+      update();
+    });
+    row.querySelector("#robots-are").addEventListener("change", ({ target }) => {
+      state.as_measured = target.value === "as_measured";
+      update();
+    });
+    return row;
+  }
+
+  // More robots start in a larger disc, as dense as it was, until somebody sets the disc.
+  let disc_follows = true;
+  function change(key, value) {
+    if (key === "placement_radius_m") {
+      disc_follows = false;
+      if (is_boxed()) {
+        const side_m = Number((Math.SQRT2 * value).toFixed(3));
+        state.start = { kind: swarm.placement, width_m: side_m, height_m: side_m };
+        return update();
+      }
+    }
+    if (key === "robots" && disc_follows && !is_boxed()) {
+      const { robots, placement_radius_m } = first_values;
+      const radius_m = placement_radius_m * Math.sqrt(value / Math.max(robots, 1));
+      state.cell.placement_radius_m = Number(Math.max(radius_m, 0.1).toFixed(3));
+      const needed_m = 2.6 * state.cell.placement_radius_m;
+      if (needed_m > (state.cell.arena_m || first_values.arena_m)) state.cell.arena_m = Math.ceil(needed_m);
+    }
+    state.cell[key] = value;
+    update();
+  }
+  const is_boxed = () => swarm && swarm.placement.startsWith("box");
+
+  let first_values = {};
+  function show_settings() {
+    const { values, limits } = swarm;
+    for (const [key, { row, slider, exact }] of Object.entries(controls)) {
+      const value = values[key];
+      row.hidden = value === undefined ||
+        (key === "placement_radius_m" && swarm.placement === "given") ||
+        (key === "polygon_scale" && values.polygon_scale === undefined);
+      if (row.hidden) continue;
+      let [, least, greatest, step] = SLIDERS[key];
+      if (limits[key]) [least, greatest] = limits[key];
+      if (swarm.is_mirrored === false && limits[key]) least = -greatest;
+      ranges[key] = [key, Math.min(least, value), Math.max(greatest, value), step];
+      [, least, greatest] = ranges[key];
+      Object.assign(slider, { min: least, max: greatest, step: "any" });
+      // Steps that hit round numbers, and the value that it has.
+      slider.step = touched === slider ? step : "any";
+      if (touched !== slider) slider.value = value;
+      slider.step = step;
+      slider.min = Math.floor(least / step + 1e-6) * step;
+      if (touched !== slider) slider.value = value;
+      slider.setAttribute("aria-valuetext", with_unit(key, value));
+      if (touched !== exact) exact.value = number(value);
+      const is_changed = Math.abs(value - first_values[key]) > 1e-9;
+      row.classList.toggle("changed", is_changed);
+    }
+    element("start").value = swarm.placement;
+    element("start").closest("label").hidden = !STARTS.some(([kind]) => kind === swarm.placement);
+    element("robots-are").value = state.as_measured ? "as_measured" : "worse";
+    element("robot").innerHTML = "";
+    element("robot").append(
+      `Robots of the profile “${swarm.name}”, ${swarm.robots === 1 ? "one" : swarm.robots} of them, with seed ${swarm.seed} and replicate ${state.replicate}.`);
+  }
+
+  // The diagram.
+  const plane = {
+    threads: [],
+    key: null,
+    counts: [],
+    values: [[], []],
+    keys: [],
+    cells: [],
+    n_done: 0,
+    filling: 0,
+    timer: 0,
+
+    scene_of(at) {
+      const [columns] = this.values;
+      const [x, y] = [at % columns.length, Math.floor(at / columns.length)];
+      return { ...state.cell, [this.keys[0]]: this.values[0][x], [this.keys[1]]: this.values[1][y] };
+    },
+
+    // Lays the cells out where the axes are others, and asks for runs where anything else is.
+    update() {
+      const [[x_key, x_values], [y_key, y_values]] = swarm.axes;
+      const rest = { ...state.cell, [x_key]: 0, [y_key]: 0 };
+      const ordered = Object.fromEntries(Object.entries(rest).sort());
+      const key = scene({ cell: ordered }) + JSON.stringify(swarm.axes);
+      if (key !== this.key) {
+        this.key = key;
+        this.keys = [x_key, y_key];
+        this.values = [x_values, y_values];
+        this.counts = x_values.flatMap(() => y_values.map(() => null));
+        this.lay_out();
+        this.filling += 1;
+        this.n_done = 0;
+        this.progress();
+        clearTimeout(this.timer);
+        const cost = this.counts.length * REPLICATES * n_steps_of(swarm.duration_s) * swarm.robots;
+        element("fill").hidden = cost <= MOST_UNASKED;
+        element("runs").textContent = cost <= MOST_UNASKED ? "" :
+          `${this.counts.length} cells of ${swarm.robots} robots take a while: it is simulated when you ask for it.`;
+        if (cost <= MOST_UNASKED) this.timer = setTimeout(() => this.fill(), 400);
+      }
+      this.select();
+    },
+
+    lay_out() {
+      const [columns, rows_up] = this.values;
+      const holder = element("grid-holder");
+      holder.style.setProperty("--columns", columns.length);
+      const label = (value) => number(value, 3);
+      const [x, y] = this.keys.map((key) => axis_of[key]);
+      const words = ({ name, unit }) => (!unit || name.endsWith(unit) ? name : `${name} (${unit})`);
+      const lines = rows_up.map((value, row) => {
+        const cells = columns.map((_, column) =>
+          `<div role="gridcell" class="empty" tabindex="-1" aria-selected="false" data-at="${row * columns.length + column}"></div>`);
+        return `<div role="row"><span role="rowheader">${label(value)}</span>${cells.join("")}</div>`;
+      }).reverse();
+      const ticks = columns.map((value) => `<span>${label(value)}</span>`);
+      holder.innerHTML =
+        `<p class="up">${words(y)}</p><div role="grid" aria-label="cells of the phase diagram">${lines.join("")}</div>` +
+        `<div class="columns" aria-hidden="true"><span></span>${ticks.join("")}</div><p class="across">${words(x)}</p>`;
+      this.cells = [];
+      for (const cell of holder.querySelectorAll("[role=gridcell]")) {
+        const at = Number(cell.dataset.at);
+        this.cells[at] = cell;
+        cell.addEventListener("click", () => this.choose(at));
+        cell.addEventListener("pointerenter", () => this.point(at));
+        cell.addEventListener("pointerleave", () => this.point(null));
+        cell.addEventListener("focus", () => this.point(at));
+        cell.addEventListener("keydown", (event) => this.step(event, at));
+        this.paint(at);
+      }
+      element("legend").innerHTML = swarm.phases
+        .map((key) => `<li>${symbol(key)} ${phase_of[key].title}</li>`).join("");
+      for (const [side, key] of [["across", this.keys[0]], ["up", this.keys[1]]]) {
+        const other = this.keys[side === "across" ? 1 : 0];
+        const keys = Object.keys(SLIDERS).filter((it) => swarm.values[it] !== undefined && it !== other);
+        element(side).innerHTML = keys.map((it) =>
+          `<option value="${it}"${it === key ? " selected" : ""}>${axis_of[it].name}</option>`).join("");
+      }
+    },
+
+    // As the diagrams of reports: the hue of the most frequent phase, paler the smaller its share.
+    paint(at) {
+      const cell = this.cells[at];
+      const counts = this.counts[at];
+      cell.classList.toggle("empty", counts === null);
+      cell.classList.toggle("refused", counts !== null && counts.refusal !== undefined);
+      cell.style.background = "";
+      cell.setAttribute("aria-label", this.in_words(at));
+      if (counts === null || counts.refusal !== undefined) return;
+      const total = swarm.phases.reduce((sum, key) => sum + (counts[key] || 0), 0);
+      const most = swarm.phases.reduce((best, key) => ((counts[key] || 0) > (counts[best] || 0) ? key : best));
+      const share = Math.max(counts[most] / total - 0.2, 0) / 0.8;
+      const least = ["unformed", "not_aggregated", "not_spread_out"].includes(most) ? 0.6 : 0.3;
+      const amount = 100 * (least + (1 - least) * share);
+      cell.style.background = `color-mix(in oklab, ${phase_of[most].colour} ${amount.toFixed(1)}%, #ffffff)`;
+    },
+
+    in_words(at) {
+      const of = this.scene_of(at);
+      const name = this.keys.map((key) => with_unit(key, of[key])).join(", ");
+      const counts = this.counts[at];
+      if (counts === null) return `${name}: not simulated yet`;
+      if (counts.refusal !== undefined) return `${name}: ${counts.refusal}`;
+      const total = swarm.phases.reduce((sum, key) => sum + (counts[key] || 0), 0);
+      const shares = swarm.phases.filter((key) => counts[key])
+        .map((key) => `${counts[key]} ${phase_of[key].title}`);
+      return `${name}: of ${total} runs ${shares.join(", ")}`;
+    },
+
+    point(at) {
+      const shown = at === null ? this.selected : at;
+      const words = shown === null || shown === undefined
+        ? "Point at a cell to see how its runs ended, and click to watch it." : this.in_words(shown);
+      element("pointed").textContent = words;
+    },
+
+    // The cell that is watched, if it is one of the diagram's.
+    select() {
+      const is_near = (one, other) => Math.abs(one - other) <= 1e-9 * Math.max(1, Math.abs(one));
+      const places = this.keys.map((key, side) =>
+        this.values[side].findIndex((value) => is_near(value, swarm.values[key])));
+      this.selected = places.includes(-1) ? null : places[1] * this.values[0].length + places[0];
+      const reachable = this.selected === null ? 0 : this.selected;
+      this.cells.forEach((cell, at) => {
+        cell.setAttribute("aria-selected", String(at === this.selected));
+        cell.tabIndex = at === reachable ? 0 : -1;
+      });
+      this.point(null);
+    },
+
+    choose(at) {
+      state.cell = this.scene_of(at);
+      update();
+    },
+
+    step(event, at) {
+      const n = this.values[0].length;
+      const column = at % n;
+      const targets = {
+        ArrowLeft: column > 0 ? at - 1 : at,
+        ArrowRight: column < n - 1 ? at + 1 : at,
+        ArrowUp: at + n,
+        ArrowDown: at - n,
+        Home: at - column,
+        End: at - column + n - 1,
+      };
+      if (event.key === "Enter" || event.key === " ") {
+        event.preventDefault();
+        this.choose(at);
+      } else if (event.key in targets) {
+        event.preventDefault();
+        const target = this.cells[targets[event.key]];
+        if (target) {
+          this.cells.forEach((cell) => (cell.tabIndex = -1));
+          target.tabIndex = 0;
+          target.focus();
+        }
+      }
+    },
+
+    progress() {
+      const wanted = this.counts.length * REPLICATES;
+      element("progress").value = this.n_done / wanted;
+      const took = this.took_s ? ` in ${this.took_s.toFixed(1)} s` : "";
+      if (this.n_done > 0) {
+        element("runs").textContent = this.n_done < wanted
+          ? `${this.n_done} of ${wanted} runs of ${swarm.duration_s} s`
+          : `${wanted} runs of ${swarm.duration_s} s${took}, ${REPLICATES} in each cell; those of a sweep with seed ${swarm.seed} are the same ones and more.`;
+      }
+    },
+
+    // Runs of all cells, a few of each at a time; a cell goes to whichever thread is idle.
+    async fill() {
+      element("fill").hidden = true;
+      this.filling += 1;
+      const filling = this.filling;
+      const began_ms = performance.now();
+      this.took_s = null;
+      this.n_done = 0;
+      this.counts = this.counts.map(() => null);
+      const near = this.selected ?? 0;
+      const n = this.values[0].length;
+      const away = (at) => Math.hypot((at % n) - (near % n), Math.floor(at / n) - Math.floor(near / n));
+      const order = this.counts.map((_, at) => at).sort((one, other) => away(one) - away(other));
+      const jobs = [];
+      for (let from = 0; from < REPLICATES; from += AT_ONCE) {
+        for (const at of order) jobs.push({ at, from });
+      }
+      const axes = grid_axes();
+      let next = 0;
+      const work = async (thread) => {
+        await thread.ready;
+        while (next < jobs.length && filling === this.filling) {
+          const { at, from } = jobs[next];
+          next += 1;
+          if (this.counts[at]?.refusal !== undefined) {
+            this.n_done += AT_ONCE;
+            continue;
+          }
+          const question = { task: "count", scene: scene({ cell: this.scene_of(at), axes }), from, to: from + AT_ONCE };
+          let found;
+          try {
+            found = (await thread.ask(question)).counts;
+          } catch (error) {
+            found = { refusal: error.message };
+          }
+          if (filling !== this.filling) return;
+          const sum = { ...(this.counts[at] || {}) };
+          for (const [phase, count] of Object.entries(found)) {
+            sum[phase] = phase === "refusal" ? count : (sum[phase] || 0) + count;
+          }
+          this.counts[at] = sum;
+          this.n_done += AT_ONCE;
+          this.paint(at);
+          if (at === this.selected) this.point(null);
+          this.progress();
+        }
+      };
+      await Promise.all(this.threads.map(work));
+      if (filling !== this.filling) return;
+      this.took_s = (performance.now() - began_ms) / 1000;
+      this.progress();
+    },
+  };
+
+  // Takes the state over everywhere.
+  function update({ keeps_address = false } = {}) {
+    let description;
+    try {
+      description = JSON.parse(asked("describe", scene()));
+    } catch (error) {
+      return refuse(error);
+    }
+    element("refusal").hidden = true;
+    const { conditions } = description;
+    const had = swarm;
+    swarm = {
+      ...description,
+      robots: conditions.robots,
+      period_s: conditions.period_s,
+      radius_m: conditions.robot.radius_m,
+      outline_m: outline(conditions.robot.region),
+      placement: conditions.placement.kind,
+      is_mirrored: conditions.controller.undetected === undefined,
+    };
+    swarm.reach_m = Math.max(...swarm.outline_m.map(([x, y]) => Math.hypot(x, y)));
+    if (!had || had.behaviour !== swarm.behaviour) lay_out_order();
+    show_settings();
+    restart();
+    plane.update();
+    if (!keeps_address) history_replace(address());
+    show_sweep();
+  }
+  function history_replace(hash) {
+    // A page without a place of its own, as one that lies in a report, keeps its address.
+    try {
+      window.history.replaceState(null, "", hash);
+    } catch {
+      return;
+    }
+  }
+
+  function show_sweep() {
+    if (!element("sweep").closest("details").open) return;
+    element("sweep").textContent = sweep_file();
+  }
+  const sweep_file = () => asked("sweep_file", scene());
+
+  async function copy(text, what) {
+    let said = `${what} is copied.`;
+    try {
+      await navigator.clipboard.writeText(text);
+    } catch {
+      said = `This browser does not let a page copy: ${what.toLowerCase()} is below.`;
+      element("sweep").textContent = text;
+      element("sweep").closest("details").open = true;
+    }
+    element("copied").textContent = said;
+  }
+
+  // A sweep without a cell is shown in the middle of its axes.
+  function open_source() {
+    source_axes = [];
+    const { sweep, profile } = JSON.parse(state.source);
+    if (!sweep || !profile) throw new Error("the link has a source without a sweep or without a profile");
+    const axes = sweep.axes ? Object.entries(sweep.axes) : [];
+    if (sweep.cells) {
+      for (const key of Object.keys(sweep.cells[0])) {
+        axes.push([key, [...new Set(sweep.cells.map((cell) => cell[key]))].sort((one, other) => one - other)]);
+      }
+    }
+    source_axes = axes;
+    const shipped = { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+    for (const [key, values] of axes) {
+      if (state.cell[key] !== undefined) continue;
+      state.cell[key] = state.source === facts.source && key in shipped
+        ? shipped[key] : values[Math.floor((values.length - 1) / 2)];
+    }
+    const plain = JSON.parse(asked("describe", scene({
+      cell: Object.fromEntries(axes.map(([key]) => [key, state.cell[key]])), as_measured: false, start: null })));
+    first_values = plain.values;
+    disc_follows = state.cell.placement_radius_m === undefined;
+  }
+
+  function open_address() {
+    try {
+      from_address();
+      open_source();
+    } catch (error) {
+      const refused = error;
+      state = first();
+      open_source();
+      update({ keeps_address: true });
+      return refuse(refused);
+    }
+    update({ keeps_address: true });
+  }
+
+  function on_key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { target } = event;
+    if (target.matches("select, textarea")) return;
+    const is_typed = target.matches("input[type=number]");
+    const acts = target.matches("button, summary, a, [role=gridcell]");
+    if ((event.key === " " && !acts && !is_typed) || (event.key === "k" && !is_typed)) {
+      event.preventDefault();
+      play(!is_playing);
+    }
+    if (event.key === "r" && !is_typed) restart();
+    if (event.key === "n" && !is_typed) other_start();
+  }
+  function other_start() {
+    state.replicate = String((BigInt(state.replicate) + 1n) % 1000000n);
+    show_settings();
+    restart();
+    history_replace(address());
+  }
+
+  async function unpacked(base64) {
+    const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(stream).arrayBuffer();
+  }
+
+  async function main() {
+    element("symbols").innerHTML = facts.phases
+      .map(({ key, symbol: marks }) => `<symbol id="symbol-${key}" viewBox="-9 -9 18 18">${marks}</symbol>`).join("");
+    pace.innerHTML = PACES.map((times) => `<option value="${times}"${times === 10 ? " selected" : ""}>${times}×</option>`).join("");
+    floor.follow_theme();
+    play(is_playing);
+    const module = await WebAssembly.compile(await unpacked(element("wasm").textContent));
+    simulator = (await WebAssembly.instantiate(module, {})).exports;
+    lay_out_settings();
+    const url = URL.createObjectURL(new Blob([element("worker").textContent], { type: "text/javascript" }));
+    judge.thread = new Thread(url, module);
+    const n_threads = Math.max(1, Math.min(8, (navigator.hardwareConcurrency || 2) - 1));
+    plane.threads = Array.from({ length: n_threads }, () => new Thread(url, module));
+    open_address();
+
+    element("play").addEventListener("click", () => play(!is_playing));
+    element("again").addEventListener("click", restart);
+    element("other").addEventListener("click", other_start);
+    element("fill").addEventListener("click", () => plane.fill());
+    for (const side of ["across", "up"]) {
+      element(side).addEventListener("change", ({ target }) => {
+        state[side] = target.value;
+        update();
+      });
+    }
+    element("copy-link").hidden = location.protocol === "blob:";
+    element("copy-link").addEventListener("click", () => copy(location.href.split("#")[0] + address(), "The link"));
+    element("copy-sweep").addEventListener("click", () => copy(sweep_file(), "The sweep file"));
+    element("reset").addEventListener("click", () => {
+      history_replace("#");
+      open_address();
+    });
+    element("sweep").closest("details").addEventListener("toggle", show_sweep);
+    addEventListener("hashchange", open_address);
+    addEventListener("keydown", on_key);
+    dark.addEventListener("change", () => {
+      floor.follow_theme();
+      floor.draw(rows(), false);
+    });
+    new ResizeObserver(() => {
+      floor.resize();
+      if (swarm) floor.draw(rows(), false);
+    }).observe(floor.canvas);
+    requestAnimationFrame(frame);
+    window.loaded_ms = performance.now();
+  }
+
+  // What tests ask.
+  window.simulated = {
+    state: (cell, replicate, n_steps) => {
+      put(scene({ cell }));
+      got(simulator.open(BigInt(replicate)));
+      simulator.step(n_steps);
+      const digest = BigInt.asUintN(64, simulator.digest()).toString(16).padStart(16, "0");
+      restart();
+      return digest;
+    },
+    sweep_file: () => sweep_file(),
+    counts: () => plane.counts,
+    n_steps: () => simulator.n_steps(),
+    digest: () => BigInt.asUintN(64, simulator.digest()).toString(16).padStart(16, "0"),
+    describe: () => swarm,
+    is_full: () => plane.took_s !== null && plane.took_s !== undefined,
+    took_s: () => plane.took_s,
+  };
+
+  main().catch(refuse);
+})();

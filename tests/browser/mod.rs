@@ -1,0 +1,63 @@
+//! A browser without a window, for tests of pages.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rsrs_testing::python::{Environment, must_run, python_with};
+
+use crate::command::repository;
+
+const PLAYWRIGHT: Environment = Environment {
+    name: "browser",
+    packages: &["playwright==1.65.2", "axe-playwright-python==0.1.8"],
+    files_only: &[],
+};
+
+/// The system's Chromium, installed if this machine lacks it and may.
+fn chromium() -> PathBuf {
+    let find = || {
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        let names = ["chromium", "chromium-browser", "google-chrome"];
+        std::env::split_paths(&path)
+            .flat_map(|folder| names.map(|name| folder.join(name)))
+            .find(|file| file.is_file())
+    };
+    find().unwrap_or_else(|| {
+        // Others may be installing something.
+        let install = [
+            "-o",
+            "DPkg::Lock::Timeout=600",
+            "install",
+            "-y",
+            "-qq",
+            "--no-install-recommends",
+            "chromium",
+        ];
+        let mut apt = Command::new("apt-get");
+        let installed = apt.args(install).env("DEBIAN_FRONTEND", "noninteractive").output();
+        find().unwrap_or_else(|| {
+            panic!(
+                "this test needs Chromium, and could not install it: `apt-get install chromium`: \
+                 {installed:?}"
+            )
+        })
+    })
+}
+
+/// Lets a script of `tests` use a page, and gives what it found.
+///
+/// # Arguments
+///
+/// * `script` — its path within `tests`; it is given the browser, the page, and `more`.
+pub fn browse(script: &str, page: &Path, more: &[&Path]) -> String {
+    let python = python_with(&PLAYWRIGHT);
+    let script = repository().join("tests").join(script);
+    must_run(Command::new(python).arg(script).arg(chromium()).arg(page).args(more))
+}
+
+/// The number behind some words in a line of output.
+pub fn number_after(found: &str, words: &str) -> f64 {
+    let (_, rest) = found.split_once(words).unwrap_or_else(|| panic!("no “{words}”: {found}"));
+    let number = rest.split_whitespace().next().unwrap_or_default();
+    number.parse().unwrap_or_else(|error| panic!("{error}: {found}"))
+}

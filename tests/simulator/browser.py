@@ -1,0 +1,202 @@
+"""Uses the page that simulates as a person does, in a browser without a window.
+
+Usage: browser.py CHROMIUM PAGE SCREENSHOTS FOLDER
+
+Leaves the sweep file that the page copies in FOLDER, as `copied.yaml` with the replicates of the page's own
+diagram, and what the page has counted there as `counts.csv`.
+Prints what was found, a line each; any failure ends it with a message.
+"""
+
+import base64
+import gzip
+import json
+import re
+import sys
+import time
+from pathlib import Path
+
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import sync_playwright
+
+CHROMIUM, PAGE = sys.argv[1], Path(sys.argv[2]).absolute()
+SCREENSHOTS, FOLDER = Path(sys.argv[3]), Path(sys.argv[4])
+WIDTHS = {400: 800, 1280: 900, 3840: 2160}
+HTML = PAGE.read_text()
+
+
+def inlined(name):
+    return re.search(f'id="{name}">(.*?)</script>', HTML, re.DOTALL)[1]
+
+
+FACTS = json.loads(inlined("facts"))
+
+
+def settled(page, condition, seconds=60):
+    """Waits for a condition, which the page's policy lets only the browser itself evaluate."""
+    end = time.monotonic() + seconds
+    while not page.evaluate(condition):
+        assert time.monotonic() < end, f"not within {seconds} s: {condition}"
+        page.wait_for_timeout(20)
+
+
+def opened(browser, width=1280, theme="light", address="", calm=False):
+    """The page on a screen, and what its console printed."""
+    page = browser.new_page(
+        viewport={"width": width, "height": WIDTHS[width]},
+        color_scheme=theme,
+        reduced_motion="reduce" if calm else "no-preference",
+    )
+    printed, asked = [], []
+    page.on("console", lambda message: printed.append(message.text))
+    page.on("pageerror", lambda error: printed.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(PAGE.as_uri() + address)
+    settled(page, "window.loaded_ms !== undefined")
+    return page, printed, asked
+
+
+def said(page):
+    return page.locator("#refusal").inner_text() if page.locator("#refusal").is_visible() else ""
+
+
+def check_states(page):
+    """The bits of the program, after as many steps as a run of 300 s has."""
+    for state in FACTS["states"]:
+        asked = f"{json.dumps(state['cell'])}, {state['replicate']}, {state['n_steps']}"
+        digest = page.evaluate(f"simulated.state({asked})")
+        assert digest == state["digest"], f"{state}: {digest}"
+        print("state as in the program:", digest)
+
+
+def check_looks(page, width, theme):
+    """Nothing wider than the screen, nothing that an accessibility checker finds."""
+    page.evaluate("document.querySelectorAll('details').forEach(it => it.open = true)")
+    over = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+    assert over <= 0, f"{over} px too wide at {width} px"
+    found = Axe().run(page)
+    assert found.violations_count == 0, f"{width} px, {theme}:\n{found.generate_report()}"
+    page.evaluate("document.querySelectorAll('details').forEach(it => it.open = false)")
+    paper = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    is_dark = sum(map(int, paper.removeprefix("rgb(").removesuffix(")").split(","))) < 300
+    assert is_dark == (theme == "dark"), f"{theme}: {paper}"
+
+
+def check_keys(page):
+    """The space bar pauses, cells and sliders are reached by keys."""
+    page.locator("body").click(position={"x": 5, "y": 5})
+    page.keyboard.press("Space")
+    assert page.locator("#play").inner_text() == "Play"
+    n_steps = page.evaluate("simulated.n_steps()")
+    page.wait_for_timeout(200)
+    assert page.evaluate("simulated.n_steps()") == n_steps, "it does not pause"
+    page.keyboard.press("k")
+    settled(page, f"simulated.n_steps() > {n_steps}")
+
+    page.locator("#speed_m_s").focus()
+    page.keyboard.press("ArrowRight")
+    values = page.evaluate("simulated.describe().values")
+    assert abs(values["speed_m_s"] - 0.155) < 1e-9, values
+    assert "speed_m_s=0.155" in page.url, page.url
+    page.keyboard.press("ArrowLeft")
+
+    chosen = "[role=gridcell][aria-selected=true]"
+    page.locator(chosen).focus()
+    before = page.locator(chosen).get_attribute("data-at")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Enter")
+    assert page.locator(chosen).get_attribute("data-at") != before
+    values = page.evaluate("simulated.describe().values")
+    assert (values["speed_m_s"], values["turn_rate_rad_s"]) == (0.175, 1), values
+    assert page.locator("[role=gridcell][tabindex='0']").count() == 1
+
+
+def check_refusals(page):
+    """What cannot be is refused in words, and the page goes on."""
+    page.locator("#turn_rate_rad_s + input").fill("9")
+    page.keyboard.press("Enter")
+    assert "beyond the robots' limits" in said(page), said(page)
+    page.locator("#turn_rate_rad_s + input").fill("0.75")
+    page.keyboard.press("Enter")
+    assert said(page) == ""
+    page.locator("#robots + input").fill("300")
+    page.keyboard.press("Enter")
+    assert said(page) == "" and page.locator("#fill").is_visible()
+    page.locator("#reset").click()
+    settled(page, "simulated.describe().robots === 9")
+
+
+def check_sweep_file(page):
+    """The diagram fills in, and its sweep file is left for the program."""
+    settled(page, "simulated.is_full()", 300)
+    text = page.evaluate("simulated.sweep_file()")
+    assert "\n  replicates: 100\n" in text, text
+    (FOLDER / "copied.yaml").write_text(text.replace("replicates: 100", "replicates: 20"))
+    counts, axes, phases = page.evaluate(
+        "[simulated.counts(), simulated.describe().axes, simulated.describe().phases]"
+    )
+    (_, across), (_, up) = axes
+    lines = []
+    for column, x in enumerate(across):
+        for row, y in enumerate(up):
+            cell = counts[row * len(across) + column]
+            numbers = [x, y, 20] + [cell.get(phase, 0) for phase in phases]
+            lines.append(",".join(f"{number:g}" for number in numbers))
+    (FOLDER / "counts.csv").write_text("\n".join(lines))
+    print(f"diagram of {len(lines)} cells in {page.evaluate('simulated.took_s()'):.1f} s")
+
+
+def check_address(browser):
+    """An address is a cell of any sweep, and one that is none is refused in words."""
+    source = json.loads(FACTS["source"])
+    source["profile"]["name"] = "another one"
+    source["profile"]["sensing"]["cone"] = {"half_angle_rad": 0.25, "range_m": 1.1}
+    address = f"#speed_m_s=0.1&turn_rate_rad_s=0.5&replicate=3&source={json.dumps(source)}"
+    page, printed, _ = opened(browser, address=address, calm=True)
+    described = page.evaluate("simulated.describe()")
+    assert described["name"] == "another one" and described["values"]["range_m"] == 1.1
+    assert described["values"]["speed_m_s"] == 0.1 and printed == []
+    assert page.locator("#play").inner_text() == "Play", "motion is reduced"
+    page.close()
+    page, printed, _ = opened(browser, address="#source={}")
+    assert "sweep" in said(page) and printed == [], (said(page), printed)
+    page.close()
+
+
+def check_module():
+    """The page is one small file, and its module names nothing of the machine that built it."""
+    assert len(HTML.encode()) < 1_500_000
+    module = gzip.decompress(base64.b64decode(inlined("wasm")))
+    for folder in ["home", "root", "Users", "tmp", "work"]:
+        assert f"/{folder}/".encode() not in module, folder
+    print(f"page of {len(HTML.encode())} bytes, module of {len(module)}")
+
+
+def main():
+    SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+    check_module()
+    with sync_playwright() as playwright:
+        arguments = ["--no-sandbox", "--disable-gpu"]
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
+        page, printed, asked = opened(browser)
+        print("usable after %d ms" % page.evaluate("window.loaded_ms"))
+        check_states(page)
+        check_sweep_file(page)
+        check_keys(page)
+        check_refusals(page)
+        assert printed == [], printed
+        assert {url.split("#")[0].split(":")[0] for url in asked} <= {"file", "blob"}, asked
+        page.close()
+        check_address(browser)
+        for width in WIDTHS:
+            for theme in ["light", "dark"]:
+                page, printed, _ = opened(browser, width, theme)
+                check_looks(page, width, theme)
+                page.screenshot(path=SCREENSHOTS / f"{width}_{theme}.png")
+                assert printed == [], printed
+                page.close()
+        browser.close()
+    print("all is well")
+
+
+main()
