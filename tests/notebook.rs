@@ -52,7 +52,7 @@ fn the_notebook_makes_its_figures_and_agrees_with_the_program() {
 
     let python = python_with(&SCIENCE);
     let mut notebook = Command::new(python);
-    notebook.args(["-c", EXECUTE]).arg(repository().join("docs/notebooks/figures.ipynb"));
+    notebook.args(["-c", EXECUTE]).arg(repository().join("docs/notebooks/files_alone.ipynb"));
     // A kernel writes its files there, and where matplotlib keeps its fonts.
     for folder in ["IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "MPLCONFIGDIR"] {
         notebook.env(folder, place.path().join("jupyter"));

@@ -2,7 +2,8 @@
 
 A robot observes its binary detection, and acts by a speed and a turning rate within the limits of its
 profile. By default the reward is how much nearer the swarm came to the wanted phase: the change of the least
-margin of that phase's rule over the last 10 s, or what there is of them, every so many steps.
+margin of that phase's rule over the last 10 s, or what there is of them, every so many steps. Rewards of an
+episode add up to the margin at its end less that after its first step.
 """
 
 from __future__ import annotations
@@ -77,7 +78,11 @@ class _Swarms:
 
     def _rewards(self) -> NDArray[np.float64]:
         nothing = np.zeros(self.worlds.n_worlds)
-        if self.reward is None or self.worlds.step_index % self.reward_every:
+        step = self.worlds.step_index
+        # What rewards begin from is looked at before commands have changed much: a swarm that got lost first
+        # would be rewarded for coming back.
+        is_first = step == 1 and self.reward == "margin"
+        if self.reward is None or (step % self.reward_every and not is_first):
             return nothing
         if callable(self.reward):
             return np.broadcast_to(np.asarray(self.reward(self.worlds.order()), float), nothing.shape)

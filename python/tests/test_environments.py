@@ -132,7 +132,7 @@ def test_rewards_are_the_way_to_the_wanted_phase():
         observations, rewards, *_ = environment.step(milling(observations.astype(bool)))
         total += rewards
         assert (rewards == 0).all() or step % 20 == 0
-        if step == 20:
+        if step == 1:
             margins.append(environment.worlds.margin())
     margins.append(environment.worlds.margin())
 
