@@ -251,7 +251,10 @@
       }
 
       pen.beginPath();
-      const oldest = Math.max(this.trails.length - TAIL_S / TAIL_EVERY_S, 0);
+      // What many robots draw is what takes time: their trails are shorter, and their sensors have no rim.
+      const is_crowd = n > 60;
+      const tail_s = is_crowd ? TAIL_S / 5 : TAIL_S;
+      const oldest = Math.max(this.trails.length - tail_s / TAIL_EVERY_S, 0);
       for (let robot = 0; robot < n; robot += 1) {
         for (let at = oldest; at < this.trails.length; at += 1) {
           const x = at_x(this.trails[at][2 * robot]);
@@ -261,7 +264,7 @@
         }
         if (this.trails.length > 0) pen.lineTo(at_x(rows[4 * robot]), at_y(rows[4 * robot + 1]));
       }
-      pen.globalAlpha = n > 60 ? 0.25 : 0.5;
+      pen.globalAlpha = 0.5;
       pen.strokeStyle = colour.trail;
       pen.lineWidth = 1.2 * line;
       pen.stroke();
@@ -282,6 +285,7 @@
         pen.fillStyle = is_lit ? colour.lit : colour.region;
         pen.globalAlpha = is_lit ? 0.45 : 0.12;
         pen.fill();
+        if (is_crowd) continue;
         pen.strokeStyle = pen.fillStyle;
         pen.lineWidth = 0.8 * line;
         pen.globalAlpha = is_lit ? 0.9 : 0.35;
@@ -431,7 +435,6 @@
 
   const pace = element("pace");
   let last_ms = 0;
-  let n_trails = 0;
   function frame(now_ms) {
     requestAnimationFrame(frame);
     const passed_s = Math.min(Math.max(now_ms - last_ms, 0), 100) / 1000;
@@ -523,7 +526,7 @@
     const use = element("status-symbol");
     if (phase) use.setAttribute("href", `#symbol-${phase}`);
     else use.removeAttribute("href");
-    element("phase").textContent = phase ? capitalised(phase_of[phase].title) : "Not judged yet";
+    element("phase").textContent = `${phase ? capitalised(phase_of[phase].title) : "Not judged yet"}:`;
     const end = at_end ? ` At ${swarm.duration_s} s, where a sweep judges: ${phase_of[at_end].title}.` : "";
     const why = phase
       ? (reason.length > 0 ? `${reason.join("; ")}.` : "all bounds are kept.")

@@ -136,6 +136,24 @@ def check_loop(page):
     assert abs(time_of(page, run) - float(page.locator(f"{run} .time").get_attribute("max"))) < 0.01
 
 
+def check_simulator(page):
+    """A cell opens in the simulator that lies in the report, under the conditions of the sweep."""
+    button = page.locator(".facts:not([hidden]) .simulate")
+    with page.expect_popup() as opening:
+        button.click()
+    simulator, printed = opening.value, []
+    simulator.on("console", lambda message: printed.append(message.text))
+    settled(simulator, "window.loaded_ms !== undefined")
+    address = button.get_attribute("data-address")
+    described = simulator.evaluate("simulated.describe()")
+    for key, value in (part.split("=") for part in address.split("&")):
+        assert key == "replicate" or described["values"][key] == float(value), address
+    settled(simulator, "simulated.n_steps() > 10")
+    assert printed == [] and not simulator.locator("#refusal").is_visible(), printed
+    print("simulated:", address, described["digest"])
+    simulator.close()
+
+
 def frame_times_ms(page):
     return page.evaluate(
         """() => new Promise(done => {
@@ -178,6 +196,7 @@ def main():
                     for player in ["#cell-player", "#run-0-player"]:
                         check_player(page, player)
                     check_loop(page)
+                    check_simulator(page)
                     times_ms = sorted(frame_times_ms(page))
                     print("median frame: %.0f ms" % times_ms[len(times_ms) // 2])
                     print("pages:", check_print(page))

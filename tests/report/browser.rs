@@ -6,6 +6,8 @@ use crate::browser::{browse, number_after};
 use crate::command::{code, repository, rsrs, stderr};
 use crate::laboratory::workplace;
 use crate::simulated_bags::Run;
+use rsrs_core::conditions::Conditions;
+use rsrs_pipeline::sweep::source::ResolvedSweep;
 
 #[test]
 fn a_report_of_a_hundred_robots_opens_at_once_and_draws_its_frames_in_time() {
@@ -66,4 +68,14 @@ fn a_report_of_nine_runs_is_small_responds_moves_and_prints_in_a_browser() {
     let screenshots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
     let found = browse("report/browser.py", &here.join("report.html"), &[&screenshots]);
     assert!(found.contains("cells: 88\n") && found.ends_with("all is well\n"), "{found}");
+    let sweep = ResolvedSweep::read_either(&here.join("out/sweep.yaml")).expect("it was swept");
+    let (address, digest) = found
+        .lines()
+        .find_map(|line| line.strip_prefix("simulated: ")?.rsplit_once(' '))
+        .expect("a cell was simulated in the browser");
+    let cells = sweep.cells("sweep.yaml").expect("they were swept");
+    let is_it = |world: &Conditions| format!("{:016x}", world.digest()) == digest;
+    let (cell, _) = cells.iter().find(|(_, world)| is_it(world)).expect("it is one of them");
+    let cell = cell.to_string().replace(',', "&");
+    assert!(address.starts_with(&cell), "{address} is not {cell}");
 }

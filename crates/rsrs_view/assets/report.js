@@ -374,6 +374,22 @@
     if (event.key === "l") player.seek(player.time_s + SKIP_S);
   }
 
+  // The page that simulates lies in this one: it opens at the cell, in a window of its own.
+  let simulator = null;
+  async function unpacked_page() {
+    const packed = new Blob([bytes(document.getElementById("simulator").textContent)]);
+    const page = new Response(packed.stream().pipeThrough(new DecompressionStream("gzip")));
+    return URL.createObjectURL(new Blob([await page.arrayBuffer()], { type: "text/html" }));
+  }
+  async function simulate({ dataset }) {
+    simulator ||= await unpacked_page();
+    const source = document.getElementById("source").textContent;
+    open(`${simulator}#${dataset.address}&source=${encodeURIComponent(source)}`, "_blank");
+  }
+  for (const button of document.querySelectorAll(".simulate")) {
+    button.addEventListener("click", () => simulate(button));
+  }
+
   document.documentElement.classList.add("moves");
   document.querySelectorAll(".scripted").forEach((element) => (element.hidden = false));
   show_cells();

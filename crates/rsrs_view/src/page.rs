@@ -8,6 +8,8 @@ use crate::svg::inline;
 const STYLE: &str = include_str!("../assets/page.css");
 /// A page asks for nothing from elsewhere, whatever is on it.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+/// A page that holds [`crate::simulator::PAGE`] lets that, which is under the same policy, start its threads.
+pub(crate) const SIMULATING: &str = " 'wasm-unsafe-eval' blob:; worker-src blob:";
 
 /// A page that is being written; every text is escaped, and only pictures of this crate go in as
 /// they are.
@@ -96,7 +98,7 @@ impl Page {
 
     /// The whole page.
     pub fn finish(self) -> String {
-        document(&self.title, &html! { @for part in &self.body { (part) } }, &html! {})
+        document((&self.title, ""), &html! { @for part in &self.body { (part) } }, &html! {})
     }
 }
 
@@ -105,8 +107,9 @@ impl Page {
 /// # Arguments
 ///
 /// * `title` — which is also its first heading; any text.
+/// * `more` — what its scripts may do beyond [`POLICY`].
 /// * `end` — what follows on the body: data and script.
-pub(crate) fn document(title: &str, body: &Markup, end: &Markup) -> String {
+pub(crate) fn document((title, more): (&str, &str), body: &Markup, end: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -114,7 +117,7 @@ pub(crate) fn document(title: &str, body: &Markup, end: &Markup) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta http-equiv="Content-Security-Policy" content={ (POLICY) (more) };
                 title { (title) }
                 style { (PreEscaped(STYLE)) }
             }

@@ -3,20 +3,28 @@
 //!
 //! The page is whole without its script: pictures, tables and labels are in it as they are, and what
 //! the script adds is movement. Data for it are the [`Replay`]s, as JSON; the script and the styles
-//! are `assets/report.js` and `assets/page.css`.
+//! are `assets/report.js` and `assets/page.css`. A cell can be changed and watched on the page that simulates,
+//! which is in the report, packed.
 
 mod cells;
 mod runs;
 
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use maud::{Markup, PreEscaped, html};
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
 
 use crate::diagram::DrawnDiagram;
 use crate::order_over_time::DrawnOrder;
-use crate::page::{Table, details, document, table};
+use crate::page::{SIMULATING, Table, details, document, table};
 use crate::palette::hue;
 use crate::replay::Replay;
+use crate::simulator::PAGE;
 use crate::svg::Element;
 use crate::symbol::{Filling, MARK_PX, mark};
 
@@ -35,6 +43,8 @@ pub struct ReportPage {
     pub diagrams: Vec<Slice>,
     /// Its cells, in its order.
     pub cells: Vec<CellFacts>,
+    /// The sweep and the robot that cells are simulated of on [`crate::simulator::PAGE`], as JSON.
+    pub source: String,
     /// The cell that is shown first.
     pub first_cell: usize,
     /// What is known of the chosen cell.
@@ -115,6 +125,8 @@ pub struct CellFacts {
     pub replay: Option<Replay>,
     /// What the replay shows, or why there is none.
     pub caption: String,
+    /// What stands behind the address of the simulator's page for this cell, without its source.
+    pub address: String,
 }
 
 /// How the runs of one cell ended in one world.
@@ -198,9 +210,23 @@ pub fn html(page: &ReportPage) -> String {
     };
     let end = html! {
         script type="application/json" id="replays" { (PreEscaped(replays.json())) }
+        script type="application/json" id="source" { (PreEscaped(within_script(&page.source))) }
+        script type="text/plain" id="simulator" { (simulator()) }
         script { (PreEscaped(SCRIPT)) }
     };
-    document(&page.title, &body, &end)
+    document((&page.title, SIMULATING), &body, &end)
+}
+
+/// The page that simulates, packed: a report is mailed without other files.
+fn simulator() -> String {
+    let mut packer = GzEncoder::new(Vec::new(), Compression::best());
+    packer.write_all(PAGE.as_bytes()).expect("memory takes what is written");
+    STANDARD.encode(packer.finish().expect("memory takes what is written"))
+}
+
+/// JSON that ends no script.
+fn within_script(json: &str) -> String {
+    json.replace('<', "\\u003c")
 }
 
 /// The replays of a page, in the order in which the script finds them: those of the cells, then those
@@ -226,10 +252,8 @@ impl<'a> Replays<'a> {
         Self { all, of_cells, of_runs }
     }
 
-    /// As JSON that ends no script.
     fn json(&self) -> String {
-        let json = serde_json::to_string(&self.all).expect("replays are plain data");
-        json.replace('<', "\\u003c")
+        within_script(&serde_json::to_string(&self.all).expect("replays are plain data"))
     }
 }
 

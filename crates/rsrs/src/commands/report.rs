@@ -16,7 +16,8 @@ use crate::failure::Outcome;
 /// Write one HTML file with the diagram, its cells in motion, and the runs that were compared with it.
 ///
 /// The cells of the diagram respond to pointer, tap and arrow keys: they show how their runs ended, and
-/// one of them, simulated again. Runs are played from their bags beside their order parameters.
+/// one of them, simulated again; a button opens the cell in a simulator that lies in the file, to change and watch
+/// it. Runs are played from their bags beside their order parameters.
 /// The file needs no other and asks for nothing from the network: it can be mailed, printed and kept.
 /// Runs are labelled and compared as `rsrs compare` does it; without runs the report is of the sweep alone.
 /// Exit code 3 means that the claim is violated.

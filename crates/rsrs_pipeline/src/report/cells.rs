@@ -5,6 +5,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::judge::phase::{Phase, WINDOW_S, label, samples_in};
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
@@ -18,7 +19,7 @@ use crate::sweep::result::World;
 use crate::wording::quantity;
 
 /// What the replays of all cells may take, in bytes of the page.
-const BUDGET_BYTES: f64 = 400_000.0;
+const BUDGET_BYTES: f64 = 340_000.0;
 /// How often poses are kept, in seconds: as often as looks smooth, and as rarely as still shows turns.
 const FRAMES_S: [f64; 2] = [0.4, 1.05];
 /// The shortest replay that is worth watching, in seconds.
@@ -85,13 +86,21 @@ fn facts_of(
         runs: runs.map(|(run, _)| run).collect(),
         replay: None,
         caption: "The sweep has too many cells for a replay of each.".to_owned(),
+        address: address(&entry.cell, 0),
     };
     if let Some(sampling) = sampling {
         let typical = Typical::of(of, entry, conditions)?;
         facts.caption = typical.in_words(of, entry, sampling);
+        facts.address = address(&entry.cell, typical.replicate);
         facts.replay = Some(typical.replay(conditions, sampling));
     }
     Ok(facts)
+}
+
+/// What the page that simulates shows of its sweep: `speed_m_s=0.15&turn_rate_rad_s=0.75&replicate=3`.
+fn address(cell: &Cell, replicate: u64) -> String {
+    let values = cell.iter().map(|(axis, value)| format!("{axis}={value}&"));
+    format!("{}replicate={replicate}", values.collect::<String>())
 }
 
 fn world(of: &Reported, name: &str, entry: &DiagramCell) -> WorldFacts {
@@ -175,7 +184,7 @@ mod tests {
 
     #[test]
     fn fewer_poses_come_before_a_shorter_replay_and_nothing_last() {
-        let sampling = |n_cells: f64| ReplaySampling::within(BUDGET_BYTES / n_cells, 9);
+        let sampling = |n_cells: f64| ReplaySampling::within(400_000.0 / n_cells, 9);
 
         assert_eq!(sampling(10.0), Some(ReplaySampling { frame_s: 0.4, shown_s: WINDOW_S }));
         let coarse = sampling(70.0).unwrap();

@@ -105,6 +105,11 @@ fn facts(page: &ReportPage, (index, cell): (usize, &CellFacts), replay: Option<u
             h3 { (cell.name) @if cell.is_chosen { " " span.chosen { "chosen cell" } } }
             div.numbers {
                 p.caption { (cell.caption) }
+                p.scripted hidden {
+                    button.simulate type="button" data-address=(cell.address) {
+                        "Simulate it, and change it"
+                    }
+                }
                 @for world in &cell.worlds { div.world { (shares(world)) } }
                 @if !cell.runs.is_empty() {
                     h4 { "Experiments" }
