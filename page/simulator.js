@@ -27,6 +27,7 @@
       ["speed_gain", 0.5, 1.5, 0.01], ["turn_gain", 0.5, 1.5, 0.01], ["period_s", 0.02, 0.5, 0.01]]],
   ];
   const SLIDERS = Object.fromEntries(GROUPS.flatMap(([, , rows]) => rows.map((row) => [row[0], row])));
+  const USUAL = { robots: [2, 22], placement_radius_m: [0.4, 2.4], range_m: [0.2, 3] };
   const STARTS = [
     ["disc_facing_out", "in a disc, facing out"], ["box_facing_out", "in a box, facing out"],
     ["box_facing_any_way", "in a box, facing any way"]];
@@ -91,8 +92,8 @@
   }
 
   // The address: only what differs from the first page.
-  function from_address() {
-    const given = new URLSearchParams(location.hash.slice(1));
+  function from_address(hash) {
+    const given = new URLSearchParams(hash.slice(1));
     state = first();
     if (given.has("source")) state.source = given.get("source");
     const digits = (key) => (/^\d{1,20}$/.test(given.get(key) || "") ? given.get(key) : null);
@@ -142,12 +143,11 @@
         ? [key, swept[0], swept[swept.length - 1], 0]
         : (ranges[key] || SLIDERS[key]);
       const n = most === MOST_VALUES[0] ? 11 : 8;
-      if (axis_of[key].is_count) {
-        const by = Math.max(1, Math.round((Math.min(greatest, 22) - least) / (n - 1)));
-        const from = key === "robots" ? Math.max(least, 2) : least;
-        return Array.from({ length: n }, (_, at) => from + at * by);
-      }
-      return { from: least, to: key === "placement_radius_m" ? Math.min(greatest, 2.2) : greatest, steps: n };
+      if (step === 0) return { from: least, to: greatest, steps: n };
+      // Round numbers within what nine or so robots have use for.
+      const [from, to] = USUAL[key] || [least, greatest];
+      const value = (at) => Number((step * Math.round((from + ((to - from) * at) / (n - 1)) / step)).toFixed(6));
+      return [...new Set(Array.from({ length: n }, (_, at) => value(at)))];
     };
     return Object.fromEntries(keys.map((key, at) => [key, values(key, MOST_VALUES[at])]));
   }
@@ -380,8 +380,9 @@
   let owed_steps = 0;
   let is_playing = !calm.matches;
   let ring_m = null;
+  let is_placed = false;
   let run = 0; // Numbers the runs, so that answers about an earlier one are dropped.
-  const is_moving = () => is_playing && swarm !== null;
+  const is_moving = () => is_playing && is_placed;
   const n_steps_of = (duration_s) => Math.floor(duration_s / swarm.period_s + 1e-9);
 
   function advance(n_steps) {
@@ -413,6 +414,7 @@
     } catch (error) {
       return refuse(error);
     }
+    is_placed = true;
     const n = 4 * swarm.robots;
     [before, after, between] = [n, n, n].map((length) => new Float32Array(length));
     advance(0);
@@ -429,6 +431,10 @@
   }
 
   function refuse(error) {
+    is_placed = false;
+    element("phase").textContent = "Not simulated:";
+    element("why").textContent = "these settings make no swarm.";
+    element("status-symbol").removeAttribute("href");
     element("refusal").textContent = capitalised(error.message);
     element("refusal").hidden = false;
   }
@@ -544,7 +550,7 @@
     body.replaceChildren();
     element("wanted").textContent = phase_of[swarm.phases[0]].title;
     element("window").textContent =
-      `Its order parameters are from 0 to 1, and are those of the last minute. A dashed line is the bound of ${phase_of[swarm.phases[0]].title}.`;
+      `Order parameters of the last minute, from 0 to 1. A dashed line is the bound of ${phase_of[swarm.phases[0]].title}.`;
     const row_of = (key) => {
       const row = body.insertRow();
       const bound = bounds[key];
@@ -651,7 +657,7 @@
       `<label for="${key}">${name}</label><input id="${key}" type="range">` +
       `<input type="number" step="any" aria-label="${name}${unit ? `, in ${unit}` : ""}">` +
       `<span class="unit">${unit === "robots" ? "" : unit}</span>`;
-    const [, slider, exact] = row.children;
+    const [label, slider, exact] = row.children;
     const set = (value, control) => {
       if (value === "" || !Number.isFinite(Number(value))) return;
       touched = control;
@@ -660,7 +666,7 @@
     };
     slider.addEventListener("input", () => set(slider.value, slider));
     exact.addEventListener("change", () => set(exact.value, exact));
-    controls[key] = { row, slider, exact };
+    controls[key] = { row, label, slider, exact };
     return row;
   }
 
@@ -693,8 +699,7 @@
     if (key === "placement_radius_m") {
       disc_follows = false;
       if (is_boxed()) {
-        const side_m = Number((Math.SQRT2 * value).toFixed(3));
-        state.start = { kind: swarm.placement, width_m: side_m, height_m: side_m };
+        state.start = { kind: swarm.placement, width_m: value, height_m: value };
         return update();
       }
     }
@@ -713,8 +718,12 @@
   let first_values = {};
   function show_settings() {
     const { values, limits } = swarm;
-    for (const [key, { row, slider, exact }] of Object.entries(controls)) {
-      const value = values[key];
+    for (const [key, { row, label, slider, exact }] of Object.entries(controls)) {
+      let value = values[key];
+      if (key === "placement_radius_m") {
+        if (is_boxed()) value = swarm.conditions.placement.width_m;
+        label.textContent = is_boxed() ? "side of the box" : axis_of[key].name;
+      }
       row.hidden = value === undefined ||
         (key === "placement_radius_m" && swarm.placement === "given") ||
         (key === "polygon_scale" && values.polygon_scale === undefined);
@@ -835,8 +844,8 @@
       if (counts === null || counts.refusal !== undefined) return;
       const total = swarm.phases.reduce((sum, key) => sum + (counts[key] || 0), 0);
       const most = swarm.phases.reduce((best, key) => ((counts[key] || 0) > (counts[best] || 0) ? key : best));
-      const share = Math.max(counts[most] / total - 0.2, 0) / 0.8;
-      const least = ["unformed", "not_aggregated", "not_spread_out"].includes(most) ? 0.6 : 0.3;
+      const { least_hue: least } = phase_of[most];
+      const share = Math.max(counts[most] / total - facts.least_share, 0) / (1 - facts.least_share);
       const amount = 100 * (least + (1 - least) * share);
       cell.style.background = `color-mix(in oklab, ${phase_of[most].colour} ${amount.toFixed(1)}%, #ffffff)`;
     },
@@ -1048,9 +1057,9 @@
     disc_follows = state.cell.placement_radius_m === undefined;
   }
 
-  function open_address() {
+  function open_address(hash = location.hash) {
     try {
-      from_address();
+      from_address(hash);
       open_source();
     } catch (error) {
       const refused = error;
@@ -1116,12 +1125,14 @@
     element("copy-link").hidden = location.protocol === "blob:";
     element("copy-link").addEventListener("click", () => copy(location.href.split("#")[0] + address(), "The link"));
     element("copy-sweep").addEventListener("click", () => copy(sweep_file(), "The sweep file"));
+    // Those of the link, or of the report, that led here.
+    const first_address = location.hash || "#";
     element("reset").addEventListener("click", () => {
-      history_replace("#");
-      open_address();
+      history_replace(first_address);
+      open_address(first_address);
     });
     element("sweep").closest("details").addEventListener("toggle", show_sweep);
-    addEventListener("hashchange", open_address);
+    addEventListener("hashchange", () => open_address());
     addEventListener("keydown", on_key);
     dark.addEventListener("change", () => {
       floor.follow_theme();
@@ -1146,6 +1157,13 @@
       return digest;
     },
     sweep_file: () => sweep_file(),
+    phase_at_end: () => at_end,
+    phase_in_sweep: () => {
+      put(scene());
+      const replicate = BigInt(state.replicate);
+      const counts = JSON.parse(got(simulator.count(replicate, replicate + 1n)));
+      return Object.keys(counts).filter((phase) => counts[phase] > 0);
+    },
     counts: () => plane.counts,
     n_steps: () => simulator.n_steps(),
     digest: () => BigInt.asUintN(64, simulator.digest()).toString(16).padStart(16, "0"),

@@ -126,6 +126,15 @@ def check_refusals(page):
     settled(page, "simulated.describe().robots === 9")
 
 
+def check_end(page):
+    """The judge of the watched swarm is that of a sweep: one phase at the end of the run."""
+    page.locator("#pace").select_option("50")
+    settled(page, "simulated.phase_at_end() !== null", 120)
+    ended, swept = page.evaluate("[simulated.phase_at_end(), simulated.phase_in_sweep()]")
+    assert swept == [ended], (ended, swept)
+    print("at the end:", ended)
+
+
 def check_sweep_file(page):
     """The diagram fills in, and its sweep file is left for the program."""
     settled(page, "simulated.is_full()", 300)
@@ -182,6 +191,7 @@ def main():
         print("usable after %d ms" % page.evaluate("window.loaded_ms"))
         check_states(page)
         check_sweep_file(page)
+        check_end(page)
         check_keys(page)
         check_refusals(page)
         assert printed == [], printed

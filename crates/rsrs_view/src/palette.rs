@@ -22,7 +22,7 @@ pub const LEAST_SHARE: f64 = 0.2;
 /// How much of the hue is left at [`LEAST_SHARE`]; the rest is white.
 ///
 /// More of the dark grey, so that its palest shade is still darker than the light grey.
-fn least_hue(phase: Phase) -> f64 {
+pub(crate) fn least_hue(phase: Phase) -> f64 {
     match phase {
         Phase::Unformed | Phase::NotAggregated | Phase::NotSpreadOut => 0.6,
         _ => 0.3,

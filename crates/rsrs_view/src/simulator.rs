@@ -9,7 +9,7 @@ use rsrs_core::quantity::Axis;
 use serde_json::{Value, json};
 
 use crate::order_over_time::colour;
-use crate::palette::hue;
+use crate::palette::{LEAST_SHARE, hue, least_hue};
 use crate::symbol::{Filling, MARK_PX, mark};
 
 /// The page. Behind `#` in its address is what it shows: `speed_m_s=0.15&robots=12`, with the sweep and the
@@ -32,6 +32,7 @@ pub fn keys() -> Value {
             "key": phase.key(),
             "title": phase.title(),
             "colour": hue(phase).hex(),
+            "least_hue": least_hue(phase),
             "symbol": symbol.to_string(),
         })
     };
@@ -40,6 +41,7 @@ pub fn keys() -> Value {
     json!({
         "axes": Axis::ALL.map(axis),
         "phases": Phase::ALL.map(phase),
+        "least_share": LEAST_SHARE,
         "parameters": Parameter::ALL.map(parameter),
     })
 }
