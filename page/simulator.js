@@ -532,7 +532,8 @@
     const use = element("status-symbol");
     if (phase) use.setAttribute("href", `#symbol-${phase}`);
     else use.removeAttribute("href");
-    element("phase").textContent = `${phase ? capitalised(phase_of[phase].title) : "Not judged yet"}:`;
+    const title = `${phase ? capitalised(phase_of[phase].title) : "Not judged yet"}:`;
+    if (element("phase").textContent !== title) element("phase").textContent = title;
     const end = at_end ? ` At ${swarm.duration_s} s, where a sweep judges: ${phase_of[at_end].title}.` : "";
     const why = phase
       ? (reason.length > 0 ? `${reason.join("; ")}.` : "all bounds are kept.")
@@ -672,11 +673,12 @@
 
   function start_choice() {
     const row = document.createElement("div");
-    row.className = "choices";
     row.innerHTML =
-      '<label>Start <select id="start"></select></label>' +
+      '<div class="choices"><label>Start <select id="start"></select></label>' +
       '<label>Robots <select id="robots-are"><option value="worse">made worse, as a sweep does</option>' +
-      '<option value="as_measured">as measured</option></select></label>';
+      '<option value="as_measured">as measured</option></select></label></div>' +
+      '<div class="choices"><label>Seed <input id="seed" type="number" min="0" step="1"></label>' +
+      '<label>Replicate <input id="replicate" type="number" min="0" step="1"></label></div>';
     const start = row.querySelector("#start");
     start.innerHTML = STARTS.map(([kind, words]) => `<option value="${kind}">${words}</option>`).join("");
     start.addEventListener("change", () => {
@@ -686,6 +688,15 @@
         : { kind: start.value, width_m: side_m, height_m: side_m };
       update();
     });
+    const digits = (take) => ({ target }) => {
+      if (/^\d{1,19}$/.test(target.value)) take(String(BigInt(target.value)));
+      else show_settings();
+    };
+    row.querySelector("#seed").addEventListener("change", digits((seed) => {
+      state.seed = seed;
+      update();
+    }));
+    row.querySelector("#replicate").addEventListener("change", digits(set_replicate));
     row.querySelector("#robots-are").addEventListener("change", ({ target }) => {
       state.as_measured = target.value === "as_measured";
       update();
@@ -748,9 +759,9 @@
     element("start").value = swarm.placement;
     element("start").closest("label").hidden = !STARTS.some(([kind]) => kind === swarm.placement);
     element("robots-are").value = state.as_measured ? "as_measured" : "worse";
-    element("robot").innerHTML = "";
-    element("robot").append(
-      `Robots of the profile “${swarm.name}”, ${swarm.robots === 1 ? "one" : swarm.robots} of them, with seed ${swarm.seed} and replicate ${state.replicate}.`);
+    element("seed").value = swarm.seed;
+    element("replicate").value = state.replicate;
+    element("robot").textContent = `Robots of the profile “${swarm.name}”.`;
   }
 
   // The diagram.
@@ -1003,10 +1014,18 @@
     show_settings();
     restart();
     plane.update();
-    if (!keeps_address) history_replace(address());
+    if (!keeps_address) take_address();
     show_sweep();
   }
+
+  // A slider that is moved changes the address often, which browsers do not like.
+  let address_timer = 0;
+  function take_address() {
+    clearTimeout(address_timer);
+    address_timer = setTimeout(() => history_replace(address()), 150);
+  }
   function history_replace(hash) {
+    clearTimeout(address_timer);
     // A page without a place of its own, as one that lies in a report, keeps its address.
     try {
       window.history.replaceState(null, "", hash);
@@ -1085,10 +1104,13 @@
     if (event.key === "n" && !is_typed) other_start();
   }
   function other_start() {
-    state.replicate = String((BigInt(state.replicate) + 1n) % 1000000n);
+    set_replicate(String((BigInt(state.replicate) + 1n) % 1000000n));
+  }
+  function set_replicate(replicate) {
+    state.replicate = replicate;
     show_settings();
     restart();
-    history_replace(address());
+    take_address();
   }
 
   async function unpacked(base64) {
@@ -1103,14 +1125,18 @@
     pace.innerHTML = PACES.map((times) => `<option value="${times}"${times === 10 ? " selected" : ""}>${times}×</option>`).join("");
     floor.follow_theme();
     play(is_playing);
+    lay_out_settings();
     const module = await WebAssembly.compile(await unpacked(element("wasm").textContent));
     simulator = (await WebAssembly.instantiate(module, {})).exports;
-    lay_out_settings();
+    floor.resize();
+    open_address();
+    window.loaded_ms = performance.now();
+
     const url = URL.createObjectURL(new Blob([element("worker").textContent], { type: "text/javascript" }));
     judge.thread = new Thread(url, module);
+    judge.open();
     const n_threads = Math.max(1, Math.min(8, (navigator.hardwareConcurrency || 2) - 1));
     plane.threads = Array.from({ length: n_threads }, () => new Thread(url, module));
-    open_address();
 
     element("play").addEventListener("click", () => play(!is_playing));
     element("again").addEventListener("click", restart);
@@ -1143,7 +1169,6 @@
       if (swarm) floor.draw(rows(), false);
     }).observe(floor.canvas);
     requestAnimationFrame(frame);
-    window.loaded_ms = performance.now();
   }
 
   // What tests ask.
