@@ -7,6 +7,7 @@ use crate::bags_cli::implausible::{in_the_corner, millimetres};
 use crate::command::{code, json, repository, rsrs, stderr, stdout};
 use crate::laboratory::{chosen, swept};
 use crate::simulated_bags::{Part, Run, cut_in_half, ended};
+use rsrs_core::comparison::fixed::FixedRun;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::EndingKind;
 use rsrs_testing::python;
@@ -522,4 +523,101 @@ fn runs_that_did_not_start_where_their_experiment_places_robots_are_named() {
     assert!(named[0].ends_with(" more (`rsrs label` lists them)"), "{notes:?}");
     assert_eq!(report["cells"][0]["n_real"], 2);
     assert!(report["bags"][1]["misplaced"].is_array(), "{report}");
+}
+
+/// One of the runs of a campaign whose number of runs was fixed.
+fn fixed_run(number: u64, runs: u64) -> Run {
+    Run { fixed: Some(FixedRun { number, runs, margin: 0.3 }), ..Run::new(number) }
+}
+
+#[test]
+fn a_campaign_of_a_fixed_number_of_runs_has_its_verdict_at_that_number_and_none_before() {
+    let place = chosen();
+    let here = place.path();
+    let bags: Vec<String> = (1..=12).map(|number| format!("run_{number}")).collect();
+    for (number, bag) in (1..).zip(&bags) {
+        fixed_run(number, 12).record(here, bag);
+    }
+    let bags: Vec<&str> = bags.iter().map(String::as_str).collect();
+
+    let before = json(&compare(here, &["--format", "json"], &bags[..11]));
+    let output = compare(here, &[], &bags);
+    let report = json(&compare(here, &["--format", "json"], &bags));
+
+    assert_eq!(before["verdict"], "undecided", "{before:#}");
+    assert_eq!(
+        (&before["fixed"]["made"], before["fixed"].get("supported_from")),
+        (&11.into(), None)
+    );
+    assert_eq!(before["cells"][0]["verdict"], "undecided");
+    assert_eq!(report["verdict"], "supported", "{report:#}");
+    assert_eq!(report["pooled"]["margin"], 0.3);
+    let text = stdout(&output);
+    for line in [
+        "  fixed before the first run: 12 runs, a margin of 0.3; the claim is supported if 12 or more of 12 \
+         milled, and violated if 9 or fewer of 12 did\n",
+        "reached wrongly with a probability of at most 0.05, at the number of runs that was fixed)\n",
+        "next: nothing\n  the number of runs was fixed; another campaign is planned and judged by itself",
+    ] {
+        assert!(text.contains(line), "{text}");
+    }
+    assert!(!text.contains("evidence"), "{text}");
+    let first = stdout(&compare(here, &[], &bags[..1]));
+    assert!(first.contains("next: go on with the campaign\n  11 runs of 12 left"), "{first}");
+}
+
+#[test]
+fn a_run_that_was_left_out_of_a_fixed_campaign_is_held_against_either_verdict() {
+    let place = chosen();
+    let here = place.path();
+    let mut bags: Vec<String> = (1..=12).map(|number| format!("run_{number}")).collect();
+    for (number, bag) in (1..).zip(&bags) {
+        fixed_run(number, 12).record(here, bag);
+    }
+    // Run 5 was stopped once it had begun, and made again.
+    let gone = Run {
+        ending: ended(EndingKind::Aborted, "lost robot_3"),
+        recorded_s: 20.0,
+        seed: 99,
+        ..fixed_run(5, 12)
+    };
+    gone.record(here, "gone");
+    bags.push("gone".to_owned());
+    let bags: Vec<&str> = bags.iter().map(String::as_str).collect();
+
+    let report = json(&compare(here, &["--format", "json"], &bags));
+
+    let fixed = &report["fixed"];
+    assert_eq!(
+        (&fixed["made"], &fixed["left_out"], &fixed["milled"]),
+        (&12.into(), &1.into(), &11.into())
+    );
+    assert_eq!(report["verdict"], "undecided", "{report:#}");
+}
+
+#[test]
+fn runs_of_several_campaigns_or_margins_are_refused_where_the_number_was_fixed() {
+    let place = chosen();
+    let here = place.path();
+    fixed_run(1, 12).record(here, "one");
+    fixed_run(2, 20).record(here, "other");
+    Run::new(4).record(here, "free");
+    let refused = |more: &[&str], bags: &[&str]| {
+        let output = compare(here, more, bags);
+        assert_eq!(code(&output), 1, "{}", stdout(&output));
+        stderr(&output)
+    };
+
+    let free = refused(&[], &["one", "free"]);
+    assert!(
+        free.contains("one is of 12 runs with the margin 0.3, which were fixed, and free has no"),
+        "{free}"
+    );
+    assert!(refused(&[], &["one", "other"]).contains("other is of 20 runs"));
+    let margin = refused(&["--margin", "0.1"], &["one"]);
+    assert!(margin.contains("--margin is 0.1, and 0.3 was fixed before the first run"), "{margin}");
+    let twice = Run { seed: 7, ..fixed_run(1, 12) };
+    twice.record(here, "twice");
+    let twice = refused(&[], &["one", "twice"]);
+    assert!(twice.contains("one and twice are both run 1 of the 12 that were fixed"), "{twice}");
 }

@@ -59,13 +59,13 @@ impl Comparison {
 fn options(
     bags: Vec<PathBuf>,
     labels: &str,
-    margin: f64,
+    margin: Option<f64>,
     (with_lost_robots, with_implausible, other_profile): (bool, bool, bool),
 ) -> PyResult<Options> {
     if bags.is_empty() {
         return Err(refused("no bags, expected at least one"));
     }
-    if !(0.0..=0.5).contains(&margin) {
+    if let Some(margin) = margin.filter(|margin| !(0.0..=0.5).contains(margin)) {
         return Err(refused(format!("margin is {margin}, expected a share from 0 to 0.5")));
     }
     let labels: Labeller = labels.parse().map_err(refused)?;
@@ -102,21 +102,22 @@ fn folder(result: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
 ///     Whose labels count: "judge", or "human:WHO".
 /// margin
 ///     By how much real robots may show the wanted phase less often than simulated ones and still support
-///     the claim, from 0 to 0.5; to be chosen before the first run.
+///     the claim, from 0 to 0.5; to be chosen before the first run. None is what was fixed for the
+///     campaign, or 0.1.
 /// with_lost_robots, with_implausible
 ///     Whether runs count that went on without a robot, or whose poses cannot be those of the robots.
 /// other_profile
 ///     Whether runs of robots with another profile count.
 #[pyfunction]
 #[pyo3(name = "compare")]
-#[pyo3(signature = (result, bags, *, labels="judge", margin=0.1, with_lost_robots=false,
+#[pyo3(signature = (result, bags, *, labels="judge", margin=None, with_lost_robots=false,
                     with_implausible=false, other_profile=false))]
 pub fn compare_runs(
     py: Python<'_>,
     result: &Bound<'_, PyAny>,
     bags: Vec<PathBuf>,
     labels: &str,
-    margin: f64,
+    margin: Option<f64>,
     with_lost_robots: bool,
     with_implausible: bool,
     other_profile: bool,
@@ -139,7 +140,7 @@ pub fn compare_runs(
 /// output
 ///     The file, whose name ends in .html; one that exists is replaced.
 #[pyfunction]
-#[pyo3(signature = (result, output, *, bags=None, labels="judge", margin=0.1, with_lost_robots=false,
+#[pyo3(signature = (result, output, *, bags=None, labels="judge", margin=None, with_lost_robots=false,
                     with_implausible=false, other_profile=false))]
 pub fn report(
     py: Python<'_>,
@@ -147,7 +148,7 @@ pub fn report(
     output: PathBuf,
     bags: Option<Vec<PathBuf>>,
     labels: &str,
-    margin: f64,
+    margin: Option<f64>,
     with_lost_robots: bool,
     with_implausible: bool,
     other_profile: bool,

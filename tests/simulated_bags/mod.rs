@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
+use rsrs_core::comparison::fixed::FixedRun;
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::Command;
@@ -58,6 +59,8 @@ pub struct Run {
     pub controller_only: Vec<String>,
     /// What was to be done about a lost robot.
     pub robot_lost: RobotLost,
+    /// Which run of a campaign it is whose number of runs was fixed.
+    pub fixed: Option<FixedRun>,
     /// How the run ended.
     pub ending: Ending,
     /// What the bag lacks.
@@ -109,6 +112,7 @@ impl Run {
             fleet: None,
             controller_only: Vec::new(),
             robot_lost: RobotLost::Abort,
+            fixed: None,
             ending: ended(EndingKind::Completed, ""),
             lacks: None,
             distortion: None,
@@ -174,6 +178,7 @@ impl Run {
             },
             controller_only: self.controller_only.clone(),
             pose_source: self.pose_source,
+            fixed: self.fixed,
             time: self.time,
             ..fleet_record(&flockbot().digest(), self.conditions())
         }

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::comparison::MARGIN;
 use rsrs_core::robot::pose_source::PoseSource;
 
 use crate::profile_arguments::ProfileArguments;
@@ -29,10 +28,9 @@ pub struct BagArguments {
     #[arg(long)]
     pub with_implausible: bool,
     /// By how much real robots may mill less often than simulated ones and still support the claim;
-    /// choose it before the first run (default: 0.1).
-    #[arg(long, value_name = "SHARE", default_value_t = MARGIN, hide_default_value = true,
-          value_parser = margin)]
-    pub margin: f64,
+    /// choose it before the first run (default: 0.1, or what was fixed for the campaign).
+    #[arg(long, value_name = "SHARE", value_parser = margin)]
+    pub margin: Option<f64>,
     /// Where poses come from in all of these bags (default: what each run went by).
     #[arg(long, value_parser = crate::pose_arguments::pose_sources())]
     pub poses: Option<PoseSource>,

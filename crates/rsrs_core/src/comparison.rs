@@ -4,6 +4,7 @@
 //! by itself mill more often.
 
 pub mod experiment_plan;
+pub mod fixed;
 pub mod left_out;
 pub mod next_experiment;
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use rsrs_core::comparison::fixed::FixedRun;
 use rsrs_core::conditions::operator::OperatorConditions;
 use rsrs_core::conditions::{Conditions, Impossible, MOST_DURATION_S};
 use rsrs_core::program;
@@ -70,6 +71,9 @@ pub struct ExperimentRecord {
     /// Robots with a profile of their own, by name; that of the others is named in `provenance`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub own_profiles: BTreeMap<String, OwnProfile>,
+    /// Which run of a design it is whose number of runs was fixed before the first; `None` where none was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fixed: Option<FixedRun>,
 }
 
 /// A profile that holds for one robot in the place of the fleet's.
@@ -601,6 +605,7 @@ pub(crate) mod tests {
             time: experiment.simulator.time,
             gates: BTreeMap::new(),
             own_profiles: BTreeMap::new(),
+            fixed: None,
         }
     }
 

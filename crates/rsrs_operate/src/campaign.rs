@@ -85,5 +85,6 @@ fn plan(
         other_profile,
     })?;
     plan.record.replicate = experiment.replicate;
+    plan.record.fixed = experiment.fixed;
     Ok(plan)
 }

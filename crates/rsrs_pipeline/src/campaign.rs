@@ -42,4 +42,5 @@ pub fn is_same(one: &ExperimentRecord, other: &ExperimentRecord) -> bool {
         && one.conditions == other.conditions
         && one.duration_s.to_bits() == other.duration_s.to_bits()
         && one.provenance.profile_digest == other.provenance.profile_digest
+        && one.fixed == other.fixed
 }

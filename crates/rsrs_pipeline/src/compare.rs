@@ -1,5 +1,6 @@
 //! Holds recorded runs against the sweep that predicts them.
 
+pub mod fixed;
 pub mod not_counted;
 pub mod prediction;
 pub mod report;
@@ -16,7 +17,9 @@ use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_core::statistics::share::Share;
 
+use crate::compare::fixed::FixedCampaign;
 use crate::compare::not_counted::Cause;
 pub(crate) use crate::compare::prediction::Prediction;
 use crate::compare::report::{AtHand, Report, Runs};
@@ -39,8 +42,9 @@ pub struct Options {
     /// move.
     pub with_implausible: bool,
     /// By how much real robots may mill less often than simulated ones and still support the claim, as
-    /// a share from 0 to 0.5; to be chosen before the first run.
-    pub margin: f64,
+    /// a share from 0 to 0.5, to be chosen before the first run; `None` takes the one that was fixed, or
+    /// [`MARGIN`](rsrs_core::comparison::MARGIN).
+    pub margin: Option<f64>,
     /// Where poses come from; `None` takes the source by which each run went.
     pub poses: Option<PoseSource>,
     /// What to do about runs of robots with another profile than that of the sweep.
@@ -69,6 +73,8 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     let cell = |index: usize| &result.diagram.cells[index].cell;
     let mut runs = Runs::default();
     let admitted = admit(&result, &options.bags, options.other_profile)?;
+    let design = fixed::design(&admitted)?;
+    let margin = fixed::margin(options.margin, design)?;
     let at_hand = AtHand::of(folder, &admitted);
     for run in admitted {
         let of_cell = cell(run.cell);
@@ -108,7 +114,7 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
             n_left_out,
         });
     }
-    let attempts = Attempts::with_margin(&cells, options.margin);
+    let attempts = Attempts::with_margin(&cells, margin);
     let (comparison, deciding) = attempts.deciding();
     let as_measured = |cell: &Cell| {
         let index = result.diagram.locate(cell).ok();
@@ -116,8 +122,13 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     };
     let others = not_run(&result, &prediction, deciding);
     let next = (next_step(comparison, deciding, &others, &as_measured), at_hand);
+    let share = |index| Ok(Share::milling(&prediction.of_cell(index)?.phases));
+    let fixed = design.map(|design| FixedCampaign::of(design, &runs, share)).transpose()?;
     let mut report = Report::new(&attempts, &simulated, runs, next);
     report.labels = options.labels.to_string();
+    if let Some(fixed) = fixed {
+        report.rest_on(fixed);
+    }
     report.notes.extend(prediction.note());
     Ok(report)
 }

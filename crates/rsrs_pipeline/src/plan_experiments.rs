@@ -1,5 +1,6 @@
 //! How many real runs decide `B_r(E) ≥ B_s(E)`, asked before the first of them.
 
+pub mod fixed;
 mod text;
 
 use std::path::Path;
@@ -92,44 +93,67 @@ pub struct PlannedRuns {
 /// If the folder is not a sweep's, a cell was not swept or is named twice, no cell is named and none was
 /// chosen, or the simulation is called off.
 pub fn plan_experiments(folder: &Path, options: &Options) -> anyhow::Result<PlannedExperiments> {
-    let result = folder::read(folder)?;
-    let prediction = Prediction::of(folder, &result)?;
-    let cells = cells(folder, &result, &prediction, options)?;
-    let planned = cells
-        .iter()
-        .zip(as_measured(&result, &cells, options)?)
-        .map(|(index, as_measured)| {
-            let simulated = Share::milling(&prediction.of_cell(*index)?.phases);
-            let part = prediction.part(*index);
-            Ok(PlannedCell { simulated, as_measured, so_far: Share::default(), part })
-        })
-        .collect::<anyhow::Result<Vec<PlannedCell>>>()?;
-    let mut generator = ChaCha8Rng::seed_from_u64(result.source.sweep.seed);
+    let subject = Subject::read(folder, options)?;
+    let planned: Vec<PlannedCell> = subject.cells.iter().map(|(_, planned)| *planned).collect();
+    let mut generator = ChaCha8Rng::seed_from_u64(subject.seed);
     let ExperimentPlan { runs, by_runs, mean_runs } =
         plan(&planned, options.margin, options.wanted, &mut || generator.random());
-    let n_cells = cells.len() as u64;
+    let n_cells = planned.len() as u64;
     let of_cell = |position: u64| runs.map(|runs| (runs + n_cells - 1 - position) / n_cells);
-    let cells = (0..).zip(cells.iter().zip(&planned)).map(|(position, (index, planned))| {
-        let PlannedCell { simulated, as_measured, .. } = planned;
-        PlannedRuns {
-            cell: result.diagram.cells[*index].cell.clone(),
-            runs: of_cell(position),
-            b_s: simulated.value(),
-            n_simulated: simulated.n,
-            b_m: as_measured.value(),
-            n_as_measured: as_measured.n,
-        }
-    });
     Ok(PlannedExperiments {
-        behaviour: result.source.sweep.behaviour,
+        behaviour: subject.behaviour,
         runs,
         wanted: options.wanted,
         margin: options.margin,
-        cells: cells.collect(),
+        cells: subject.rows(|position| of_cell(position as u64)),
         mean_runs,
         by_runs,
-        notes: prediction.note().into_iter().collect(),
+        notes: subject.notes,
     })
+}
+
+/// What runs are planned of.
+struct Subject {
+    behaviour: Behaviour,
+    seed: u64,
+    /// The cells, with what is known of them.
+    cells: Vec<(Cell, PlannedCell)>,
+    /// What a reader must not overlook.
+    notes: Vec<String>,
+}
+
+impl Subject {
+    fn read(folder: &Path, options: &Options) -> anyhow::Result<Self> {
+        let result = folder::read(folder)?;
+        let prediction = Prediction::of(folder, &result)?;
+        let cells = cells(folder, &result, &prediction, options)?;
+        let planned = |(index, as_measured): (&usize, Share)| {
+            let simulated = Share::milling(&prediction.of_cell(*index)?.phases);
+            let (so_far, part) = (Share::default(), prediction.part(*index));
+            let cell = result.diagram.cells[*index].cell.clone();
+            Ok((cell, PlannedCell { simulated, as_measured, so_far, part }))
+        };
+        let cells = cells.iter().zip(as_measured(&result, &cells, options)?).map(planned);
+        Ok(Self {
+            behaviour: result.source.sweep.behaviour,
+            seed: result.source.sweep.seed,
+            cells: cells.collect::<anyhow::Result<_>>()?,
+            notes: prediction.note().into_iter().collect(),
+        })
+    }
+
+    /// The cells with so many runs each, by their positions.
+    fn rows(&self, runs: impl Fn(usize) -> Option<u64>) -> Vec<PlannedRuns> {
+        let row = |(position, (cell, planned)): (usize, &(Cell, PlannedCell))| PlannedRuns {
+            cell: cell.clone(),
+            runs: runs(position),
+            b_s: planned.simulated.value(),
+            n_simulated: planned.simulated.n,
+            b_m: planned.as_measured.value(),
+            n_as_measured: planned.as_measured.n,
+        };
+        self.cells.iter().enumerate().map(row).collect()
+    }
 }
 
 /// The cells by their indices in the diagram.

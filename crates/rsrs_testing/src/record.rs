@@ -25,6 +25,7 @@ pub fn fleet_record(profile_digest: &str, conditions: Conditions) -> ExperimentR
         controller_only: Vec::new(),
         gates: BTreeMap::new(),
         own_profiles: BTreeMap::new(),
+        fixed: None,
         pose_source: None,
         tracker: None,
         time: Time::RealTime,

@@ -151,6 +151,7 @@ impl Plan {
             run_id: run_id.clone(),
             gates: BTreeMap::new(),
             own_profiles: profiles.recorded(),
+            fixed: None,
         };
         let profile_path = profiles.fleet.path.clone();
         let other_profile = admit(swept.as_ref(), &record, (request, profile_path))?;

@@ -205,6 +205,7 @@ fn record(
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
         own_profiles: std::collections::BTreeMap::new(),
+        fixed: None,
         pose_source: Some(PoseSource::Odom),
         tracker: None,
         time: Time::RealTime,

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use rsrs_core::comparison::MARGIN;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::interval_kind::IntervalKind;
@@ -131,7 +130,7 @@ impl Arguments {
             labels: self.labels.clone(),
             with_lost_robots: false,
             with_implausible: false,
-            margin: MARGIN,
+            margin: None,
             poses: None,
             other_profile: self.other.profile(),
         };

@@ -188,7 +188,7 @@ impl DryRun<'_> {
             labels: Labeller::Judge,
             with_lost_robots: false,
             with_implausible: false,
-            margin: MARGIN,
+            margin: Some(MARGIN),
             poses: None,
             other_profile: OtherProfile::Refused,
         };

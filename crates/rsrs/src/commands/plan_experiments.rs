@@ -2,10 +2,15 @@
 
 use std::path::PathBuf;
 
+use anyhow::Context;
 use rsrs_core::comparison::MARGIN;
 use rsrs_core::quantity::Cell;
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::plan_experiments::fixed::plan_campaign;
 use rsrs_pipeline::plan_experiments::{Options, REPLICATES, WANTED, plan_experiments};
-use rsrs_pipeline::wording::shell::{experiment_beside, quoted};
+use rsrs_pipeline::wording::shell::{
+    experiment_beside, experiment_file_beside, free_beside, quoted,
+};
 
 use crate::bag_arguments::margin;
 use crate::commands::{Format, report};
@@ -19,11 +24,16 @@ use crate::words::{Tone, Words};
 /// more, and often. The real runs are shared
 /// out evenly among the cells, and `rsrs compare` is run after each; the number is the least by which it
 /// has decided, either way, with the wanted probability. Exit code 3 means that 1,024 runs do not.
+///
+/// With `--fixed` nobody looks before the last run, which takes fewer of them: their number is written
+/// into a campaign file (`-o`) before the first, and `rsrs compare` gives its verdict at that number,
+/// once.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   rsrs plan-experiments results/flockbot
   rsrs plan-experiments results/flockbot --margin 0.2 --decided 0.9
+  rsrs plan-experiments results/flockbot --margin 0.2 --fixed -o floor.yaml
   rsrs plan-experiments results/flockbot --cell speed_m_s=0.15,turn_rate_rad_s=0.75 \\
       --cell speed_m_s=0.2,turn_rate_rad_s=0.75")]
 pub struct Arguments {
@@ -45,6 +55,12 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = REPLICATES, hide_default_value = true,
           value_parser = clap::value_parser!(u64).range(1..))]
     replicates: u64,
+    /// Fix the number of runs before the first: `rsrs compare` decides at that number, and not before.
+    #[arg(long)]
+    fixed: bool,
+    /// Campaign file to write, with the number of runs and the margin that are fixed.
+    #[arg(short, long, value_name = "FILE", requires = "fixed")]
+    output: Option<PathBuf>,
     /// Threads (default: as many as the machine runs at once).
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -66,6 +82,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         replicates: arguments.replicates,
         execution: execution(arguments.threads)?,
     };
+    if arguments.fixed {
+        return fixed(arguments, &options);
+    }
     let planned = plan_experiments(&arguments.folder, &options)?;
     let words = Words::new(&planned);
     let words = match planned.runs {
@@ -76,4 +95,39 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let next = format!("next: rsrs run {} --from {}", experiment_beside(folder), quoted(folder));
     report(arguments.format, &planned, words.below(next))?;
     Ok(if planned.runs.is_some() { Outcome::Done } else { Outcome::NegativeAnswer })
+}
+
+/// Plans a campaign of a number of runs that is fixed, and writes its file.
+fn fixed(arguments: &Arguments, options: &Options) -> anyhow::Result<Outcome> {
+    let folder = &arguments.folder;
+    let experiment = arguments.output.as_ref().map(|output| {
+        let there = experiment_file_beside(folder).with_context(|| {
+            format!(
+                "no experiment.yaml here or beside {}, which the campaign would run",
+                folder.display()
+            )
+        })?;
+        Ok::<_, anyhow::Error>((output, there))
+    });
+    let experiment = experiment.transpose()?;
+    let planned = plan_campaign(folder, options)?;
+    let outcome = if planned.is_enough() { Outcome::Done } else { Outcome::NegativeAnswer };
+    let mut words = Words::new(&planned);
+    if !planned.is_enough() {
+        words = words.tone(Tone::Bad, "not even");
+    }
+    match experiment {
+        Some((output, experiment)) => {
+            write_file(output, planned.file(output, &experiment, folder)?.as_bytes())?;
+            let campaign = free_beside(&output.with_extension(""));
+            let next = format!("next: rsrs campaign {} -o {}", quoted(output), quoted(campaign));
+            words = words.below(format!("wrote {}", output.display())).below(next);
+        }
+        None => {
+            let next = "next: the same command with `-o CAMPAIGN.yaml`, before the first run";
+            words = words.below(next);
+        }
+    }
+    report(arguments.format, &planned, words)?;
+    Ok(outcome)
 }

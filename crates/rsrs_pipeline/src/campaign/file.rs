@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use rsrs_core::comparison::fixed::{FixedDesign, FixedRun};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document;
 use rsrs_core::quantity::Cell;
@@ -16,6 +17,9 @@ use crate::files::read_text;
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CampaignFile {
+    /// The number of its experiments and the margin, written down before the first run: `rsrs compare`
+    /// gives its verdict at that number then, and not before (`rsrs plan-experiments --fixed`).
+    fixed: Option<FixedDesign>,
     /// What is run, in this order.
     experiments: Vec<Entry>,
 }
@@ -65,6 +69,8 @@ pub struct Experiment {
     pub seed: Option<u64>,
     /// Which repetition it is, from 0.
     pub replicate: u64,
+    /// Which run it is of those whose number was fixed.
+    pub fixed: Option<FixedRun>,
 }
 
 /// Reads a campaign file.
@@ -92,7 +98,29 @@ pub fn read(path: &Path) -> anyhow::Result<(String, Vec<Experiment>)> {
     if experiments.is_empty() {
         bail!("{file}: no experiments");
     }
+    if let Some(design) = campaign.fixed {
+        fix(design, &mut experiments, &file)?;
+    }
     Ok((text, experiments))
+}
+
+/// Numbers the experiments of a design.
+fn fix(design: FixedDesign, experiments: &mut [Experiment], file: &str) -> anyhow::Result<()> {
+    let FixedDesign { runs, margin } = design;
+    let n = experiments.len() as u64;
+    if runs != n {
+        return Err(with_help(
+            format!("{file}: fixed: runs is {runs}, and the experiments are {n}"),
+            "the number that `rsrs plan-experiments --fixed` gives is that of all experiments together",
+        ));
+    }
+    if !(0.0..=0.5).contains(&margin) {
+        bail!("{file}: fixed: margin is {margin}, expected a share from 0 to 0.5");
+    }
+    for (number, experiment) in (1..).zip(experiments) {
+        experiment.fixed = Some(FixedRun { number, runs, margin });
+    }
+    Ok(())
 }
 
 impl Entry {
@@ -148,6 +176,7 @@ impl Entry {
                         cell: cell.clone(),
                         seed: *seed,
                         replicate,
+                        fixed: None,
                     });
                 }
             }
@@ -206,5 +235,22 @@ mod tests {
 
             assert!(error.to_string().contains(expected), "{error:#}");
         }
+    }
+
+    #[test]
+    fn a_number_of_runs_that_is_fixed_is_that_of_all_experiments_and_each_has_its_own() {
+        let experiments =
+            "experiments: [{experiment: a.yaml, repetitions: 2}, {experiment: b.yaml}]\n";
+        let with = |fixed: &str| read_text(&format!("fixed: {fixed}\n{experiments}"));
+
+        let fixed = with("{runs: 3, margin: 0.25}").unwrap();
+
+        let numbers = fixed.iter().map(|it| it.fixed.unwrap().number);
+        assert_eq!(numbers.collect::<Vec<_>>(), [1, 2, 3]);
+        assert_eq!(fixed[0].fixed.unwrap().design(), FixedDesign { runs: 3, margin: 0.25 });
+        let error = with("{runs: 4, margin: 0.25}").unwrap_err().to_string();
+        assert!(error.contains("fixed: runs is 4, and the experiments are 3"), "{error}");
+        let error = with("{runs: 3, margin: 0.7}").unwrap_err().to_string();
+        assert!(error.contains("margin is 0.7, expected a share from 0 to 0.5"), "{error}");
     }
 }

@@ -23,6 +23,7 @@ use serde::Serialize;
 
 pub use text::evidence;
 
+use crate::compare::fixed::FixedCampaign;
 use crate::compare::not_counted::{Cause, NotCounted};
 use crate::compare::run_matching::Admitted;
 use crate::label::Labelled;
@@ -52,6 +53,10 @@ pub struct Report {
     pub bags: Vec<ComparedBag>,
     /// The runs that do not.
     pub not_counted: Vec<NotCounted>,
+    /// Where the campaign stands, if its number of runs was fixed before the first: the verdict rests on
+    /// its test then, and not on the evidence. Not there else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fixed: Option<FixedCampaign>,
     /// Those among them that were left out for a cause after their start; not there if none was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub left_out: Option<LeftOut>,
@@ -202,6 +207,8 @@ pub struct Runs {
 pub struct LeftOutRun {
     /// The index.
     pub cell: usize,
+    /// Which run it is of those whose number was fixed.
+    pub number: Option<u64>,
     /// The run.
     pub not_counted: NotCounted,
 }
@@ -218,7 +225,8 @@ impl Runs {
             after_start: run.has_started,
             bag: run.bag,
         };
-        self.left_out.push(LeftOutRun { cell: run.cell, not_counted });
+        let number = run.record.fixed.map(|fixed| fixed.number);
+        self.left_out.push(LeftOutRun { cell: run.cell, number, not_counted });
     }
 }
 
@@ -279,11 +287,30 @@ impl Report {
             tally: comparison.tally,
             bags: bags.collect(),
             not_counted: not_counted.collect(),
+            fixed: None,
             left_out,
             notes,
             next,
             at_hand,
         }
+    }
+
+    /// Lets the verdict rest on the test of a design: it is given once, and there is none before, nor one
+    /// for a cell by itself.
+    pub fn rest_on(&mut self, fixed: FixedCampaign) {
+        self.verdict = fixed.verdict;
+        self.summary = text::of_fixed(&fixed, self.verb(), &self.pooled);
+        self.further_runs = None;
+        self.left_out = None;
+        for cell in &mut self.cells {
+            (cell.verdict, cell.further_runs) = (Verdict::Undecided, None);
+        }
+        self.next = if fixed.verdict == Verdict::Violated {
+            return_to_step_1(&self.cells)
+        } else {
+            NextStep::Nothing
+        };
+        self.fixed = Some(fixed);
     }
 
     /// The behaviour that is compared.
@@ -318,6 +345,17 @@ impl Report {
         let of_cell = |cell| kinds.iter().filter_map(move |kind| of_phase(cell, *kind));
         self.cells.iter().flat_map(of_cell).collect()
     }
+}
+
+/// Back to the robots, for the cell in which they are most certainly worse.
+fn return_to_step_1(cells: &[ComparedCell]) -> NextStep {
+    let worst = cells.iter().max_by(|one, other| one.e_violated.total_cmp(&other.e_violated));
+    worst.map_or(NextStep::Nothing, |worst| NextStep::ReturnToStep1 {
+        cell: worst.cell.clone(),
+        b_r: worst.b_r,
+        b_s: worst.b_s,
+        e_violated: worst.e_violated,
+    })
 }
 
 fn of_cell(cell: &CellComparison, runs: &CellRuns, simulated: Simulated) -> ComparedCell {

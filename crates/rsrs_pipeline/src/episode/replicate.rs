@@ -150,6 +150,7 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
         own_profiles: std::collections::BTreeMap::new(),
+        fixed: None,
         pose_source: Some(PoseSource::Odom),
         tracker: None,
         time: Time::Lockstep,

@@ -3,7 +3,10 @@
 use std::fmt;
 
 use rsrs_core::comparison::experiment_plan::Decided;
+use rsrs_core::comparison::fixed::FixedPlan;
+use rsrs_core::judge::behaviour::Behaviour;
 
+use super::fixed::PlannedCampaign;
 use super::{PlannedExperiments, PlannedRuns};
 use crate::wording::{columns, count, counted, percent};
 
@@ -47,16 +50,19 @@ impl fmt::Display for PlannedExperiments {
     }
 }
 
+/// What runs decide.
+fn claim(behaviour: Behaviour, margin: f64) -> String {
+    format!(
+        "whether real robots {} as often as simulated ones, or at most {:.0} percentage points less often \
+         (`B_r ≥ B_s − {margin}`),",
+        behaviour.verb().plain,
+        100.0 * margin
+    )
+}
+
 impl PlannedExperiments {
-    /// What the runs decide.
     fn claim(&self) -> String {
-        format!(
-            "whether real robots {} as often as simulated ones, or at most {:.0} percentage points less \
-             often (`B_r ≥ B_s − {}`),",
-            self.behaviour.verb().plain,
-            100.0 * self.margin,
-            self.margin
-        )
+        claim(self.behaviour, self.margin)
     }
 
     /// Some of the numbers of runs, evenly spaced, the last one among them.
@@ -65,6 +71,49 @@ impl PlannedExperiments {
         let mut shown: Vec<Decided> = self.by_runs.iter().rev().step_by(step).copied().collect();
         shown.reverse();
         shown
+    }
+}
+
+impl fmt::Display for PlannedCampaign {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FixedPlan { test, decided, supported, violated, .. } = &self.plan;
+        let (runs, claim) = (counted(self.runs, "run"), claim(self.behaviour, self.margin));
+        let (not, but) = if self.is_enough() {
+            ("", String::new())
+        } else {
+            ("not even ", format!(" of {}: it is {}", percent(self.wanted), percent(*decided)))
+        };
+        let chance = if self.is_enough() { format!(" of {}", percent(*decided)) } else { but };
+        writeln!(
+            formatter,
+            "{not}{runs}, their number fixed before the first, decide {claim} with a probability{chance}, if \
+             the robots are as measured"
+        )?;
+        let cells: Vec<[String; 4]> = self.cells.iter().map(PlannedRuns::row).collect();
+        writeln!(formatter, "\n{}", columns(&cells))?;
+        let did = self.behaviour.verb().did;
+        match test.supported_from {
+            Some(least) => writeln!(
+                formatter,
+                "\nsupported if {least} or more {did} (probability {})",
+                percent(*supported)
+            )?,
+            None => writeln!(formatter, "\nno number of them supports the claim")?,
+        }
+        match test.violated_up_to {
+            Some(most) => {
+                write!(
+                    formatter,
+                    "violated if {most} or fewer did (probability {})",
+                    percent(*violated)
+                )?;
+            }
+            None => write!(formatter, "no number of them violates it")?,
+        }
+        for note in &self.notes {
+            write!(formatter, "\nnote: {note}")?;
+        }
+        Ok(())
     }
 }
 

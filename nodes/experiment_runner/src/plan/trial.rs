@@ -142,6 +142,7 @@ impl Plan {
             gates: BTreeMap::new(),
             // The profile of a trial is that of its robot.
             own_profiles: BTreeMap::new(),
+            fixed: None,
         };
         let bag = super::new_bag(request.bag.as_deref(), &run_id)?;
         let files = [("fleet.yaml", text), ("profile.yaml", profile_text)];

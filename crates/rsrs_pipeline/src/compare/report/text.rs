@@ -2,12 +2,15 @@
 
 use std::fmt::{Display, Formatter, Result};
 
+use rsrs_core::comparison::fixed::FixedTest;
 use rsrs_core::comparison::next_experiment::{Experiment, NextStep};
 use rsrs_core::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
 use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::statistics::pooled::Pooled;
 
 use super::{ComparedCell, LeftOut, Report, counted, runs_that_claim, supported_share};
+use crate::compare::fixed::FixedCampaign;
 use crate::label::human_labels::JUDGE;
 
 impl Display for Report {
@@ -88,10 +91,14 @@ impl Report {
     pub fn reason_in_words(&self) -> String {
         let error = match self.verdict {
             Verdict::Undecided | Verdict::NoClaim => String::new(),
-            Verdict::Violated | Verdict::Supported => format!(
-                "; reached wrongly with a probability of at most {SIGNIFICANCE}, however often one \
-                 looks"
-            ),
+            Verdict::Violated | Verdict::Supported => {
+                let when = if self.fixed.is_some() {
+                    "at the number of runs that was fixed"
+                } else {
+                    "however often one looks"
+                };
+                format!("; reached wrongly with a probability of at most {SIGNIFICANCE}, {when}")
+            }
         };
         format!("{}{error}", self.summary)
     }
@@ -99,6 +106,9 @@ impl Report {
     /// What to do next, and why.
     pub fn next_in_words(&self) -> [String; 2] {
         let mill = self.verb().plain;
+        if let (NextStep::Nothing, Some(fixed)) = (&self.next, &self.fixed) {
+            return next_of(fixed);
+        }
         match &self.next {
             NextStep::ReturnToStep1 { cell, b_r, b_s, .. } => [
                 "rsrs measure plan".to_owned(),
@@ -168,6 +178,9 @@ impl Report {
             counted(pooled.n_real, "run"),
             pooled.n_expected
         )?;
+        if let Some(fixed) = &self.fixed {
+            return writeln!(formatter, "  {}", that_decides(fixed, pooled.margin, milled));
+        }
         writeln!(
             formatter,
             "  evidence that they {mill} less often: {} (from {decides} on the claim is violated)",
@@ -194,6 +207,65 @@ impl Report {
         );
         writeln!(formatter, "  as far as these show, {short}; {}", supported_share(pooled))
     }
+}
+
+/// What a campaign shows whose number of runs was fixed.
+pub(super) fn of_fixed(fixed: &FixedCampaign, verb: Verb, pooled: &Pooled) -> String {
+    let (mill, margin) = (verb.plain, 100.0 * pooled.margin);
+    match fixed.verdict {
+        _ if fixed.made < fixed.runs => format!(
+            "{} of the {} runs are made that were fixed before the first, and there is no verdict before \
+             the last",
+            fixed.made, fixed.runs
+        ),
+        Verdict::Violated => format!("real robots {mill} less often than simulated ones"),
+        Verdict::Supported => format!(
+            "averaged over {}, real robots {mill} as often as simulated ones, or at most {margin:.0} \
+             percentage points less often",
+            runs_that_claim(pooled)
+        ),
+        Verdict::NoClaim => format!(
+            "simulated robots {mill} too rarely for real ones to {mill} less often by {margin:.0} \
+             percentage points"
+        ),
+        Verdict::Undecided => {
+            "the runs that were fixed before the first do not decide, and no further ones will"
+                .to_owned()
+        }
+    }
+}
+
+/// Which numbers decide a campaign whose number of runs was fixed.
+fn that_decides(fixed: &FixedCampaign, margin: f64, milled: &str) -> String {
+    let FixedCampaign { runs, left_out, .. } = fixed;
+    let design = format!("fixed before the first run: {runs} runs, a margin of {margin}");
+    let Some(FixedTest { supported_from, violated_up_to, n_claimed }) = fixed.test else {
+        return design;
+    };
+    let supported = supported_from.map_or_else(
+        || "no number supports the claim".to_owned(),
+        |least| format!("the claim is supported if {least} or more of {n_claimed} {milled}"),
+    );
+    let violated = violated_up_to.map_or_else(
+        || "none violates it".to_owned(),
+        |most| format!("violated if {most} or fewer of {runs} did"),
+    );
+    let left_out = match left_out {
+        0 => String::new(),
+        1 => "; one was left out after its start, and is held against either".to_owned(),
+        n => format!("; {n} were left out after their start, and are held against either"),
+    };
+    format!("{design}; {supported}, and {violated}{left_out}")
+}
+
+/// What comes after the runs that there are.
+fn next_of(fixed: &FixedCampaign) -> [String; 2] {
+    if fixed.made < fixed.runs {
+        let left = counted(fixed.runs - fixed.made, "run");
+        return ["go on with the campaign".to_owned(), format!("{left} of {} left", fixed.runs)];
+    }
+    let why = "the number of runs was fixed; another campaign is planned and judged by itself";
+    ["nothing".to_owned(), why.to_owned()]
 }
 
 /// One cell by itself.

@@ -1,0 +1,111 @@
+//! How many real runs decide, if nobody looks before the last of them.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rsrs_core::comparison::fixed::{FixedPlan, PlannedCell, plan};
+use rsrs_core::judge::behaviour::Behaviour;
+use serde::Serialize;
+
+use super::{Options, PlannedRuns, Subject};
+
+/// A campaign of a number of runs that is fixed before the first.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlannedCampaign {
+    /// What is compared; in the sweep, and not written again.
+    #[serde(skip)]
+    pub behaviour: Behaviour,
+    /// Runs in all cells together.
+    pub runs: u64,
+    /// The probability of a decision that was wanted.
+    pub wanted: f64,
+    /// By how much real robots may mill less often.
+    pub margin: f64,
+    /// The cells.
+    pub cells: Vec<PlannedRuns>,
+    /// What decides, and how probable it is.
+    #[serde(flatten)]
+    pub plan: FixedPlan,
+    /// What a reader must not overlook.
+    pub notes: Vec<String>,
+}
+
+impl PlannedCampaign {
+    /// Whether so many runs decide with the wanted probability.
+    pub fn is_enough(&self) -> bool {
+        self.plan.decided >= self.wanted
+    }
+
+    /// The campaign file.
+    ///
+    /// # Arguments
+    ///
+    /// * `place` — where it will lie; its paths are relative to that, as far as they can be.
+    /// * `experiment`, `sweep` — the experiment file, and the folder of the sweep.
+    ///
+    /// # Errors
+    ///
+    /// If the current folder is not known.
+    pub fn file(&self, place: &Path, experiment: &Path, sweep: &Path) -> anyhow::Result<String> {
+        let paths = (beside(place, experiment)?, beside(place, sweep)?);
+        let [experiment, sweep] = [paths.0, paths.1].map(|path| quoted(&path));
+        let mut text = format!(
+            "# Written before the first run: `rsrs compare` gives its verdict at this number of runs, once.\n\
+             fixed: {{runs: {}, margin: {}}}\nexperiments:\n",
+            self.runs, self.margin
+        );
+        for (number, PlannedRuns { cell, runs, .. }) in (1..).zip(&self.cells) {
+            let values: Vec<String> =
+                cell.iter().map(|(axis, value)| format!("{axis}: {value}")).collect();
+            let (values, runs) = (values.join(", "), runs.unwrap_or_default());
+            text += &format!(
+                "  - experiment: {experiment}\n    name: cell_{number}\n    from: {sweep}\n    \
+                 cells: [{{{values}}}]\n    repetitions: {runs}\n"
+            );
+        }
+        Ok(text)
+    }
+}
+
+/// A path as a file beside it names it.
+fn beside(place: &Path, path: &Path) -> anyhow::Result<PathBuf> {
+    let whole = |path: &Path| {
+        std::path::absolute(path).with_context(|| format!("cannot find {}", path.display()))
+    };
+    let (place, path) = (whole(place)?, whole(path)?);
+    let folder = place.parent().unwrap_or(&place);
+    Ok(path.strip_prefix(folder).map_or_else(|_| path.clone(), Path::to_path_buf))
+}
+
+/// A path as a string of YAML.
+fn quoted(path: &Path) -> String {
+    format!("'{}'", path.display().to_string().replace('\'', "''"))
+}
+
+/// Plans the least number of runs that decides at once, if real robots mill as often as simulated ones as
+/// measured.
+///
+/// # Arguments
+///
+/// * `folder` — that of the sweep.
+///
+/// # Errors
+///
+/// As [`plan_experiments`](super::plan_experiments).
+pub fn plan_campaign(folder: &Path, options: &Options) -> anyhow::Result<PlannedCampaign> {
+    let subject = Subject::read(folder, options)?;
+    let cells = subject.cells.iter().map(|(_, cell)| PlannedCell {
+        simulated: cell.simulated,
+        expected: cell.as_measured.value(),
+    });
+    let plan = plan(&cells.collect::<Vec<_>>(), options.margin, options.wanted);
+    Ok(PlannedCampaign {
+        behaviour: subject.behaviour,
+        runs: plan.runs.iter().sum(),
+        wanted: options.wanted,
+        margin: options.margin,
+        cells: subject.rows(|position| plan.runs.get(position).copied()),
+        plan,
+        notes: subject.notes,
+    })
+}
