@@ -215,12 +215,20 @@ fn without_location(message: &str) -> String {
 /// One that begins with the word, else the first candidate with the least edit distance, if that is at most a
 /// third of the word's length (2 edits are always allowed), or if the word begins with it.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let allowed = (word.chars().count() / 3).max(2);
+    let few = word.chars().count() / 3;
+    // `sped` begins as `speed_m_s` does.
+    let begins = |candidate: &str| {
+        let ends = candidate.match_indices('_').map(|(end, _)| end);
+        ends.into_iter().any(|end| edit_distance(word, &candidate[..end]) <= few)
+    };
     candidates
         .into_iter()
         .map(|candidate| (edit_distance(word, candidate), candidate))
         .filter(|(distance, candidate)| {
-            *distance <= allowed || candidate.starts_with(word) || word.starts_with(candidate)
+            *distance <= few.max(2)
+                || candidate.starts_with(word)
+                || word.starts_with(candidate)
+                || begins(candidate)
         })
         .min_by_key(|(distance, candidate)| (!candidate.starts_with(word), *distance))
         .map(|(_, candidate)| candidate)

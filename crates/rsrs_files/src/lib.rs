@@ -16,11 +16,37 @@ use rustix::fs::OFlags;
 #[error("it is not a regular file")]
 pub struct NotRegular;
 
+/// A folder where a file should be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("it is a folder{}", contents(yaml_files))]
+pub struct Folder {
+    /// Its YAML files, by name, in their order.
+    pub yaml_files: Vec<String>,
+}
+
+impl Folder {
+    fn at(path: &Path) -> Self {
+        let names = std::fs::read_dir(path).into_iter().flatten().flatten();
+        let names = names.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        let mut yaml_files: Vec<String> = names.filter(|name| name.ends_with(".yaml")).collect();
+        yaml_files.sort();
+        Self { yaml_files }
+    }
+}
+
+fn contents(yaml_files: &[String]) -> String {
+    if yaml_files.is_empty() {
+        return String::new();
+    }
+    format!("; name a file in it: {}", yaml_files.join(", "))
+}
+
 /// Opens a file to be read.
 ///
 /// # Errors
 ///
-/// Those of the system, and [`NotRegular`] as one of the kind [`ErrorKind::InvalidInput`].
+/// Those of the system, [`Folder`] as one of the kind [`ErrorKind::IsADirectory`], and [`NotRegular`] as
+/// one of the kind [`ErrorKind::InvalidInput`].
 pub fn open(path: &Path) -> io::Result<File> {
     if was_given(path) {
         return File::open(path);
@@ -30,8 +56,10 @@ pub fn open(path: &Path) -> io::Result<File> {
     let flags = OFlags::NONBLOCK.bits().cast_signed();
     let file = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
     let kind = file.metadata()?.file_type();
-    // Of a folder the system itself reports what it is, when it is read.
-    if kind.is_file() || kind.is_dir() {
+    if kind.is_dir() {
+        return Err(io::Error::new(ErrorKind::IsADirectory, Folder::at(path)));
+    }
+    if kind.is_file() {
         return Ok(file);
     }
     Err(io::Error::new(ErrorKind::InvalidInput, NotRegular))

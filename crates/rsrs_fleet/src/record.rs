@@ -119,6 +119,15 @@ impl Backend {
             Self::Mixed => "the simulator, at least some of them",
         }
     }
+
+    /// That it is no evidence about reality, for the title of a picture; `None` for real robots.
+    pub fn mark(self) -> Option<&'static str> {
+        match self {
+            Self::Simulator => Some("simulated"),
+            Self::Fleet => None,
+            Self::Mixed => Some("partly simulated"),
+        }
+    }
 }
 
 /// Robots of one run whose poses come from different sources, so that nothing ties them together.

@@ -20,7 +20,7 @@ use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
 use crate::best_setting::search::Search;
-use crate::best_setting::{self, Best, Subject, alternatives_text, best};
+use crate::best_setting::{self, Best, Subject, best, start_and_spare_text};
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -218,7 +218,8 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
         b_s_low,
         n_replicates: choice.n_replicates,
         denser_start: choice.denser_start,
-        alternatives: alternatives_text(&choice, options.best.wanted),
+        // Other numbers of robots are the first question.
+        alternatives: start_and_spare_text(&choice, options.best.wanted),
         decided_factors: decided_factors(result.source.sweep.harsher),
         other_numbers: choice.other_numbers,
         cell: choice.cell,

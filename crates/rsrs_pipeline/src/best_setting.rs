@@ -28,7 +28,7 @@ use crate::sweep::source::{ResolvedSweep, read_profile, robots_beside};
 use crate::sweep::sweep_in_memory;
 use crate::wording::shell::quoted;
 
-pub use alternatives::text as alternatives_text;
+pub use alternatives::{start_and_spare_text, text as alternatives_text};
 
 /// Fresh runs that confirm a setting, in each world, where nothing else is asked for.
 pub const CONFIRM: u64 = 1000;

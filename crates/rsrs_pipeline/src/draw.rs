@@ -9,6 +9,7 @@ use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, samples_in};
 use rsrs_core::judge::rule::Rules;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::observation::order_of;
+use rsrs_fleet::record::Backend;
 use rsrs_view::film::{Film, Kind, film as encode};
 use rsrs_view::order_over_time::{OrderPicture, RunPicture, svg as run_svg};
 use rsrs_view::theme::Theme;
@@ -62,6 +63,8 @@ impl DrawnRun {
     pub fn above<'a>(&'a self, lost: &'a [usize], theme: Theme) -> TrajectoryPicture<'a> {
         let trajectory = &self.run.recorded.trajectory;
         let (n_robots, duration_s) = (trajectory.n_robots, trajectory.duration_s());
+        let simulated = self.simulated().map_or_else(String::new, |mark| format!(", {mark}"));
+        let label = self.label_in_words();
         TrajectoryPicture {
             trajectory,
             radius_m: self.radius_m(),
@@ -71,9 +74,14 @@ impl DrawnRun {
             names: &self.run.recorded.robots,
             walls_m: self.run.walls_m,
             title: title(&self.bag),
-            subtitle: format!("{n_robots} robots, {duration_s:.0} s; {}", self.label_in_words()),
+            subtitle: format!("{n_robots} robots, {duration_s:.0} s{simulated}; {label}"),
             theme,
         }
+    }
+
+    /// That the robots were simulated, if any was.
+    fn simulated(&self) -> Option<&'static str> {
+        self.run.backend.and_then(Backend::mark)
     }
 
     /// Its order parameters.
@@ -217,7 +225,7 @@ pub fn film(
         radius_m: run.radius_m(),
         names: &run.recorded().robots,
         walls_m: run.run.walls_m,
-        title: title(bag),
+        title: run.simulated().map_or_else(|| title(bag), |mark| format!("{}, {mark}", title(bag))),
         captions: &run.phases(),
         speed: options.speed,
         frames_per_s: options.frames_per_s,

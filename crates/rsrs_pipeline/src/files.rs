@@ -9,6 +9,8 @@ use std::path::Path;
 
 use anyhow::Context;
 
+use crate::error::with_help;
+use crate::wording::shell::quoted;
 use crate::wording::size;
 
 /// Writes one file: a reader finds the old one or the new one, whole. A link is replaced, and what it
@@ -24,7 +26,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     } else {
         draft_of(path, bytes).and_then(|draft| draft.persist(path).map(drop).map_err(Into::into))
     };
-    written.with_context(|| cannot_write(path))?;
+    written.map_err(|error| not_written(path, error))?;
     wrote(path);
     Ok(())
 }
@@ -65,7 +67,9 @@ fn draft_of(path: &Path, bytes: &[u8]) -> std::io::Result<tempfile::NamedTempFil
     let mut draft = tempfile::Builder::new()
         .prefix(".rsrs.")
         .permissions(Permissions::from_mode(0o666))
-        .tempfile_in(folder_of(path))?;
+        .tempfile_in(folder_of(path))
+        // Without the draft's name, which nobody knows.
+        .map_err(|error| std::io::Error::from(error.kind()))?;
     draft.write_all(bytes)?;
     Ok(draft)
 }
@@ -80,6 +84,17 @@ fn cannot_read(path: &Path) -> String {
 
 fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())
+}
+
+fn not_written(path: &Path, error: std::io::Error) -> anyhow::Error {
+    let folder = folder_of(path);
+    if folder.exists() {
+        return anyhow::Error::new(error).context(cannot_write(path));
+    }
+    with_help(
+        format!("{}: there is no folder {}", cannot_write(path), folder.display()),
+        format!("make it: `mkdir -p {}`", quoted(folder)),
+    )
 }
 
 /// Reads one file of text.

@@ -80,6 +80,10 @@ pub struct Labelled {
     pub n_robots: Option<usize>,
     /// Time that was recorded while the swarm was running, in seconds; `None` for a person's label.
     pub duration_s: Option<f64>,
+    /// What moved the robots, by the bag's record; not there for a bag without one, and for a person's
+    /// label.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backend: Option<Backend>,
     /// Who labelled it: the judge, or a person's name.
     pub by: String,
     /// Where the poses came from; not there for a person's label.
@@ -217,6 +221,7 @@ impl Labelled {
             why: Vec::new(),
             n_robots: None,
             duration_s: None,
+            backend: None,
             by: label.by.clone(),
             poses: None,
             poses_by: None,
@@ -277,6 +282,8 @@ pub struct ReadRun {
     pub behaviour: Behaviour,
     /// Distance of simulated walls from the origin, in metres, where there are some.
     pub walls_m: Option<f64>,
+    /// What moved the robots, by the bag's record.
+    pub backend: Option<Backend>,
     /// Robots that did not take part to the end.
     pub lost_robots: Vec<LostRobot>,
     /// Labels by people.
@@ -388,12 +395,13 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     // A floor of real robots has its own frame and its own walls.
     let simulated = record.as_ref().filter(|record| record.backend == Backend::Simulator);
     let walls_m = simulated.and_then(|record| record.conditions.arena.walls_m());
+    let backend = record.as_ref().map(|record| record.backend);
     let lost_robots = ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default();
-    let without_label = |recorded, label, labels, lost_robots| {
-        Ok(ReadRun { label: Err(label), recorded, bodies, behaviour, walls_m, lost_robots, labels })
+    let read = |label, recorded, labels, lost_robots| {
+        Ok(ReadRun { label, recorded, bodies, behaviour, walls_m, backend, lost_robots, labels })
     };
     if let (Some(part), CutRun::Refused) = (part, options.cut) {
-        return without_label(recorded, NoLabel::Part(part), labels, lost_robots);
+        return read(Err(NoLabel::Part(part)), recorded, labels, lost_robots);
     }
     let trajectory = &recorded.trajectory;
     let rules = behaviour.rules();
@@ -401,7 +409,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
         Ok(verdict) => verdict,
         Err(error) => {
             let none = NoLabel::from_error(error, ending.as_ref());
-            return without_label(recorded, none, labels, lost_robots);
+            return read(Err(none), recorded, labels, lost_robots);
         }
     };
     let certainty = Certainty::of(&verdict, &rules);
@@ -422,6 +430,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
         why: reason.sentences(rules.wanted, &recorded.robots),
         n_robots: Some(verdict.n_robots),
         duration_s: Some(recorded.trajectory.duration_s()),
+        backend,
         by: JUDGE.to_owned(),
         poses: Some(recorded.poses.to_string()),
         poses_by: Some(poses.by),
@@ -440,7 +449,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
         own_profiles: record.as_ref().map(|it| it.own_profiles.clone()).unwrap_or_default(),
         controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
     };
-    Ok(ReadRun { label: Ok(labelled), recorded, bodies, behaviour, walls_m, lost_robots, labels })
+    read(Ok(labelled), recorded, labels, lost_robots)
 }
 
 /// What a run is judged for: what was asked for, else what its record has.

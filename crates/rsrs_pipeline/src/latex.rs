@@ -12,6 +12,9 @@ use crate::sweep::result::{SweepResult, World};
 use crate::wording::quantity::{as_on_an_axis, without_unit};
 use crate::wording::{capitalised, percent};
 
+/// A table of more rows goes on over pages.
+const PAGE_ROWS: usize = 40;
+
 /// Whether a file is one of LaTeX, by its ending.
 pub fn is_tex(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "tex")
@@ -137,23 +140,32 @@ fn share(value: f64, low: f64, high: f64) -> [String; 2] {
 fn tabular(comment: &str, head: &[String], rows: &[Vec<String>], below: &[String]) -> String {
     let comment = comment.replace(char::is_control, " ");
     let columns = "r".repeat(head.len());
+    let (environment, packages) = if rows.len() > PAGE_ROWS {
+        ("longtable", "booktabs,longtable")
+    } else {
+        ("tabular", "booktabs")
+    };
     let mut lines = vec![
         format!("% {comment}"),
-        "% needs \\usepackage{booktabs}".to_owned(),
-        format!("\\begin{{tabular}}{{@{{}}{columns}@{{}}}}"),
+        format!("% needs \\usepackage{{{packages}}}"),
+        format!("\\begin{{{environment}}}{{@{{}}{columns}@{{}}}}"),
         "\\toprule".to_owned(),
         format!("{} \\\\", head.join(" & ")),
         "\\midrule".to_owned(),
     ];
+    if environment == "longtable" {
+        lines.push("\\endhead".to_owned());
+    }
     lines.extend(rows.iter().map(|row| format!("{} \\\\", row.join(" & "))));
     if !below.is_empty() {
         lines.push("\\midrule".to_owned());
     }
     let n_columns = head.len();
-    let across =
-        |line: &String| format!("\\multicolumn{{{n_columns}}}{{@{{}}l@{{}}}}{{{line}}} \\\\");
+    let across = |line: &String| {
+        format!("\\multicolumn{{{n_columns}}}{{@{{}}p{{\\linewidth}}@{{}}}}{{{line}}} \\\\")
+    };
     lines.extend(below.iter().map(across));
-    lines.extend(["\\bottomrule", "\\end{tabular}", ""].map(str::to_owned));
+    lines.extend(["\\bottomrule".to_owned(), format!("\\end{{{environment}}}\n")]);
     lines.join("\n")
 }
 
@@ -164,6 +176,11 @@ fn escaped(text: &str) -> String {
         match character {
             '%' | '_' | '&' | '#' | '$' | '{' | '}' => all.extend(['\\', character]),
             '≥' => all.push_str("$\\ge$"),
+            '−' => all.push_str("$-$"),
+            '×' => all.push_str("$\\times$"),
+            '→' => all.push_str("$\\to$"),
+            '~' => all.push_str("\\textasciitilde{}"),
+            '^' => all.push_str("\\textasciicircum{}"),
             '°' => all.push_str("$^\\circ$"),
             '\\' => all.push_str("\\textbackslash{}"),
             _ => all.push(character),

@@ -225,6 +225,7 @@ impl<'a> Drawn<'a> {
                     } else {
                         boundaries(&conditions, plane, &mills)
                     },
+                    is_b_s: *world == World::Harsher,
                     compared: self.compared(*world, worlds.len())?,
                 });
             }

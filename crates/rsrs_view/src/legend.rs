@@ -42,6 +42,10 @@ pub struct Contents {
     pub experiments: Vec<(Phase, Filling, u64)>,
     /// Real runs that the picture does not show.
     pub n_experiments_elsewhere: u64,
+    /// What all of those are, in words.
+    pub experiments_are: &'static str,
+    /// Whether the numbers in the cells are `B_s`.
+    pub has_b_s: bool,
     /// Whether some cells have nothing to show.
     pub has_holes: bool,
 }
@@ -76,7 +80,7 @@ pub fn legend(
     } else {
         legend.phases(contents.behaviour);
         if let Some(size_px) = contents.number_px {
-            legend.number(contents.behaviour, size_px);
+            legend.number(contents, size_px);
         }
     }
     if contents.has_holes {
@@ -207,7 +211,8 @@ fn entries(contents: &Contents) -> Vec<Entry> {
     }
     if !contents.experiments.is_empty() {
         let (key, key_px) = words("n/n");
-        let text = format!("experiments that {}, of all", contents.behaviour.verb().plain);
+        let verb = contents.behaviour.verb().plain;
+        let text = format!("{}: those that {verb}, of all", contents.experiments_are);
         entries.push(Entry { key, key_px, text });
     }
     for (phase, filling, n) in &contents.experiments {
@@ -308,13 +313,19 @@ impl Legend {
         self.elements.push(text.at("font-size", SMALL_PX).with("fill", QUIET_INK));
     }
 
-    fn number(&mut self, behaviour: Behaviour, size_px: f64) {
+    fn number(&mut self, contents: &Contents, size_px: f64) {
         self.y_px += 6.0;
         let example = "0.xx";
         let x_px = self.left_px + KEY_PX - 12.0 - width_px(example, size_px, Weight::Regular);
         let key = line_of_text(x_px, self.y_px + 13.5, example)
             .at("font-size", size_px)
             .with("fill", INK);
+        self.elements.push(key);
+        let share = format!("share of {}", contents.behaviour.noun());
+        if !contents.has_b_s {
+            self.row(None, &share);
+            return;
+        }
         let subscript = Element::new("tspan").at("dy", 2.5).at("font-size", 8.0).text("s");
         let text = Element::new("text")
             .at("x", self.left_px + KEY_PX)
@@ -323,12 +334,8 @@ impl Legend {
             .with("fill", INK)
             .text("B")
             .child(subscript)
-            .child(
-                Element::new("tspan")
-                    .at("dy", -2.5)
-                    .text(&format!(", share of {}", behaviour.noun())),
-            );
-        self.elements.extend([key, text]);
+            .child(Element::new("tspan").at("dy", -2.5).text(&format!(", {share}")));
+        self.elements.push(text);
         self.y_px += ROW_PX;
     }
 
@@ -366,7 +373,8 @@ impl Legend {
     }
 
     fn experiments(&mut self, contents: &Contents) {
-        self.heading("Experiments");
+        let (first, rest) = contents.experiments_are.split_at(1);
+        self.heading(&format!("{}{rest}", first.to_uppercase()));
         if !contents.experiments.is_empty() {
             let text = format!("those that {}, of all", contents.behaviour.verb().plain);
             let key = line_of_text(self.left_px + KEY_PX - 34.0, self.y_px + 13.5, "n/n")

@@ -24,6 +24,8 @@ pub struct ExperimentMark {
     pub phase: Phase,
     /// Whether that is settled; else the label is near another one, and somebody should look again.
     pub is_settled: bool,
+    /// Whether a simulator moved some of the robots, so that it is no evidence about reality.
+    pub is_simulated: bool,
     /// Number of runs.
     pub n: u64,
     /// Their names, as many as there are runs; empty if they have none. Any texts.
@@ -90,6 +92,8 @@ impl MarkSize {
 
 /// Sizes of the text behind a symbol, in pixels, the best first.
 const TEXTS_PX: [f64; 4] = [COUNT_PX, 9.0, 8.0, 7.0];
+/// So far the frame of a chosen cell reaches into it, in pixels.
+const FRAME_PX: f64 = 3.0;
 /// Between a symbol and its text, in pixels.
 const GAP_PX: f64 = 2.0;
 
@@ -134,7 +138,9 @@ impl<'a> MarkPlace<'a> {
         let Some((column, row)) = grid_cell else { return free };
         let (left_px, top_px, width_px, height_px) = plot.cell_px(column, row);
         let x_px = left_px + width_px / 2.0;
-        // The upper part is the number's.
+        // The upper part is the number's, if it stays clear of a frame there.
+        let is_clear = |size_px: &f64| 0.28 * height_px - 0.36 * size_px >= FRAME_PX;
+        let number_px = number_px.filter(is_clear);
         let above_px = number_px.map(|size_px| 0.28 * height_px + 0.36 * size_px + 2.5);
         let below_number = above_px.and_then(|above_px| {
             let size = free.fitting(width_px, height_px - above_px - 2.0)?;
@@ -151,8 +157,10 @@ impl<'a> MarkPlace<'a> {
 
     /// The best size in a room, in pixels.
     fn fitting(&self, width_px: f64, height_px: f64) -> Option<MarkSize> {
-        MarkSize::all()
-            .find(|size| self.width_px(*size) + 3.0 <= width_px && size.height_px() <= height_px)
+        let is_inside = |size: &MarkSize| {
+            self.width_px(*size) + 2.0 * FRAME_PX <= width_px && size.height_px() <= height_px
+        };
+        MarkSize::all().find(is_inside)
     }
 
     fn width_px(&self, size: MarkSize) -> f64 {

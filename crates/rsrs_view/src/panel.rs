@@ -145,6 +145,8 @@ pub fn contents(picture: &DiagramPicture, plots: &[Plot], drawings: &[Drawing]) 
         runs.filter(is_shown).map(|run| run.n).sum()
     };
     let n_all: u64 = picture.experiments.iter().map(|run| run.n).sum();
+    let simulated = picture.experiments.iter().filter(|run| run.is_simulated);
+    let n_simulated: u64 = simulated.map(|run| run.n).sum();
     let kinds = Phase::ALL.map(|phase| [Filling::Full, Filling::Hollow].map(|it| (phase, it)));
     let experiments: Vec<(Phase, Filling, u64)> = (kinds.into_iter().flatten())
         .map(|(phase, filling)| (phase, filling, n_shown(phase, filling)))
@@ -165,6 +167,12 @@ pub fn contents(picture: &DiagramPicture, plots: &[Plot], drawings: &[Drawing]) 
         boundaries: labels(picture).into_iter().enumerate().filter_map(in_legend).collect(),
         experiments,
         n_experiments_elsewhere,
+        experiments_are: match n_simulated {
+            0 => "experiments",
+            n if n == n_all => "simulated experiments",
+            _ => "experiments, some simulated",
+        },
+        has_b_s: picture.panels.iter().all(|panel| panel.is_b_s),
         has_holes: plots.iter().any(Plot::has_blanks),
     }
 }

@@ -63,18 +63,21 @@ pub struct Panel<'a> {
     pub at: Vec<(Axis, f64)>,
     /// Analytic boundaries, to be drawn as dashed lines.
     pub boundaries: Vec<Boundary>,
+    /// Whether its shares are `B_s`: those of robots made worse, and not as measured.
+    pub is_b_s: bool,
     /// Other robots, in words, and their diagram: a second curve where there is one axis.
     pub compared: Option<(String, &'a PhaseDiagram)>,
 }
 
 impl<'a> Panel<'a> {
-    /// A diagram of the axes of its picture, without boundaries.
+    /// A diagram of the axes of its picture, of robots made worse, without boundaries.
     pub fn of(diagram: &'a PhaseDiagram) -> Self {
         Self {
             heading: String::new(),
             diagram,
             at: Vec::new(),
             boundaries: Vec::new(),
+            is_b_s: true,
             compared: None,
         }
     }

@@ -46,7 +46,7 @@ pub enum SliceError {
         swept: Vec<Axis>,
     },
     /// An axis has two places in the picture.
-    #[error("axis {axis} is given twice")]
+    #[error("axis {axis} is given twice: a picture shows it along an edge, or at one value")]
     AxisTwice {
         /// The axis.
         axis: Axis,
@@ -346,7 +346,10 @@ mod tests {
         );
         let fixed = error(speed, turn_rate, &[(Axis::Range, 0.75)]);
         assert_eq!(fixed.help().unwrap(), "leave range_m out of `--at`");
-        assert_eq!(error(speed, Some(speed), &[]).to_string(), "axis speed_m_s is given twice");
+        assert_eq!(
+            error(speed, Some(speed), &[]).to_string(),
+            "axis speed_m_s is given twice: a picture shows it along an edge, or at one value"
+        );
         assert_eq!(
             Slice::new(&diagram(&[]), speed, turn_rate, &[]).unwrap_err(),
             SliceError::Empty

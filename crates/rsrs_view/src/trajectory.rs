@@ -17,6 +17,8 @@ use crate::svg::Element;
 use crate::theme::Theme;
 use crate::track::{self, Point};
 
+/// Ways before the end that is strong.
+const BEFORE: &str = "#b9c3cc";
 /// Where robots started.
 const START: &str = "#7d8b96";
 /// The dashes of a ring.
@@ -136,7 +138,7 @@ pub(crate) fn elements(
     let (caption, bottom_px) = caption(picture, &rings, &field);
     let mut elements = header;
     elements.extend(picture.walls_m.and_then(|walls_m| walls(&field, walls_m)));
-    elements.push(tracks(&field, trajectory, 0..first_of_tail + 1, "#b9c3cc", 0.8));
+    elements.push(tracks(&field, trajectory, 0..first_of_tail + 1, BEFORE, 0.8));
     elements.push(tracks(&field, trajectory, first_of_tail..trajectory.n_samples(), TAIL, 1.5));
     elements.extend(trajectory.poses_at(0).iter().map(|pose| start(&field, *pose)));
     elements.extend(rings.iter().map(|(ring, _)| ring_circle(&field, *ring)));
@@ -341,6 +343,9 @@ fn caption(
         (stroke_mark(TAIL, 1.8), format!("the last {} s", label(shown_s))),
         (dot, "where robots started".to_owned()),
     ];
+    if shown_s < picture.trajectory.duration_s() {
+        entries.insert(1, (stroke_mark(BEFORE, 1.2), "before".to_owned()));
+    }
     if !picture.lost.is_empty() {
         let text = "robots that did not take part to the end";
         entries.push((stroke_mark(LOST, 1.8), text.to_owned()));

@@ -112,6 +112,7 @@ fn a_full_picture_shows_all_there_is() {
         cell: cell(at),
         phase,
         is_settled: true,
+        is_simulated: false,
         n,
         names: Vec::new(),
     };
@@ -383,6 +384,8 @@ fn runs_that_are_not_settled_are_hollow_and_counted_by_themselves() {
         cell: cell("speed_m_s=0.15,turn_rate_rad_s=0.75"),
         phase: Phase::StableMilling,
         is_settled,
+        // One that somebody should look at again is one of a dry run.
+        is_simulated: !is_settled,
         n: names.len() as u64,
         names,
     };
@@ -397,6 +400,7 @@ fn runs_that_are_not_settled_are_hollow_and_counted_by_themselves() {
     assert!(svg.contains(">3/3</text>"));
     assert!(svg.contains(">stable milling: 2</text>"));
     assert!(svg.contains(">stable milling: 1, not settled:"), "in the legend");
+    assert!(svg.contains(">Experiments, some simulated</text>"));
 }
 
 #[test]
@@ -405,7 +409,14 @@ fn runs_at_one_cell_are_counted_beside_one_symbol_however_many_there_are() {
     let runs = |n: u64| {
         let names = (1..=n).map(|run| format!("run_{run}")).collect();
         let at = cell("speed_m_s=0.15,turn_rate_rad_s=0.75");
-        [ExperimentMark { cell: at, phase: Phase::StableMilling, is_settled: true, n, names }]
+        [ExperimentMark {
+            cell: at,
+            phase: Phase::StableMilling,
+            is_settled: true,
+            is_simulated: false,
+            n,
+            names,
+        }]
     };
     let drawn = |n: u64| {
         let experiments = runs(n);

@@ -2,8 +2,9 @@
 
     python fleet.py FLEET.yaml SOCKET --seed 1
 
-Nothing of rsrs runs here. Each robot publishes `detection` and obeys `cmd_vel`, the tracker publishes
-their `pose`s. `place.py` puts robots elsewhere, through SOCKET, as a person would. Time passes as on
+Nothing of rsrs runs here. A robot whose type in the fleet file has `lease: controller` publishes
+`detection` and obeys `cmd_vel`; any other has a gate of rsrs before it, so it publishes
+`hardware/range` and obeys `hardware/cmd_vel`. The tracker publishes their `pose`s. `place.py` puts robots elsewhere, through SOCKET, as a person would. Time passes as on
 the wall; SIGTERM ends it, with a line that states whether the machine kept up.
 """
 
@@ -26,9 +27,10 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import Range
 from std_msgs.msg import Bool
 
-from physics import Physics
+from physics import CAMERA_HALF_ANGLE_RAD, Physics
 
 DETECTION_S, TRACKER_S = 0.1, 0.04
 MOST_BEHIND_S = 2.0  # What a machine cannot catch up with is left out, and counted.
@@ -64,12 +66,18 @@ class Clock:
 class Robot(Node):
     """What runs on one robot: its base driver and its camera."""
 
-    def __init__(self, name, clock):
-        super().__init__("robot", namespace=name, start_parameter_services=False)
+    def __init__(self, name, clock, is_gated):
+        super().__init__("base", namespace=name, start_parameter_services=False)
         self.name, self.clock = name, clock
-        self.create_subscription(Twist, "cmd_vel", self.obey, 1)
-        self.detection = self.create_publisher(Bool, "detection", qos_profile_sensor_data)
-        self.create_timer(DETECTION_S, self.sense)
+        qos = qos_profile_sensor_data
+        if is_gated:
+            self.create_subscription(Twist, "hardware/cmd_vel", self.obey, 1)
+            self.range = self.create_publisher(Range, "hardware/range", qos)
+            self.create_timer(DETECTION_S, self.measure)
+        else:
+            self.create_subscription(Twist, "cmd_vel", self.obey, 1)
+            self.detection = self.create_publisher(Bool, "detection", qos)
+            self.create_timer(DETECTION_S, self.sense)
 
     def obey(self, twist):
         self.clock.advance()
@@ -78,6 +86,14 @@ class Robot(Node):
     def sense(self):
         self.clock.advance()
         self.detection.publish(Bool(data=self.clock.physics.detects(self.name)))
+
+    def measure(self):
+        self.clock.advance()
+        far_m = float(self.clock.physics.nearest_m(self.name))
+        stamp = self.get_clock().now().to_msg()
+        found = Range(min_range=0.0, max_range=2.0, field_of_view=2 * CAMERA_HALF_ANGLE_RAD, range=far_m)
+        found.header.stamp, found.header.frame_id = stamp, f"{self.name}/camera"
+        self.range.publish(found)
 
 
 class Tracker(Node):
@@ -142,7 +158,9 @@ def main():
     parser.add_argument("socket")
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    names = list(yaml.safe_load(arguments.fleet.read_text())["robots"])
+    fleet = yaml.safe_load(arguments.fleet.read_text())
+    kinds = {name: fleet["robot_types"][robot["type"]] for name, robot in fleet["robots"].items()}
+    names = list(kinds)
     clock, wanted = Clock(Physics(names, arguments.seed)), queue.SimpleQueue()
 
     # A Ctrl-C in the terminal is for the programs that command robots, and not for robots.
@@ -152,7 +170,7 @@ def main():
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
     executor = SingleThreadedExecutor()
     for name in names:
-        executor.add_node(Robot(name, clock))
+        executor.add_node(Robot(name, clock, kinds[name].get("lease") != "controller"))
         time.sleep(DETECTION_S / len(names))  # Robots are not switched on in the same instant.
     executor.add_node(Tracker(names, clock, wanted))
     with socket.socket(socket.AF_UNIX) as server:

@@ -170,6 +170,10 @@ class Physics:
 
     def detects(self, name):
         """What the camera of a robot reports of one image: whether there is another robot."""
+        return self.nearest_m(name) < math.inf
+
+    def nearest_m(self, name):
+        """How far from the camera it reports the nearest robot; infinitely far where it reports none."""
         x, y, heading = self.pose(name)
         angles = heading + self.columns
         rays = np.stack((np.cos(angles), np.sin(angles), np.zeros(COLUMNS)), axis=1)
@@ -184,7 +188,9 @@ class Physics:
         range_m = self.draws.gauss(CAMERA_RANGE_M, CAMERA_RANGE_SD_M)
         filled = np.count_nonzero((far_m >= 0.0) & (far_m < range_m))
         chance = 1.0 - MISSED if filled >= 2 else INVENTED
-        return self.draws.random() < chance
+        if self.draws.random() >= chance:
+            return math.inf
+        return far_m[(far_m >= 0.0) & (far_m < range_m)].min() if filled >= 2 else range_m / 2
 
     def distances(self, eye, rays, own):
         """How far bodies are along each ray, below zero where there is none."""

@@ -78,8 +78,20 @@ start_robots() {
     done
 }
 
-# Step 1: trials of three robots, and a profile with an interval on every number.
+# What the robots of the second kind have in front of their wheels, each on its own computer.
+start_gates() {
+    gates=()
+    for robot in robot_{6..9}; do
+        rsrs node robot --robots "$robot" "$@" -p ros.cmd_vel_type:=twist >>"gate_$robot.log" 2>&1 &
+        gates+=("$!")
+    done
+    children+=("${gates[@]}")
+}
+
+# Step 1: trials of three robots, and a profile with an interval on every number. There is no profile yet
+# that a fleet file could give to a gate, and `measure drive` is the controller.
 measure() {
+    start_gates --driver ros --without-controller --ros-args -p period:=0.1 -p detection_threshold:=0.95
     does rsrs measure plan fleet.yaml --robots 3 --speed "$speed" --turn-rate "$turn_rate" \
         --commands 1 --track 0.8 --precision 0.1 --range "$range" --distances 6 --bearings 5 \
         --rate-precision 0.15 -o trials
@@ -89,6 +101,8 @@ measure() {
             --place-command "python place.py fleet.sock" && break
         [[ "$attempt" != 3 ]] || exit 1
     done
+    kill "${gates[@]}"
+    wait "${gates[@]}" || true
     does rsrs measure fit --plan trials --name mujoco --radius "$radius" -o mujoco.yaml --pictures pictures
 }
 
@@ -108,11 +122,12 @@ run_experiments() {
     local limits
     limits=($(python -c 'import yaml; it = yaml.safe_load(open("mujoco.yaml"))["actuation"]
 print(it["speed"]["limits_m_s"][1], it["turn"]["limits_rad_s"][1])'))
-    rsrs node controller --robots "$(echo robot_{1..9} | tr " " ,)" --ros-args -p lease:=controller \
+    rsrs node controller --robots "$(echo robot_{1..5} | tr " " ,)" --ros-args -p lease:=controller \
         -p cmd_vel_type:=twist -p "speed_max:=${limits[0]}" -p "turn_rate_max:=${limits[1]}" \
         >controllers.log 2>&1 &
-    controllers=$!
-    children+=("$controllers")
+    children+=("$!")
+    # Those behind a gate have a controller of their own in the same process.
+    start_gates --config fleet.yaml --ros-args
     for run in 1 2 3; do
         does rsrs place experiment.yaml --seed "$run" -o "start_$run.png"
         does rsrs run experiment.yaml --seed "$run" --backend fleet \

@@ -306,6 +306,7 @@ fn draw(
         cell: it.cell.clone(),
         phase: it.phase,
         is_settled: it.is_settled,
+        is_simulated: false,
         n: 1,
         names: Vec::new(),
     };

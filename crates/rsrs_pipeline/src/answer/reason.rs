@@ -21,16 +21,24 @@ pub struct Edge<'a> {
 const RARE: f64 = 0.5;
 
 impl Edge<'_> {
-    /// What goes wrong beyond it: `with 11 robots, neighbours on the ring are …`.
+    /// What goes wrong beyond it: `with 10 robots 76.0 % mill, and …; with 11 robots, neighbours on the
+    /// ring are …`.
     pub fn sentence(&self, axis: Axis) -> String {
-        let last = self.outward.len() - 1;
+        let first = self.outward[self.n_inside];
+        let share = percent(milling(first));
+        let mill = first.phases.behaviour().verb().plain;
+        let value = named(axis, first.value);
+        let beyond = format!("with {value} {share} {mill}, and {}", as_runs_end(first));
         let is_rare =
             |index: &usize| milling(self.outward[*index]) < RARE * milling(self.outward[0]);
-        let rare = (self.n_inside..=last).find(is_rare);
-        // If mills never become rare, what happens is plainest at the farthest value.
-        let shown = self.outward[rare.unwrap_or(last)];
-        let why = rare.and_then(|rare| self.by_theory(rare)).unwrap_or_else(|| as_runs_end(shown));
-        format!("with {}, {why}", named(axis, shown.value))
+        let rare = (self.n_inside..self.outward.len()).find(is_rare);
+        match rare.and_then(|rare| Some((rare, self.by_theory(rare)?))) {
+            None => beyond,
+            Some((rare, why)) if rare == self.n_inside => format!("with {value}, {why}"),
+            Some((rare, why)) => {
+                format!("{beyond}; with {}, {why}", named(axis, self.outward[rare].value))
+            }
+        }
     }
 
     /// The condition for an ideal ring that ceases to hold where mills become rare, in words.

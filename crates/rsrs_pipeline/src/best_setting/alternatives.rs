@@ -141,39 +141,48 @@ fn losing_one(less: &OtherNumber, wanted: f64, verb: Verb) -> String {
 
 /// What other starts and numbers would give, in lines for a person.
 pub fn text(choice: &Choice, wanted: f64) -> Vec<String> {
-    let verb = choice.behaviour().verb();
-    let mut lines = Vec::new();
+    let lines = [start(choice, wanted), numbers(choice), spare(choice, wanted)];
+    lines.into_iter().flatten().collect()
+}
+
+/// The same without other numbers, where these are a question of their own.
+pub fn start_and_spare_text(choice: &Choice, wanted: f64) -> Vec<String> {
+    [start(choice, wanted), spare(choice, wanted)].into_iter().flatten().collect()
+}
+
+fn start(choice: &Choice, wanted: f64) -> Option<String> {
     let is_of_help =
         |start: &&DenserStart| !choice.is_viable(wanted) && start.b_s_low > choice.least().1;
-    if let Some(start) = choice.denser_start.as_ref().filter(is_of_help) {
-        let is_viable = start.b_s_low >= wanted;
-        lines.push(format!(
-            "from a denser start, with `placement_radius_m: {}` (now {:.2}) B_s is {} in {} fresh runs, \
-             lower bound {}{}",
-            start.placement_radius_m,
-            start.now_m,
-            percent(start.b_s),
-            count(start.n_replicates),
-            percent(start.b_s_low),
-            if is_viable { "; place the robots so, and sweep again" } else { "" }
-        ));
-    }
+    let start = choice.denser_start.as_ref().filter(is_of_help)?;
+    let is_viable = start.b_s_low >= wanted;
+    Some(format!(
+        "from a denser start, with `placement_radius_m: {}` (now {:.2}) B_s is {} in {} fresh runs, lower \
+         bound {}{}",
+        start.placement_radius_m,
+        start.now_m,
+        percent(start.b_s),
+        count(start.n_replicates),
+        percent(start.b_s_low),
+        if is_viable { "; place the robots so, and sweep again" } else { "" }
+    ))
+}
+
+fn numbers(choice: &Choice) -> Option<String> {
+    let verb = choice.behaviour().verb();
     let number =
         |other: &OtherNumber| format!("{} {} in {}", other.robots, verb.plain, percent(other.b_s));
+    let first = choice.other_numbers.first()?;
     let numbers: Vec<String> = choice.other_numbers.iter().map(number).collect();
-    if let Some(first) = choice.other_numbers.first() {
-        lines.push(format!(
-            "other numbers of robots, in {} runs: {}",
-            count(first.n_replicates),
-            numbers.join(", ")
-        ));
-    }
+    let runs = count(first.n_replicates);
+    Some(format!("other numbers of robots, in {runs} runs: {}", numbers.join(", ")))
+}
+
+fn spare(choice: &Choice, wanted: f64) -> Option<String> {
     let less = choice.other_numbers.iter().find(|other| Some(other.robots + 1) == choice.robots);
     let is_a_loss = |less: &&OtherNumber| less.b_s_high < wanted.min(choice.least().1);
-    if let Some(less) = less.filter(is_a_loss) {
-        lines.push(format!("{}; have a spare one at hand", losing_one(less, wanted, verb)));
-    }
-    lines
+    let less = less.filter(is_a_loss)?;
+    let losing = losing_one(less, wanted, choice.behaviour().verb());
+    Some(format!("{losing}; have a spare one at hand"))
 }
 
 #[cfg(test)]

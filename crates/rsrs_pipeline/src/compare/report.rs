@@ -329,20 +329,26 @@ impl Report {
 
     /// The real runs as marks on a phase diagram.
     pub fn marks(&self) -> Vec<ExperimentMark> {
-        let of_phase = |cell: &ComparedCell, (phase, is_settled): (Phase, bool)| {
-            let is_here = |run: &&ComparedBag| {
-                let ComparedBag { cell: ran_at, labelled, .. } = run;
-                let is_its_phase = labelled.phase == phase;
-                *ran_at == cell.cell && is_its_phase && labelled.is_borderline() != is_settled
-            };
+        let kind = |run: &ComparedBag| {
+            let is_simulated = run.record.backend != Backend::Fleet;
+            (run.labelled.phase, !run.labelled.is_borderline(), is_simulated)
+        };
+        let mark = |cell: &ComparedCell, its: (Phase, bool, bool)| {
+            let is_here = |run: &&ComparedBag| run.cell == cell.cell && kind(run) == its;
             let names: Vec<String> =
                 self.bags.iter().filter(is_here).map(ComparedBag::name).collect();
-            let n = names.len() as u64;
-            (n > 0).then(|| ExperimentMark { cell: cell.cell.clone(), phase, is_settled, n, names })
+            let (cell, n) = (cell.cell.clone(), names.len() as u64);
+            let (phase, is_settled, is_simulated) = its;
+            (n > 0).then(|| ExperimentMark { cell, phase, is_settled, is_simulated, n, names })
         };
-        let kinds = Phase::ALL.map(|phase| [true, false].map(|is_settled| (phase, is_settled)));
-        let kinds = kinds.as_flattened();
-        let of_cell = |cell| kinds.iter().filter_map(move |kind| of_phase(cell, *kind));
+        let each = [true, false];
+        let kinds = Phase::ALL.into_iter().flat_map(|phase| {
+            each.into_iter().flat_map(move |is_settled| {
+                each.map(|is_simulated| (phase, is_settled, is_simulated))
+            })
+        });
+        let kinds: Vec<_> = kinds.collect();
+        let of_cell = |cell| kinds.iter().filter_map(move |kind| mark(cell, *kind));
         self.cells.iter().flat_map(of_cell).collect()
     }
 }

@@ -5,12 +5,17 @@ use std::fmt;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::rule::Parameter;
 
+use rsrs_fleet::record::Backend;
+
 use super::{LOOK_AGAIN, Labelled, RunPart};
 
 /// The label, and below it what else is to be known of it.
 impl fmt::Display for Labelled {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write_phase(out)?;
+        if let Some(backend) = self.backend.filter(|backend| *backend != Backend::Fleet) {
+            write!(out, "\n  robots moved by: {}", backend.in_words())?;
+        }
         for sentence in &self.why {
             write!(out, "\n  why: {sentence}")?;
         }

@@ -2,14 +2,14 @@
 
 use rsrs_core::quantity::{Axis, Cell};
 
-/// A value in the unit that people use.
+/// A value in the unit of files and pictures, an angle in degrees beside it: `0.2 rad (11.5°)`.
 pub fn quantity(axis: Axis, value: f64) -> String {
-    match axis {
-        Axis::HalfAngle | Axis::SensorBearing | Axis::HeadingNoise => {
-            format!("{:.1}°", value.to_degrees())
-        }
-        _ => as_on_an_axis(axis, value),
-    }
+    let text = as_on_an_axis(axis, value);
+    if is_angle(axis) { format!("{text} ({:.1}°)", value.to_degrees()) } else { text }
+}
+
+fn is_angle(axis: Axis) -> bool {
+    axis.unit() == "rad"
 }
 
 /// A value in the unit of its axis, as beside the ticks of a picture.
@@ -36,16 +36,18 @@ pub fn of_cell(cell: &Cell) -> String {
 
 /// Two values with their unit once: `0.14 to 0.26 m/s`.
 pub fn span(axis: Axis, low: f64, high: f64) -> String {
-    between(&quantity(axis, low), &quantity(axis, high))
+    let text = span_on_an_axis(axis, low, high);
+    if is_angle(axis) {
+        format!("{text} ({:.1} to {:.1}°)", low.to_degrees(), high.to_degrees())
+    } else {
+        text
+    }
 }
 
 /// The same in the unit of their axis: `0.1 to 0.2 rad`.
 pub fn span_on_an_axis(axis: Axis, low: f64, high: f64) -> String {
-    between(&as_on_an_axis(axis, low), &as_on_an_axis(axis, high))
-}
-
-fn between(low: &str, high: &str) -> String {
-    format!("{} to {high}", without_unit(low))
+    let (low, high) = (as_on_an_axis(axis, low), as_on_an_axis(axis, high));
+    format!("{} to {high}", without_unit(&low))
 }
 
 /// What is left of a value without its unit: `0.14` of `0.14 m/s`.
@@ -79,7 +81,7 @@ mod tests {
     fn a_span_has_its_unit_once() {
         assert_eq!(span(Axis::Speed, 0.14, 0.26), "0.14 to 0.26 m/s");
         assert_eq!(span(Axis::Robots, 5.0, 9.0), "5 to 9 robots");
-        assert_eq!(span(Axis::HalfAngle, 0.1, 0.2), "5.7 to 11.5°");
+        assert_eq!(span(Axis::HalfAngle, 0.1, 0.2), "0.1 to 0.2 rad (5.7 to 11.5°)");
         assert_eq!(span_on_an_axis(Axis::HalfAngle, 0.1, 0.2), "0.1 to 0.2 rad");
         assert_eq!(span(Axis::TruePositive, 0.7, 1.0), "0.7 to 1");
         assert_eq!(span(Axis::LatencySteps, 0.0, 1.0), "0 to 1 step");

@@ -21,6 +21,7 @@ pub fn section(page: &ReportPage, replays: &Replays) -> Markup {
                     @if !slice.heading.is_empty() { h3 { (slice.heading) } }
                     (diagram(page, &slice.drawn, &slice.heading))
                 }
+                (narrow_legend(page))
             }
             div.cell.scripted id="cell" hidden {
                 (player("cell-player", "a simulated run of the cell", "loop"))
@@ -33,6 +34,17 @@ pub fn section(page: &ReportPage, replays: &Replays) -> Markup {
         details {
             summary { "All cells as a table" }
             (table(&all_cells(&page.cells)))
+        }
+    }
+}
+
+/// The colours of the phases, where the legend of the picture is beyond the edge.
+fn narrow_legend(page: &ReportPage) -> Markup {
+    let worlds = page.cells.iter().flat_map(|cell| &cell.worlds);
+    let phases = worlds.map(|world| world.counts.behaviour().phases()).next().unwrap_or_default();
+    html! {
+        p.legend aria-hidden="true" {
+            @for phase in phases { span { (symbol(*phase)) " " (phase) } " " }
         }
     }
 }

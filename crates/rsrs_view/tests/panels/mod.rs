@@ -124,11 +124,19 @@ fn several_panels_share_a_legend_and_fit_any_page() {
         cell: chosen.clone(),
         phase,
         is_settled: true,
+        is_simulated: false,
         n,
         names: Vec::new(),
     };
     let experiments = [
-        ExperimentMark { cell: at, phase: Phase::Unformed, is_settled: false, n: 2, names },
+        ExperimentMark {
+            cell: at,
+            phase: Phase::Unformed,
+            is_settled: false,
+            is_simulated: true,
+            n: 2,
+            names,
+        },
         nine(Phase::StableMilling, 12),
         nine(Phase::Unformed, 1),
     ];
