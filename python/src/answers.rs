@@ -290,7 +290,7 @@ pub fn answer_all(
     work(py, threads, &progress, |execution| {
         let options = answer::Options {
             sweep: path_of(sweep.as_ref()),
-            other_profile: OtherProfile::of(other_profile),
+            other_profile: OtherProfile::from(other_profile),
             replicates,
             best: setting.options(execution),
         };

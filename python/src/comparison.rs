@@ -69,7 +69,7 @@ fn options(
         return Err(refused(format!("margin is {margin}, expected a share from 0 to 0.5")));
     }
     let labels: Labeller = labels.parse().map_err(refused)?;
-    let other_profile = OtherProfile::of(other_profile);
+    let other_profile = OtherProfile::from(other_profile);
     Ok(Options {
         bags,
         labels,

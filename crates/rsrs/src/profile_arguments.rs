@@ -14,6 +14,6 @@ pub struct ProfileArguments {
 impl ProfileArguments {
     /// The same in a word.
     pub fn profile(self) -> OtherProfile {
-        OtherProfile::of(self.other_profile)
+        OtherProfile::from(self.other_profile)
     }
 }

@@ -28,7 +28,8 @@ impl Folder {
     fn at(path: &Path) -> Self {
         let names = std::fs::read_dir(path).into_iter().flatten().flatten();
         let names = names.map(|entry| entry.file_name().to_string_lossy().into_owned());
-        let mut yaml_files: Vec<String> = names.filter(|name| name.ends_with(".yaml")).collect();
+        let is_yaml = |name: &String| Path::new(name).extension().is_some_and(|it| it == "yaml");
+        let mut yaml_files: Vec<String> = names.filter(is_yaml).collect();
         yaml_files.sort();
         Self { yaml_files }
     }

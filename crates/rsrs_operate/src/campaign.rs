@@ -56,7 +56,7 @@ fn item(
 
 /// The plan of a run of an experiment that starts now.
 fn plan_now(item: &Item, bag: PathBuf) -> anyhow::Result<Plan> {
-    let other = OtherProfile::of(item.other_profile.is_some());
+    let other = OtherProfile::from(item.other_profile.is_some());
     let mut plan = plan(&item.experiment, item.record.backend, other)?;
     if !is_same(&plan.record, &item.record) {
         return Err(with_help(

@@ -133,7 +133,7 @@ pub fn compact(
     let (mut x_px, mut y_px) = (left_px, top_px + 8.0);
     for Entry { key, key_px, text } in entries(contents) {
         let lines = wrap(&text, COMPACT_PX, Weight::Regular, room_px - key_px - 5.0);
-        let widest_px = lines.iter().map(|line| text_px(line)).fold(0.0, f64::max);
+        let widest_px = lines.iter().map(text_px).fold(0.0, f64::max);
         let entry_px = key_px + 5.0 + widest_px;
         if x_px > left_px && x_px + entry_px > left_px + room_px {
             (x_px, y_px) = (left_px, y_px + COMPACT_LINE_PX);

@@ -116,17 +116,14 @@ fn fixed(arguments: &Arguments, options: &Options) -> anyhow::Result<Outcome> {
     if !planned.is_enough() {
         words = words.tone(Tone::Bad, "not even");
     }
-    match experiment {
-        Some((output, experiment)) => {
-            write_file(output, planned.file(output, &experiment, folder)?.as_bytes())?;
-            let campaign = free_beside(&output.with_extension(""));
-            let next = format!("next: rsrs campaign {} -o {}", quoted(output), quoted(campaign));
-            words = words.below(format!("wrote {}", output.display())).below(next);
-        }
-        None => {
-            let next = "next: the same command with `-o CAMPAIGN.yaml`, before the first run";
-            words = words.below(next);
-        }
+    if let Some((output, experiment)) = experiment {
+        write_file(output, planned.file(output, &experiment, folder)?.as_bytes())?;
+        let campaign = free_beside(&output.with_extension(""));
+        let next = format!("next: rsrs campaign {} -o {}", quoted(output), quoted(campaign));
+        words = words.below(format!("wrote {}", output.display())).below(next);
+    } else {
+        let next = "next: the same command with `-o CAMPAIGN.yaml`, before the first run";
+        words = words.below(next);
     }
     report(arguments.format, &planned, words)?;
     Ok(outcome)

@@ -22,12 +22,14 @@ pub struct ProfilesDiffer {
     pub found: String,
 }
 
-impl OtherProfile {
-    /// What to do if somebody insists, or nobody does.
-    pub fn of(insists: bool) -> Self {
+/// Whether somebody insists.
+impl From<bool> for OtherProfile {
+    fn from(insists: bool) -> Self {
         if insists { Self::Insisted } else { Self::Refused }
     }
+}
 
+impl OtherProfile {
     /// Holds the profile of a sweep against that of robots.
     ///
     /// # Returns

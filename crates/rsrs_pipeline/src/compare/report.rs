@@ -339,7 +339,7 @@ impl Report {
                 self.bags.iter().filter(is_here).map(ComparedBag::name).collect();
             let (cell, n) = (cell.cell.clone(), names.len() as u64);
             let (phase, is_settled, is_simulated) = its;
-            (n > 0).then(|| ExperimentMark { cell, phase, is_settled, is_simulated, n, names })
+            (n > 0).then_some(ExperimentMark { cell, phase, is_settled, is_simulated, n, names })
         };
         let each = [true, false];
         let kinds = Phase::ALL.into_iter().flat_map(|phase| {

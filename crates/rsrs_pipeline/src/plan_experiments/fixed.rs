@@ -49,21 +49,21 @@ impl PlannedCampaign {
     pub fn file(&self, place: &Path, experiment: &Path, sweep: &Path) -> anyhow::Result<String> {
         let paths = (beside(place, experiment)?, beside(place, sweep)?);
         let [experiment, sweep] = [paths.0, paths.1].map(|path| quoted(&path));
-        let mut text = format!(
-            "# Written before the first run: `rsrs compare` gives its verdict at this number of runs, once.\n\
-             fixed: {{runs: {}, margin: {}}}\nexperiments:\n",
-            self.runs, self.margin
-        );
-        for (number, PlannedRuns { cell, runs, .. }) in (1..).zip(&self.cells) {
+        let entry = |(number, PlannedRuns { cell, runs, .. }): (u64, &PlannedRuns)| {
             let values: Vec<String> =
                 cell.iter().map(|(axis, value)| format!("{axis}: {value}")).collect();
             let (values, runs) = (values.join(", "), runs.unwrap_or_default());
-            text += &format!(
+            format!(
                 "  - experiment: {experiment}\n    name: cell_{number}\n    from: {sweep}\n    \
                  cells: [{{{values}}}]\n    repetitions: {runs}\n"
-            );
-        }
-        Ok(text)
+            )
+        };
+        let entries: String = (1..).zip(&self.cells).map(entry).collect();
+        Ok(format!(
+            "# Written before the first run: `rsrs compare` gives its verdict at this number of runs, once.\n\
+             fixed: {{runs: {}, margin: {}}}\nexperiments:\n{entries}",
+            self.runs, self.margin
+        ))
     }
 }
 
