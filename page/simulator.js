@@ -27,7 +27,7 @@
       ["speed_gain", 0.5, 1.5, 0.01], ["turn_gain", 0.5, 1.5, 0.01], ["period_s", 0.02, 0.5, 0.01]]],
   ];
   const SLIDERS = Object.fromEntries(GROUPS.flatMap(([, , rows]) => rows.map((row) => [row[0], row])));
-  const USUAL = { robots: [2, 22], placement_radius_m: [0.4, 2.4], range_m: [0.2, 3] };
+  const USUAL = { robots: [2, 22], placement_radius_m: [0.4, 2.4], range_m: [0.2, 3], half_angle_rad: [0.1, 1.2] };
   const STARTS = [
     ["disc_facing_out", "in a disc, facing out"], ["box_facing_out", "in a box, facing out"],
     ["box_facing_any_way", "in a box, facing any way"]];
@@ -752,7 +752,7 @@
       slider.min = Math.floor(least / step + 1e-6) * step;
       if (touched !== slider) slider.value = value;
       slider.setAttribute("aria-valuetext", with_unit(key, value));
-      if (touched !== exact) exact.value = number(value);
+      if (touched !== exact) exact.value = number(value, 5);
       const is_changed = Math.abs(value - first_values[key]) > 1e-9;
       row.classList.toggle("changed", is_changed);
     }
@@ -1034,9 +1034,18 @@
     }
   }
 
+  // Whether all its cells can be simulated takes a while to find out.
+  let sweep_timer = 0;
   function show_sweep() {
+    clearTimeout(sweep_timer);
     if (!element("sweep").closest("details").open) return;
-    element("sweep").textContent = sweep_file();
+    sweep_timer = setTimeout(() => {
+      try {
+        element("sweep").textContent = sweep_file();
+      } catch (error) {
+        element("sweep").textContent = error.message;
+      }
+    }, 300);
   }
   const sweep_file = () => asked("sweep_file", scene());
 
@@ -1150,7 +1159,13 @@
     }
     element("copy-link").hidden = location.protocol === "blob:";
     element("copy-link").addEventListener("click", () => copy(location.href.split("#")[0] + address(), "The link"));
-    element("copy-sweep").addEventListener("click", () => copy(sweep_file(), "The sweep file"));
+    element("copy-sweep").addEventListener("click", () => {
+      try {
+        copy(sweep_file(), "The sweep file");
+      } catch (error) {
+        element("copied").textContent = capitalised(error.message);
+      }
+    });
     // Those of the link, or of the report, that led here.
     const first_address = location.hash || "#";
     element("reset").addEventListener("click", () => {

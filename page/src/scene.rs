@@ -10,12 +10,17 @@ use rsrs_core::program;
 use rsrs_core::quantity::{Axis, AxisValues, Cell};
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_sim::draw::Seed;
+use rsrs_sim::world::World;
 use serde::{Deserialize, Serialize};
 
 use crate::yaml;
 
 /// What errors call the sweep that the page makes.
 const FILE: &str = "sweep.yaml";
+
+/// So many replicates of a cell must find room, where starts are random.
+const N_PLACED: u64 = 20;
 
 /// A sweep with its robot: what `sweep.yaml` in a folder of results holds, without where it comes from.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -261,8 +266,9 @@ impl Scene {
         }
         with_cell.axes = Some(axes);
         let profile = &self.source.profile;
+        let sweep = self.possible(with_cell.sweep()?)?;
         let text = yaml::to_string(&Resolved {
-            sweep: &with_cell.sweep()?,
+            sweep: &sweep,
             profile,
             provenance: Provenance {
                 version: program::VERSION,
@@ -272,6 +278,32 @@ impl Scene {
             },
         });
         text.map_err(|error| error.to_string())
+    }
+
+    /// The sweep without the cells that cannot be simulated; if there are any, its cells are a list.
+    fn possible(&self, sweep: SweepFile) -> Result<SweepFile, Refusal> {
+        let fits = |conditions: &Conditions| {
+            let seed = |replicate| Seed { seed: sweep.seed, replicate };
+            (0..N_PLACED).all(|replicate| World::new(conditions, seed(replicate)).is_ok())
+        };
+        let is_possible = |cell: &Cell| {
+            let alone = SweepFile {
+                axes: Axes::default(),
+                cells: Some(vec![cell.clone()]),
+                ..sweep.clone()
+            };
+            let resolved = alone.resolve(FILE, &self.source.profile);
+            resolved.is_ok_and(|cells| cells.iter().all(|(_, conditions)| fits(conditions)))
+        };
+        let all = sweep.all_cells();
+        let possible: Vec<Cell> = all.iter().filter(|cell| is_possible(cell)).cloned().collect();
+        if possible.len() == all.len() {
+            return Ok(sweep);
+        }
+        if possible.is_empty() {
+            return Err("no cell of the diagram can be simulated".to_owned());
+        }
+        Ok(SweepFile { axes: Axes::default(), cells: Some(possible), ..sweep })
     }
 }
 

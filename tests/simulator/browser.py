@@ -144,6 +144,20 @@ def check_keys(page):
     assert page.locator("[role=gridcell][tabindex='0']").count() == 1
 
 
+def check_copies(page):
+    """What cannot be simulated is not in the sweep file, which is shown while it is open."""
+    page.locator("summary", has_text="The sweep file").click()
+    settled(page, "document.getElementById('sweep').textContent.includes('axes:')")
+    page.locator("#across").select_option("placement_radius_m")
+    page.locator("#up").select_option("robots")
+    settled(page, "document.getElementById('sweep').textContent.includes('cells: [{')")
+    text = page.evaluate("document.getElementById('sweep').textContent")
+    assert "{placement_radius_m: 0.4, robots: 2.0}" in text, text
+    assert "{placement_radius_m: 0.4, robots: 22.0}" not in text, text
+    page.locator("#copy-sweep").click()
+    settled(page, "document.getElementById('copied').textContent !== ''")
+
+
 def check_refusals(page):
     """What cannot be is refused in words, and the page goes on."""
     page.locator("#turn_rate_rad_s + input").fill("9")
@@ -228,6 +242,7 @@ def main():
         check_end(page)
         check_keys(page)
         check_refusals(page)
+        check_copies(page)
         assert printed == [], printed
         assert {url.split("#")[0].split(":")[0] for url in asked} <= {"file", "blob"}, asked
         page.close()
