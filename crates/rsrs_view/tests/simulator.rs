@@ -35,7 +35,7 @@ fn the_page_has_the_script_and_the_style_of_this_source_and_asks_for_nothing() {
     ];
 
     for part in parts {
-        assert!(PAGE.contains(part), "run page/build: {part:.200}");
+        assert!(PAGE.contains(part), "run page/build --same-simulator: {part:.200}");
     }
     for elsewhere in ["http:", "https:", "src=", "<link", "@import", "url(", "fetch(", "import("] {
         assert!(!PAGE.contains(elsewhere), "{elsewhere}");
