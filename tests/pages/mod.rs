@@ -24,13 +24,14 @@ pub const IN_RCLPY: [&str; 2] = ["docs/your_robots_in_rclpy.md", "docs/measure_t
 pub const WITHOUT_FLOOR: [&str; 1] = ["docs/fleet_without_robots.md"];
 
 /// Why a command is not typed by a test, and of which words a block with this mark has at least one.
-pub const REASONS: [(&str, &[&str]); 6] = [
+pub const REASONS: [(&str, &[&str]); 7] = [
     ("on-a-robot", &["wlan0", "robot_3.local", "ansible-playbook"]),
     ("with-ros", &["ros2 "]),
     ("as-root", &["systemctl ", "ip link ", "nft "]),
     ("installs", &["cargo install ", "pip install ", "rustup target "]),
     ("on-a-cluster", &["SBATCH", "rsrs merge "]),
     ("takes-long", &["cargo run ", "cargo test ", "reproduce.py", "mujoco/run.sh"]),
+    ("publishes", &["twine upload ", "cargo publish ", "podman build "]),
 ];
 
 /// Marks a block whose last command answers with a no.

@@ -214,8 +214,10 @@ pub(crate) fn scheduled(thread: u32) -> Option<String> {
 
 /// The identity of this thread.
 pub(crate) fn thread_id() -> u32 {
+    // Not `libc::gettid`, which glibc has from 2.30 on: wheels are for 2.28.
     // SAFETY: takes nothing and cannot fail.
-    unsafe { libc::gettid() }.cast_unsigned()
+    let thread = unsafe { libc::syscall(libc::SYS_gettid) };
+    u32::try_from(thread).expect("identities of threads are positive and small")
 }
 
 /// Sends this process `SIGTERM` when the thread that started it ends.
