@@ -5,7 +5,8 @@
 #     benches/peers/run.sh [ROUNDS]
 #
 # Needs cargo, a crate registry, and a Python of 3.12 or newer with a package index (swarmsim needs
-# it); PYTHON names one. Rounds are interleaved, so that a slow minute of the machine hits all.
+# it); PYTHON names one. VMAS brings PyTorch, whose wheels for Linux bring CUDA: 3 GB, of which nothing is
+# used here. Rounds are interleaved, so that a slow minute of the machine hits all.
 set -eu
 
 rounds=${1:-3}
@@ -28,7 +29,8 @@ fi
 
 venv=$target/.venv-peers
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
-"$venv/bin/python" -m pip install --quiet --disable-pip-version-check 'numpy>=2' 'swarmsim==1.2.5'
+"$venv/bin/python" -m pip install --quiet --disable-pip-version-check \
+    'numpy>=2' 'swarmsim==1.2.5' 'vmas==1.5.2' gymnasium pettingzoo 'maturin>=1.9,<2'
 export SDL_VIDEODRIVER=dummy PYGAME_HIDE_SUPPORT_PROMPT=1
 # One core for each: NumPy's linear algebra would otherwise start threads.
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
@@ -37,6 +39,10 @@ cd "$here/../.."
 CARGO_TARGET_DIR=$target cargo build --release --quiet -p rsrs_benches --example throughput
 CARGO_TARGET_DIR=$target/peers cargo build --release --quiet \
     --manifest-path "$here/krabmaga/Cargo.toml"
+rm -rf "$target/peers/wheels"
+"$venv/bin/maturin" build --release --locked --quiet --manifest-path python/Cargo.toml --out "$target/peers/wheels"
+"$venv/bin/python" -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps \
+    "$target"/peers/wheels/*.whl
 
 # Isolated, so that nothing that lies beside a script or in the environment can pass for a library
 # of the same name.
@@ -51,6 +57,8 @@ while [ "$round" -lt "$rounds" ]; do
     "$target/release/examples/throughput"
     "$target/peers/release/krabmaga_mill" 9
     run_python "$here/numpy_batch.py" 9
+    run_python "$here/vector_env.py" launch_configs/profiles/flockbot.yaml
+    run_python "$here/vmas_mill.py" | grep '^VMAS .*,'
     # swarmsim prints other lines, too.
     run_python "$here/swarmsim_mill.py" 9 | grep '^swarmsim .*,'
     round=$((round + 1))
