@@ -52,6 +52,7 @@
   const TAIL_EVERY_S = 0.5;
   // What fills in by itself takes seconds, in steps of robots.
   const MOST_UNASKED = 3e8;
+  const MOST_ROBOTS = 2000; // More stand still on a screen.
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
   const dark = matchMedia("(prefers-color-scheme: dark)");
 
@@ -62,6 +63,12 @@
     return unit && unit !== "robots" ? `${count} ${unit}` : count;
   };
   const capitalised = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+  // Who moves sliders has no file with lines and keys, and sees which cell it is.
+  const refused_key = (message) => /^(?:cell `[^`]*`: )?(\w+) is /.exec(message)?.[1];
+  const in_words_of_page = (message) => message
+    .replace(/^cell `[^`]*`: /, "")
+    .replace(/ at line \d+ column \d+$/, "")
+    .replace(/^\w+(?= is )/, (key) => axis_of[key]?.name || key);
   const symbol = (key) =>
     `<svg class="symbol" aria-hidden="true"><use href="#symbol-${key}"></use></svg>`;
 
@@ -92,9 +99,11 @@
   }
 
   // The address: only what differs from the first page.
+  let left_out = []; // What an address has that is no setting.
   function from_address(hash) {
     const given = new URLSearchParams(hash.slice(1));
     state = first();
+    left_out = [];
     if (given.has("source")) state.source = given.get("source");
     const digits = (key) => (/^\d{1,20}$/.test(given.get(key) || "") ? given.get(key) : null);
     state.seed = digits("seed") && String(BigInt(digits("seed")));
@@ -108,10 +117,19 @@
     for (const side of ["across", "up"]) {
       if (given.get(side) in SLIDERS) state[side] = given.get(side);
     }
+    const is_taken = {
+      source: () => true,
+      seed: () => state.seed !== null,
+      replicate: () => digits("replicate") !== null,
+      robots_are: () => true,
+      start: () => state.start !== null,
+      across: () => state.across !== null,
+      up: () => state.up !== null,
+    };
     for (const [key, value] of given) {
       if (key in axis_of && value.trim() !== "" && Number.isFinite(Number(value))) {
         state.cell[key] = Number(value);
-      }
+      } else if (!is_taken[key]?.()) left_out.push(value === "" ? key : `${key}=${value}`);
     }
   }
   function address() {
@@ -347,6 +365,9 @@
       const decade = 10 ** Math.floor(Math.log10(most_m));
       const length_m = [5, 2, 1].map((step) => step * decade).find((step) => step <= most_m);
       const [edge_x, edge_y] = [canvas.width - 12 * line, canvas.height - 12 * line];
+      // Its paper keeps it apart from a wall behind it.
+      pen.fillStyle = colour.paper;
+      pen.fillRect(edge_x - length_m * scale - 4 * line, edge_y - 18 * line, length_m * scale + 8 * line, 22 * line);
       pen.beginPath();
       pen.moveTo(edge_x - length_m * scale, edge_y);
       pen.lineTo(edge_x, edge_y);
@@ -435,8 +456,19 @@
     element("phase").textContent = "Not simulated:";
     element("why").textContent = "these settings make no swarm.";
     element("status-symbol").removeAttribute("href");
-    element("refusal").textContent = capitalised(error.message);
+    floor.canvas.classList.add("stale");
+    controls[refused_key(error.message)]?.exact.setAttribute("aria-invalid", "true");
+    say(in_words_of_page(error.message));
+  }
+  function say(words) {
+    element("refusal").textContent = capitalised(words);
     element("refusal").hidden = false;
+  }
+  function say_nothing() {
+    element("refusal").hidden = true;
+    element("copied").textContent = "";
+    floor.canvas.classList.remove("stale");
+    for (const { exact } of Object.values(controls)) exact.removeAttribute("aria-invalid");
   }
 
   const pace = element("pace");
@@ -588,6 +620,7 @@
     pen.clearRect(0, 0, width, height);
     const now_s = history.length > 0 ? history[history.length - 1].time_s : 0;
     const most_s = Math.max(swarm.duration_s, now_s);
+    element("time-axis").textContent = `0 to ${most_s.toFixed(0)} s`;
     return { pen, width, height, x: (time_s) => (time_s / most_s) * width };
   }
 
@@ -656,11 +689,14 @@
     row.className = "setting";
     row.innerHTML =
       `<label for="${key}">${name}</label><input id="${key}" type="range">` +
-      `<input type="number" step="any" aria-label="${name}${unit ? `, in ${unit}` : ""}">` +
+      `<input type="number" step="any" aria-label="${name}${unit && unit !== "robots" ? `, in ${unit}` : ""}">` +
       `<span class="unit">${unit === "robots" ? "" : unit}</span>`;
     const [label, slider, exact] = row.children;
     const set = (value, control) => {
-      if (value === "" || !Number.isFinite(Number(value))) return;
+      if (value === "" || !Number.isFinite(Number(value))) {
+        exact.value = number(state.cell[key] ?? swarm.values[key], 5);
+        return;
+      }
       touched = control;
       change(key, Number(value));
       touched = null;
@@ -704,9 +740,12 @@
     return row;
   }
 
-  // More robots start in a larger disc, as dense as it was, until somebody sets the disc.
+  // More robots start in a larger disc, as dense as it was, until somebody sets the disc; it fits into the
+  // arena, until somebody sets that.
   let disc_follows = true;
+  let arena_follows = true;
   function change(key, value) {
+    if (key === "arena_m") arena_follows = false;
     if (key === "placement_radius_m") {
       disc_follows = false;
       if (is_boxed()) {
@@ -714,11 +753,12 @@
         return update();
       }
     }
-    if (key === "robots" && disc_follows && !is_boxed()) {
+    if (key === "robots" && value <= MOST_ROBOTS && disc_follows && !is_boxed()) {
       const { robots, placement_radius_m } = first_values;
-      const radius_m = placement_radius_m * Math.sqrt(value / Math.max(robots, 1));
+      const radius_m = placement_radius_m * Math.sqrt(Math.max(value, 0) / Math.max(robots, 1));
       state.cell.placement_radius_m = Number(Math.max(radius_m, 0.1).toFixed(3));
       const needed_m = 2.6 * state.cell.placement_radius_m;
+      if (arena_follows) delete state.cell.arena_m;
       if (needed_m > (state.cell.arena_m || first_values.arena_m)) state.cell.arena_m = Math.ceil(needed_m);
     }
     state.cell[key] = value;
@@ -895,6 +935,8 @@
     },
 
     choose(at) {
+      if (this.keys.includes("placement_radius_m")) disc_follows = false;
+      if (this.keys.includes("arena_m")) arena_follows = false;
       state.cell = this.scene_of(at);
       update();
     },
@@ -927,12 +969,15 @@
     progress() {
       const wanted = this.counts.length * REPLICATES;
       element("progress").value = this.n_done / wanted;
+      if (this.n_done === 0) return;
+      const n_refused = this.counts.filter((it) => it?.refusal !== undefined).length;
+      const n_runs = wanted - n_refused * REPLICATES;
       const took = this.took_s ? ` in ${this.took_s.toFixed(1)} s` : "";
-      if (this.n_done > 0) {
-        element("runs").textContent = this.n_done < wanted
-          ? `${this.n_done} of ${wanted} runs of ${swarm.duration_s} s`
-          : `${wanted} runs of ${swarm.duration_s} s${took}, ${REPLICATES} in each cell; those of a sweep with seed ${swarm.seed} are the same ones and more.`;
-      }
+      const which = n_refused > 0 ? "each cell that can be simulated" : "each cell";
+      const all = n_runs === 0 ? "None of these cells can be simulated."
+        : `${n_runs} runs of ${swarm.duration_s} s${took}, ${REPLICATES} in ${which}. A sweep with seed ${swarm.seed} makes the same runs, and more.`;
+      element("runs").textContent =
+        this.n_done < wanted ? `${this.n_done} of ${wanted} runs of ${swarm.duration_s} s` : all;
     },
 
     // Runs of all cells, a few of each at a time; a cell goes to whichever thread is idle.
@@ -968,7 +1013,7 @@
           try {
             found = (await thread.ask(question)).counts;
           } catch (error) {
-            found = { refusal: error.message };
+            found = { refusal: in_words_of_page(error.message) };
           }
           if (filling !== this.filling) return;
           const sum = { ...(this.counts[at] || {}) };
@@ -992,12 +1037,15 @@
   // Takes the state over everywhere.
   function update({ keeps_address = false } = {}) {
     let description;
+    say_nothing();
     try {
+      const { robots } = state.cell;
+      if (robots > MOST_ROBOTS) throw new Error(`robots is ${robots}, expected at most ${MOST_ROBOTS} in a browser`);
       description = JSON.parse(asked("describe", scene()));
+      if (description.conditions.robots === 0) throw new Error("robots is 0, expected at least 1");
     } catch (error) {
       return refuse(error);
     }
-    element("refusal").hidden = true;
     const { conditions } = description;
     const had = swarm;
     swarm = {
@@ -1083,6 +1131,7 @@
       cell: Object.fromEntries(axes.map(([key]) => [key, state.cell[key]])), as_measured: false, start: null })));
     first_values = plain.values;
     disc_follows = state.cell.placement_radius_m === undefined;
+    arena_follows = state.cell.arena_m === undefined;
   }
 
   function open_address(hash = location.hash) {
@@ -1094,9 +1143,11 @@
       state = first();
       open_source();
       update({ keeps_address: true });
-      return refuse(refused);
+      say(`the link makes no swarm, and these are the first settings: ${in_words_of_page(refused.message)}`);
+      return;
     }
     update({ keeps_address: true });
+    if (left_out.length > 0 && is_placed) say(`the link has what is no setting, and it is left out: ${left_out.join(", ")}`);
   }
 
   function on_key(event) {
@@ -1109,15 +1160,20 @@
       event.preventDefault();
       play(!is_playing);
     }
-    if (event.key === "r" && !is_typed) restart();
+    if (event.key === "r" && !is_typed) restart_anew();
     if (event.key === "n" && !is_typed) other_start();
   }
+  function restart_anew() {
+    say_nothing();
+    restart();
+  }
   function other_start() {
+    say_nothing();
     set_replicate(String((BigInt(state.replicate) + 1n) % 1000000n));
   }
   function set_replicate(replicate) {
     state.replicate = replicate;
-    show_settings();
+    element("replicate").value = replicate;
     restart();
     take_address();
   }
@@ -1148,7 +1204,7 @@
     plane.threads = Array.from({ length: n_threads }, () => new Thread(url, module));
 
     element("play").addEventListener("click", () => play(!is_playing));
-    element("again").addEventListener("click", restart);
+    element("again").addEventListener("click", restart_anew);
     element("other").addEventListener("click", other_start);
     element("fill").addEventListener("click", () => plane.fill());
     for (const side of ["across", "up"]) {

@@ -166,8 +166,20 @@ def check_refusals(page):
     page.locator("#turn_rate_rad_s + input").fill("0.75")
     page.keyboard.press("Enter")
     assert said(page) == ""
+    page.locator("#robots + input").fill("")
+    page.keyboard.press("Enter")
+    assert page.locator("#robots + input").input_value() == "9" and said(page) == ""
+    for number in ["0", "1000000000"]:
+        page.locator("#robots + input").fill(number)
+        page.keyboard.press("Enter")
+        assert said(page).startswith(f"Number of robots is {number}, expected"), said(page)
+        assert page.locator("[aria-invalid]").get_attribute("aria-label") == "number of robots"
+    page.locator("#robots + input").fill("1200")
+    page.keyboard.press("Enter")
+    assert page.evaluate("simulated.describe().values.arena_m") == 25, "they have no room"
     page.locator("#robots + input").fill("300")
     page.keyboard.press("Enter")
+    assert page.evaluate("simulated.describe().values.arena_m") == 15, "it is larger than it was"
     assert said(page) == "" and page.locator("#fill").is_visible()
     page.locator("#reset").click()
     settled(page, "simulated.describe().robots === 9")
@@ -213,6 +225,10 @@ def check_address(browser):
     assert described["name"] == "another one" and described["values"]["range_m"] == 1.1
     assert described["values"]["speed_m_s"] == 0.1 and printed == []
     assert page.locator("#play").inner_text() == "Play", "motion is reduced"
+    page.close()
+    page, printed, _ = opened(browser, address="#speed_m_s=fast&robots=8", calm=True)
+    assert "left out: speed_m_s=fast" in said(page) and printed == [], (said(page), printed)
+    assert page.evaluate("simulated.describe().robots") == 8
     page.close()
     page, printed, _ = opened(browser, address="#source={}")
     assert "sweep" in said(page) and printed == [], (said(page), printed)
