@@ -683,6 +683,14 @@
     }
   }
 
+  // Where numbers have a point, a browser drops a comma that is typed: 1,5 would be 15.
+  const has_point = (1.5).toLocaleString().includes(".");
+  function point_for_comma(event) {
+    if (event.data !== "," || !has_point) return;
+    event.preventDefault();
+    document.execCommand("insertText", false, ".");
+  }
+
   function setting(key) {
     const { name, unit } = axis_of[key];
     const row = document.createElement("div");
@@ -703,6 +711,7 @@
     };
     slider.addEventListener("input", () => set(slider.value, slider));
     exact.addEventListener("change", () => set(exact.value, exact));
+    exact.addEventListener("beforeinput", point_for_comma);
     controls[key] = { row, label, slider, exact };
     return row;
   }

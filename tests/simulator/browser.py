@@ -169,6 +169,10 @@ def check_refusals(page):
     page.locator("#robots + input").fill("")
     page.keyboard.press("Enter")
     assert page.locator("#robots + input").input_value() == "9" and said(page) == ""
+    page.locator("#range_m + input").select_text()
+    page.keyboard.type("0,8")
+    page.keyboard.press("Enter")
+    assert page.locator("#range_m + input").input_value() == "0.8", "a comma is lost"
     for number in ["0", "1000000000"]:
         page.locator("#robots + input").fill(number)
         page.keyboard.press("Enter")
