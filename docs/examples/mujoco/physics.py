@@ -186,11 +186,11 @@ class Physics:
         )
         far_m = self.distances(eye, rays, self.bodies[name])
         range_m = self.draws.gauss(CAMERA_RANGE_M, CAMERA_RANGE_SD_M)
-        filled = np.count_nonzero((far_m >= 0.0) & (far_m < range_m))
-        chance = 1.0 - MISSED if filled >= 2 else INVENTED
-        if self.draws.random() >= chance:
+        filled_m = far_m[(far_m >= 0.0) & (far_m < range_m)]
+        is_seen = len(filled_m) >= 2
+        if self.draws.random() >= (1.0 - MISSED if is_seen else INVENTED):
             return math.inf
-        return far_m[(far_m >= 0.0) & (far_m < range_m)].min() if filled >= 2 else range_m / 2
+        return float(filled_m.min()) if is_seen else range_m / 2
 
     def distances(self, eye, rays, own):
         """How far bodies are along each ray, below zero where there is none."""
