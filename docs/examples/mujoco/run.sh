@@ -82,10 +82,13 @@ start_robots() {
 start_gates() {
     gates=()
     for robot in robot_{6..9}; do
-        rsrs node robot --robots "$robot" "$@" -p ros.cmd_vel_type:=twist >>"gate_$robot.log" 2>&1 &
+        rsrs node robot --robots "$robot" "$@" -p ros.cmd_vel_type:=twist >"gate_$robot.log" 2>&1 &
         gates+=("$!")
     done
     children+=("${gates[@]}")
+    for robot in robot_{6..9}; do
+        until grep -q "ready, with a ros driver" "gate_$robot.log"; do sleep 0.1; done
+    done
 }
 
 # Step 1: trials of three robots, and a profile with an interval on every number. There is no profile yet
