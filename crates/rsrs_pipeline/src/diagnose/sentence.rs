@@ -60,7 +60,7 @@ mod tests {
                 "range of the sensor 0.45 m → at least 0.66 m",
                 "false positive rate 0.145 → at most 0.062",
                 "latency of the sensor 6 steps → at most 1 step",
-                "half-angle of the sensor 34.4° → at most 20.1°",
+                "half-angle of the sensor 0.6 rad (34.4°) → at most 0.35 rad (20.1°)",
                 "allow a speed of 0.12 m/s (the limit is 0.05 m/s)",
                 "range of the sensor 0.75 m, 0.52 m would do",
             ]
