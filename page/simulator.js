@@ -170,19 +170,7 @@
     return Object.fromEntries(keys.map((key, at) => [key, values(key, MOST_VALUES[at])]));
   }
 
-  // The simulator on this thread, which moves the watched swarm.
-  let simulator;
-  function put(text) {
-    const bytes = new TextEncoder().encode(text);
-    const at = simulator.text(bytes.length); // It may grow the memory, which detaches an older buffer.
-    new Uint8Array(simulator.memory.buffer, at, bytes.length).set(bytes);
-  }
-  function got(length) {
-    const at = simulator.answer();
-    const text = new TextDecoder().decode(new Uint8Array(simulator.memory.buffer, at, length));
-    if (text.startsWith("!")) throw new Error(text.slice(1));
-    return text;
-  }
+  // The simulator on this thread moves the watched swarm.
   const asked = (what, text) => {
     put(text);
     return got(simulator[what]());
@@ -220,18 +208,12 @@
     trails: [],
 
     follow_theme() {
-      const style = getComputedStyle(document.documentElement);
-      const names = ["paper", "ink", "quiet", "rule", "trail", "body", "region", "lit", "ring", "lost"];
-      this.colour = Object.fromEntries(
-        names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+      this.colour = theme_colours(
+        ["paper", "ink", "quiet", "rule", "trail", "body", "region", "lit", "ring", "lost"]);
     },
 
     resize() {
-      const side_px = Math.round(this.canvas.clientWidth * devicePixelRatio);
-      if (side_px > 0 && side_px !== this.canvas.width) {
-        this.canvas.width = side_px;
-        this.canvas.height = side_px;
-      }
+      sharpen(this.canvas);
     },
 
     // Rows of x, y, heading and flags, and how it all lies on the canvas.
@@ -1206,7 +1188,7 @@
     open_address();
     window.loaded_ms = performance.now();
 
-    const url = URL.createObjectURL(new Blob([element("worker").textContent], { type: "text/javascript" }));
+    const url = URL.createObjectURL(new Blob([element("calls").textContent, element("worker").textContent], { type: "text/javascript" }));
     judge.thread = new Thread(url, module);
     judge.open();
     const n_threads = Math.max(1, Math.min(8, (navigator.hardwareConcurrency || 2) - 1));

@@ -2,22 +2,6 @@
 // One instance of the simulator in a thread of its own: it judges the swarm that is watched, or counts how
 // replicates of a cell end.
 
-let simulator;
-
-// The address first: asking for it may grow the memory, which detaches an older buffer.
-function put(text) {
-  const bytes = new TextEncoder().encode(text);
-  const at = simulator.text(bytes.length);
-  new Uint8Array(simulator.memory.buffer, at, bytes.length).set(bytes);
-}
-
-function got(length) {
-  const at = simulator.answer();
-  const text = new TextDecoder().decode(new Uint8Array(simulator.memory.buffer, at, length));
-  if (text.startsWith("!")) throw new Error(text.slice(1));
-  return text;
-}
-
 const tasks = {
   load: async ({ module }) => {
     simulator = (await WebAssembly.instantiate(module, {})).exports;

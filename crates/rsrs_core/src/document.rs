@@ -218,8 +218,8 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let few = word.chars().count() / 3;
     // `sped` begins as `speed_m_s` does.
     let begins = |candidate: &str| {
-        let ends = candidate.match_indices('_').map(|(end, _)| end);
-        ends.into_iter().any(|end| edit_distance(word, &candidate[..end]) <= few)
+        let mut ends = candidate.match_indices('_').map(|(end, _)| end);
+        ends.any(|end| edit_distance(word, &candidate[..end]) <= few)
     };
     candidates
         .into_iter()

@@ -127,7 +127,7 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     let mut report = Report::new(&attempts, &simulated, runs, next);
     report.labels = options.labels.to_string();
     if let Some(fixed) = fixed {
-        report.rest_on(fixed);
+        report.rest_on(fixed, &attempts.counted);
     }
     report.notes.extend(prediction.note());
     Ok(report)

@@ -140,11 +140,9 @@ fn share(value: f64, low: f64, high: f64) -> [String; 2] {
 fn tabular(comment: &str, head: &[String], rows: &[Vec<String>], below: &[String]) -> String {
     let comment = comment.replace(char::is_control, " ");
     let columns = "r".repeat(head.len());
-    let (environment, packages) = if rows.len() > PAGE_ROWS {
-        ("longtable", "booktabs,longtable")
-    } else {
-        ("tabular", "booktabs")
-    };
+    let is_long = rows.len() > PAGE_ROWS;
+    let (environment, packages) =
+        if is_long { ("longtable", "booktabs,longtable") } else { ("tabular", "booktabs") };
     let mut lines = vec![
         format!("% {comment}"),
         format!("% needs \\usepackage{{{packages}}}"),
@@ -153,7 +151,7 @@ fn tabular(comment: &str, head: &[String], rows: &[Vec<String>], below: &[String
         format!("{} \\\\", head.join(" & ")),
         "\\midrule".to_owned(),
     ];
-    if environment == "longtable" {
+    if is_long {
         lines.push("\\endhead".to_owned());
     }
     lines.extend(rows.iter().map(|row| format!("{} \\\\", row.join(" & "))));

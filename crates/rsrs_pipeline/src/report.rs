@@ -9,11 +9,9 @@ use std::path::Path;
 use anyhow::Context;
 use rsrs_core::comparison;
 use rsrs_core::diagram::choice::Choice;
-use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::natural_order::natural_key;
-use rsrs_core::robot::profile::RobotProfile;
 use rsrs_view::report::{ReportPage, Slice, Verdict, VerdictMark, html as write};
-use serde::Serialize;
+use rsrs_view::simulator::source;
 
 use crate::compare::report::{ComparedBag, Report as Comparison};
 use crate::compare::{Options, compare};
@@ -54,13 +52,6 @@ pub fn html(folder: &Path, runs: Option<&Options>) -> anyhow::Result<(String, Op
     Ok((write(&of.page()?), comparison))
 }
 
-/// What cells are simulated of in a browser.
-#[derive(Serialize)]
-struct Source<'a> {
-    sweep: &'a SweepFile,
-    profile: &'a RobotProfile,
-}
-
 /// What a report is about.
 struct Reported<'a> {
     folder: &'a Path,
@@ -79,7 +70,6 @@ impl Reported<'_> {
             details.insert(0, ("The comparison as text".to_owned(), comparison.to_string()));
         }
         let robot = &result.source.profile.name;
-        let source = Source { sweep: &result.source.sweep, profile: &result.source.profile };
         Ok(ReportPage {
             title: if comparison.is_some() {
                 format!("Simulated runs and experiments: {robot}")
@@ -92,7 +82,7 @@ impl Reported<'_> {
             }),
             summary: comparison.map_or_else(Vec::new, summary),
             diagrams: self.diagrams()?,
-            source: serde_json::to_string(&source).context("the sweep as JSON")?,
+            source: source(&result.source.sweep, &result.source.profile),
             first_cell: cells.iter().position(|cell| cell.is_chosen).unwrap_or(0),
             cells,
             chosen: self.choice.map(chosen),

@@ -57,18 +57,12 @@
     }
 
     follow_theme() {
-      const style = getComputedStyle(document.documentElement);
-      const names = ["paper", "ink", "quiet", "trail", "body", "region", "lit", "ring", "lost"];
-      this.colour = Object.fromEntries(
-        names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+      this.colour = theme_colours(
+        ["paper", "ink", "quiet", "trail", "body", "region", "lit", "ring", "lost"]);
     }
 
     resize() {
-      const side_px = Math.round(this.canvas.clientWidth * devicePixelRatio);
-      if (side_px > 0 && side_px !== this.canvas.width) {
-        this.canvas.width = side_px;
-        this.canvas.height = side_px;
-      }
+      sharpen(this.canvas);
     }
 
     draw(replay, time_s) {

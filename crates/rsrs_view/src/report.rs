@@ -28,7 +28,8 @@ use crate::simulator::PAGE;
 use crate::svg::Element;
 use crate::symbol::{Filling, MARK_PX, mark};
 
-const SCRIPT: &str = include_str!("../assets/report.js");
+const SCRIPTS: [&str; 2] =
+    [include_str!("../assets/canvas.js"), include_str!("../assets/report.js")];
 
 /// All that is on the page; texts are any texts.
 #[derive(Clone, Debug)]
@@ -212,7 +213,7 @@ pub fn html(page: &ReportPage) -> String {
         script type="application/json" id="replays" { (PreEscaped(replays.json())) }
         script type="application/json" id="source" { (PreEscaped(within_script(&page.source))) }
         script type="text/plain" id="simulator" { (simulator()) }
-        script { (PreEscaped(SCRIPT)) }
+        @for script in SCRIPTS { script { (PreEscaped(script)) } }
     };
     document((&page.title, SIMULATING), &body, &end)
 }

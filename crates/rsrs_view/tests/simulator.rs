@@ -31,6 +31,8 @@ fn the_page_has_the_script_and_the_style_of_this_source_and_asks_for_nothing() {
         include_str!("../../../page/simulator.js"),
         include_str!("../../../page/simulator.css"),
         include_str!("../../../page/worker.js"),
+        include_str!("../../../page/calls.js"),
+        include_str!("../assets/canvas.js"),
         include_str!("../assets/page.css"),
     ];
 

@@ -138,7 +138,12 @@ pub fn next_step(
     })
 }
 
-fn return_to_step_1(comparison: &Comparison) -> NextStep {
+/// Back to the robots, for the cell in which they are most certainly worse.
+///
+/// # Panics
+///
+/// If no cell was compared.
+pub fn return_to_step_1(comparison: &Comparison) -> NextStep {
     let worst = comparison
         .cells
         .iter()

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use rsrs_bags::trajectory::Finding;
 use rsrs_core::comparison::left_out::Attempts;
-use rsrs_core::comparison::next_experiment::NextStep;
-use rsrs_core::comparison::{CellComparison, CellRuns, Tally, Verdict};
+use rsrs_core::comparison::next_experiment::{NextStep, return_to_step_1};
+use rsrs_core::comparison::{CellComparison, CellRuns, Comparison, Tally, Verdict};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::judge::behaviour::{Behaviour, Verb};
 use rsrs_core::judge::counts::PhaseCounts;
@@ -297,7 +297,11 @@ impl Report {
 
     /// Lets the verdict rest on the test of a design: it is given once, and there is none before, nor one
     /// for a cell by itself.
-    pub fn rest_on(&mut self, fixed: FixedCampaign) {
+    ///
+    /// # Arguments
+    ///
+    /// * `counted` — the runs that count.
+    pub fn rest_on(&mut self, fixed: FixedCampaign, counted: &Comparison) {
         self.verdict = fixed.verdict;
         self.summary = text::of_fixed(&fixed, self.verb(), &self.pooled);
         self.further_runs = None;
@@ -306,7 +310,7 @@ impl Report {
             (cell.verdict, cell.further_runs) = (Verdict::Undecided, None);
         }
         self.next = if fixed.verdict == Verdict::Violated {
-            return_to_step_1(&self.cells)
+            return_to_step_1(counted)
         } else {
             NextStep::Nothing
         };
@@ -353,17 +357,6 @@ impl Report {
     }
 }
 
-/// Back to the robots, for the cell in which they are most certainly worse.
-fn return_to_step_1(cells: &[ComparedCell]) -> NextStep {
-    let worst = cells.iter().max_by(|one, other| one.e_violated.total_cmp(&other.e_violated));
-    worst.map_or(NextStep::Nothing, |worst| NextStep::ReturnToStep1 {
-        cell: worst.cell.clone(),
-        b_r: worst.b_r,
-        b_s: worst.b_s,
-        e_violated: worst.e_violated,
-    })
-}
-
 fn of_cell(cell: &CellComparison, runs: &CellRuns, simulated: Simulated) -> ComparedCell {
     ComparedCell {
         cell: cell.cell.clone(),
@@ -404,6 +397,21 @@ fn runs_that_claim(pooled: &Pooled) -> String {
     format!("{} in {}", counted(*n_real_claimed, "run"), counted(*n_cells_claimed as u64, "cell"))
 }
 
+/// What is violated.
+fn less_often(mill: &str) -> String {
+    format!("real robots {mill} less often than simulated ones")
+}
+
+/// What is supported.
+fn as_often(pooled: &Pooled, mill: &str) -> String {
+    format!(
+        "averaged over {}, real robots {mill} as often as simulated ones, or at most {:.0} percentage \
+         points less often",
+        runs_that_claim(pooled),
+        100.0 * pooled.margin
+    )
+}
+
 /// The share that runs support.
 fn supported_share(pooled: &Pooled) -> String {
     let share = pooled.b_r_at_least.unwrap_or_default();
@@ -434,14 +442,11 @@ fn summary(attempts: &Attempts, verb: Verb) -> String {
                  {where_}"
             )
         }
-        Verdict::Violated => format!("real robots {mill} less often than simulated ones"),
-        Verdict::Supported => format!(
-            "averaged over {}, real robots {mill} as often as simulated ones, or at most {:.0} \
-             percentage points less often: {}",
-            runs_that_claim(&comparison.pooled),
-            100.0 * comparison.pooled.margin,
-            supported_share(&comparison.pooled)
-        ),
+        Verdict::Violated => less_often(mill),
+        Verdict::Supported => {
+            let share = supported_share(&comparison.pooled);
+            format!("{}: {share}", as_often(&comparison.pooled, mill))
+        }
         Verdict::NoClaim => {
             let cells = if n_cells == 1 { "the cell" } else { "all of the cells" };
             let cells = format!("{cells} that {} run", if n_cells == 1 { "was" } else { "were" });

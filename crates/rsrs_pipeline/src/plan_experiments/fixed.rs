@@ -47,8 +47,8 @@ impl PlannedCampaign {
     ///
     /// If the current folder is not known.
     pub fn file(&self, place: &Path, experiment: &Path, sweep: &Path) -> anyhow::Result<String> {
-        let paths = (beside(place, experiment)?, beside(place, sweep)?);
-        let [experiment, sweep] = [paths.0, paths.1].map(|path| quoted(&path));
+        let named = |path: &Path| Ok::<_, anyhow::Error>(quoted(&beside(place, path)?));
+        let (experiment, sweep) = (named(experiment)?, named(sweep)?);
         let entry = |(number, PlannedRuns { cell, runs, .. }): (u64, &PlannedRuns)| {
             let values: Vec<String> =
                 cell.iter().map(|(axis, value)| format!("{axis}: {value}")).collect();
@@ -73,8 +73,8 @@ fn beside(place: &Path, path: &Path) -> anyhow::Result<PathBuf> {
         std::path::absolute(path).with_context(|| format!("cannot find {}", path.display()))
     };
     let (place, path) = (whole(place)?, whole(path)?);
-    let folder = place.parent().unwrap_or(&place);
-    Ok(path.strip_prefix(folder).map_or_else(|_| path.clone(), Path::to_path_buf))
+    let inside = place.parent().and_then(|folder| path.strip_prefix(folder).ok());
+    Ok(inside.unwrap_or(&path).to_path_buf())
 }
 
 /// A path as a string of YAML.

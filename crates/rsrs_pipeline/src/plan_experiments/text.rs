@@ -78,16 +78,15 @@ impl fmt::Display for PlannedCampaign {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let FixedPlan { test, decided, supported, violated, .. } = &self.plan;
         let (runs, claim) = (counted(self.runs, "run"), claim(self.behaviour, self.margin));
-        let (not, but) = if self.is_enough() {
-            ("", String::new())
+        let (not, chance) = if self.is_enough() {
+            ("", percent(*decided))
         } else {
-            ("not even ", format!(" of {}: it is {}", percent(self.wanted), percent(*decided)))
+            ("not even ", format!("{}: it is {}", percent(self.wanted), percent(*decided)))
         };
-        let chance = if self.is_enough() { format!(" of {}", percent(*decided)) } else { but };
         writeln!(
             formatter,
-            "{not}{runs}, their number fixed before the first, decide {claim} with a probability{chance}, if \
-             the robots are as measured"
+            "{not}{runs}, their number fixed before the first, decide {claim} with a probability of \
+             {chance}, if the robots are as measured"
         )?;
         let cells: Vec<[String; 4]> = self.cells.iter().map(PlannedRuns::row).collect();
         writeln!(formatter, "\n{}", columns(&cells))?;

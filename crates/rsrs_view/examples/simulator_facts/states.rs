@@ -27,10 +27,7 @@ const N_STEPS: u64 = 2307;
 pub fn source() -> String {
     let sweep = SweepFile::parse("sweep.yaml", SWEEP).expect("the sweep is shipped");
     let profile = RobotProfile::parse("flockbot.yaml", PROFILE).expect("so is the profile");
-    let text = |json: serde_json::Result<String>| json.expect("both are plain data");
-    let (sweep, profile) =
-        (text(serde_json::to_string(&sweep)), text(serde_json::to_string(&profile)));
-    format!(r#"{{"sweep":{sweep},"profile":{profile}}}"#)
+    rsrs_view::simulator::source(&sweep, &profile)
 }
 
 /// The cells, and the digest of each after its steps.

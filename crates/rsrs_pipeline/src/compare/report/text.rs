@@ -9,7 +9,9 @@ use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::statistics::pooled::Pooled;
 
-use super::{ComparedCell, LeftOut, Report, counted, runs_that_claim, supported_share};
+use super::{
+    ComparedCell, LeftOut, Report, as_often, counted, less_often, runs_that_claim, supported_share,
+};
 use crate::compare::fixed::FixedCampaign;
 use crate::label::human_labels::JUDGE;
 
@@ -218,12 +220,8 @@ pub(super) fn of_fixed(fixed: &FixedCampaign, verb: Verb, pooled: &Pooled) -> St
              the last",
             fixed.made, fixed.runs
         ),
-        Verdict::Violated => format!("real robots {mill} less often than simulated ones"),
-        Verdict::Supported => format!(
-            "averaged over {}, real robots {mill} as often as simulated ones, or at most {margin:.0} \
-             percentage points less often",
-            runs_that_claim(pooled)
-        ),
+        Verdict::Violated => less_often(mill),
+        Verdict::Supported => as_often(pooled, mill),
         Verdict::NoClaim => format!(
             "simulated robots {mill} too rarely for real ones to {mill} less often by {margin:.0} \
              percentage points"
