@@ -70,13 +70,13 @@ pub fn chapters() -> Vec<Chapter> {
         Chapter {
             title: "Before a run",
             about: "Everything that is wrong is named at once, nothing moves, and the run is `failed`. \
-                    What several robots have in common is one line with all their names.",
+                    Robots with the same problem share one line.",
             causes: problems(),
         },
         Chapter {
             title: "While a run is prepared",
-            about: "The robots were found, and something did not follow. Nothing moves, but for a \
-                    sample that never came: robots have moved for 5 s then. The run is `failed`.",
+            about: "The robots were found, but a later step failed; the run is `failed`. Nothing moves, \
+                    unless a first sample never came: the robots have then moved for 5 s.",
             causes: failures(),
         },
         Chapter {
@@ -86,8 +86,8 @@ pub fn chapters() -> Vec<Chapter> {
         },
         Chapter {
             title: "Robots that are lost",
-            about: "These stand behind `lost robot_3:`. The robot is left out of the leases, so that it stands, \
-                    and the experiment's `robot_lost` is what becomes of the run. At the end of a run, `not \
+            about: "These stand behind `lost robot_3:`. The robot is left out of the leases, so that it stands; \
+                    the experiment's `robot_lost` decides whether the run goes on. At the end of a run, `not \
                     confirmed to stand, go and look` names robots that did not report that they stand: go there.",
             causes: losses(),
         },
@@ -100,16 +100,15 @@ pub fn chapters() -> Vec<Chapter> {
         },
         Chapter {
             title: "Runs that are void",
-            about: "A simulated world in lockstep waits for everybody, so what is lost stops it. The run is \
-                    `void`: it says nothing about the robots, and campaigns run it again. A robot that is \
-                    lost in lockstep ends the run in the same way.",
+            about: "A simulated world in lockstep waits for everybody, so anything that is lost stops it. The \
+                    run is `void`: it says nothing about the robots, and campaigns run it again. A robot that \
+                    is lost in lockstep ends the run in the same way.",
             causes: voids(),
         },
         Chapter {
             title: "Why a robot stands",
-            about: "This is what a robot reports itself, in its status, in `rsrs watch`, and behind \
-                    `lost …: stopped in epoch …` or `did not arm: …`. What is done about a robot that \
-                    is lost in a run is the experiment's `robot_lost`.",
+            about: "A robot reports these itself: in its status, in `rsrs watch`, and behind \
+                    `lost …: stopped in epoch …` or `did not arm: …`.",
             causes: stands(),
         },
     ]
@@ -127,7 +126,7 @@ fn problems() -> Vec<Cause> {
     };
     causes!(Problem {
         RobotMissing { robot: robot() }: "The node of the robot does not run, runs in another namespace, or is not in this network and domain.", "Start it; `ros2 topic list` shows the names that there are, and [Programs do not find each other](troubleshooting.md#programs-do-not-find-each-other) what else to look at.";
-        LeaseNotHeld { robot: robot() }: "The fleet file has `lease: controller`, and its controller was started without.", "Start the controller with `-p lease:=controller`, or leave the key out if the robot has a gate.";
+        LeaseNotHeld { robot: robot() }: "The fleet file has `lease: controller`, but its controller was started without it.", "Start the controller with `-p lease:=controller`, or leave the key out if the robot has a gate.";
         ControllerMissing { robot: robot() }: "No controller for this robot runs.", "`rsrs node controller --robots …`; `rsrs node robot` brings its own.";
         SimulatorMissing {}: "Virtual robots without a simulator.", "[A fleet without robots](fleet_without_robots.md).";
         WrongType { topic: text("/robot_3/cmd_vel"), nodes: vec![text("/robot_3/controller")], found: twist(), expected: stamped() }: "Somebody publishes the topic as another type; nobody who expects the right one receives it.", "Set the type on one of the two sides, as the message has it.";
@@ -137,19 +136,19 @@ fn problems() -> Vec<Cause> {
         NoPublisher { topic: topic() }: "Nobody publishes what the run needs.", "Start the node; look at names and namespaces with `ros2 topic list`.";
         Renamed { topic: topic(), node: text("/robot_3/controller"), renamed: text("/camera/seen") }: "A node of the robot was started with `-r`, so that the run does not find its topic.", "Leave that rule out, and rename the topic of the other program instead.";
         SeveralPublishers { topic: topic(), found: 2 }: "Two programs publish what one should: two robots of one name, or a node that was started twice.", "End one of them; `ros2 topic info -v` names both.";
-        OtherRunner { run_id: text("milling_20261124_101500_3f2a") }: "A second `rsrs run` or `rsrs campaign` has the robots.", "Wait for its end, or end it.";
+        OtherRunner { run_id: text("milling_20261124_101500_3f2a") }: "A second `rsrs run` or `rsrs campaign` has one of these robots, or was started before; runs of other robots go on beside it.", "Wait for its end, or end it.";
         Faulted { robot: robot(), reason: text("hardware fault: no state of the microcontroller for 500 ms") }: "The robot's driver reports that its hardware does not work.", "Repair what is named; it reports itself when it works again.";
         BatteryLow { robot: robot(), found_v: 6.25, expected_v: 6.6 }: "Its voltage is below `battery_min_v` of the fleet file.", "Charge it.";
         BatteryUnknown { robot: robot(), expected_v: 6.6 }: "The fleet file has `battery_min_v`, and the robot does not report its voltage.", "Have its driver report it, or leave the key out.";
-        Clock { robot: robot(), lead: lead() }: "The robot's clock is not ours and is being set, so that recorded times could not be put on one clock.", "`chronyc tracking` on the robot; wait until it is steady.";
-        TooSlow { behind_s: 4.6 }: "What the computer of the run receives waits too long until it is looked at; no robot is at fault.", "End what else runs on it; record fewer topics.";
+        Clock { robot: robot(), lead: lead() }: "The robot's clock is being set, or runs unevenly, so recorded times cannot be aligned.", "`chronyc tracking` on the robot; wait until it is steady.";
+        TooSlow { behind_s: 4.6 }: "The computer of the run does not keep up with what it receives; no robot is at fault.", "End other programs on it; record fewer topics.";
         Diagnostic { 0: DiagnosticError { robot: robot(), part: text("robot_3: serial driver"), message: text("no answer") } }: "The robot's own `/diagnostics` report an error.", "Repair the part that is named.";
         Setting { robot: robot(), deviation: deviation() }: "The gate of the robot was started with an older file, or another `-p`: it would be another experiment.", "Copy the files to the robot, and start its node again.";
         Locked { robots: vec![robot()] }: "The e-stop was pressed, its publisher has left, and the lock stays.", "When the floor is safe, `rsrs stop --release`.";
         EStop { by: vec![text("/button_box")] }: "The e-stop is pressed.", "Release the button, or end that program.";
-        WithoutWorld { robot: robot() }: "A simulator has the robot, and no world for it.", "Let the run set its conditions, with `driver: {kind: virtual}` in the fleet file.";
+        WithoutWorld { robot: robot() }: "A simulator stands in for the robot, and has placed no world.", "Set `driver: {kind: virtual}` in the fleet file, so that the run places the world.";
         Epoch { robot: robot(), refused: epoch::check(u64::MAX, 7).expect_err("no runner counts so far") }: "The robot has received an epoch that no runner counts to, and will obey no other.", "Start its node again, and look for who publishes on `/swarm/lease`.";
-        PoseClock { robot: robot(), lead: lead() }: "Whoever publishes the poses has a clock that is not ours and is being set.", "Set its clock by NTP, or stamp poses with a clock that goes evenly.";
+        PoseClock { robot: robot(), lead: lead() }: "The clock of whoever publishes the poses is being set, or runs unevenly.", "Set it by NTP, or stamp poses with a clock that runs evenly.";
         PoseUnusable { robot: robot(), reason: text("its orientation is no rotation") }: "The tracker gives positions only, or no numbers.", "Have it publish orientations.";
         OneSpot { robots: vec![text("robot_1"), robot()], radius_m: 0.08 }: "Odometry that starts at 0, 0 on each robot is no pose on the floor.", "Publish poses in one frame ([Poses](robot_drivers.md#poses)).";
         NobodyObeys { topic: text("/robot_3/cmd_vel") }: "No program subscribes to what drives the robot, so it would stand.", "Start its base; `ros2 topic info -v` on the topic shows who subscribes.";
@@ -157,7 +156,7 @@ fn problems() -> Vec<Cause> {
         PlaceUnknown { robot: robot() }: "`--place-check require` was asked for, and where the robot stands is not known.", "Look at the tracker: `ros2 topic hz` on the topic of its poses.";
         PlacesInFrames { frames: text("robot_1 in `robot_1/odom`, robot_3 in `robot_3/odom`") }: "Places are in one frame, and each robot's poses are in one of its own.", "Publish the transforms between them, or poses in one frame.";
         Outside { robot: robot(), x_m: 2.75, y_m: -0.25 }: "A robot stands where it must not be.", "Put it back, or correct the rectangle.";
-        FenceFrames { frames: vec![text("robot_1/odom"), text("robot_3/odom")] }: "Each robot's odometry has a frame of its own, in which one rectangle is nowhere.", "Have a tracker publish the poses, or take `geofence` out.";
+        FenceFrames { frames: vec![text("robot_1/odom"), text("robot_3/odom")] }: "Each robot's odometry has its own frame, so one rectangle cannot hold for all.", "Have a tracker publish the poses, or take `geofence` out.";
         Frames { frames: vec![(text("robot_1"), text("robot_1/odom")), (robot(), text("robot_3/odom"))] }: "Each robot has a frame of its own, and nothing ties them together.", "Publish the transforms between them, or poses in one frame.";
     })
 }
@@ -166,11 +165,11 @@ fn failures() -> Vec<Cause> {
     causes!(Failure {
         Preflight { 0: Problem::RobotMissing { robot: robot() } }: "One of the causes above.", "See there.";
         NotSet { target: Target::Robot(robot()), reason: text("node `/robot_3/controller` refused: speed: 0.5 is not from -0.3 to 0.3") }: "A controller or the simulator refuses a value, or does not answer.", "The reason is in the message; often a limit of the profile.";
-        NotConfirmed { target: Target::Robot(robot()), reason: text("digest 3f2a…, expected 91c4…") }: "What is read back is not what was set: another program changes it, or another lease holder than the fleet file states.", "End the other program; the message names what to start otherwise.";
-        NotArmed { robot: robot(), found: text("stopped in epoch 6, expected armed in epoch 7") }: "The robot, or its controller, does not take the run.", "Look at its status and its log; [Why a robot stands](#why-a-robot-stands).";
+        NotConfirmed { target: Target::Robot(robot()), reason: text("digest 3f2a…, expected 91c4…") }: "What is read back is not what was set: another program changes it, or somebody else holds the lease than the fleet file states.", "End the other program; the message names what to start otherwise.";
+        NotArmed { robot: robot(), found: text("stopped in epoch 6, expected armed in epoch 7") }: "The robot or its controller does not join the run.", "Look at its status and its log; [Why a robot stands](#why-a-robot-stands).";
         NoPose { robot: robot() }: "The tracker does not see the robot, or calls it by another name, and a run without its poses cannot be judged.", "Look at the tracker; the fleet file has the names that it uses.";
         NoSample { robot: robot(), kind: SampleKind::Pose }: "The first sample never came, while the robots moved: the tracker does not see the robot, or its sensor does not work.", "`ros2 topic hz` on its topic before the next run.";
-        Recorder { reason: text("nothing was written for 10 s, 120 MB left") }: "The bag is not what the run was: [The bag](#the-bag) has the reasons.", "Robots stand; the folder is named, and `rsrs bag recover` saves what is in it.";
+        Recorder { reason: text("nothing was written for 10 s, 120 MB left") }: "The bag does not have all of the run: [The bag](#the-bag) lists the reasons.", "The robots stand; `rsrs bag recover` saves what is in the folder that is named.";
     })
 }
 
@@ -184,8 +183,8 @@ fn aborts() -> Vec<Cause> {
         LostRobots { by_reason: vec![text("robot_3: silent for more than 1 s")] }: "A robot is out of reach, stands, or gives no samples any more; the experiment's `robot_lost` ends the run then.", "The reason is in the message; [Why a robot stands](#why-a-robot-stands) and [Wi-Fi](troubleshooting.md#wi-fi).";
         LostAll {}: "No robot is left in the run.", "Look at the network of the computer of the run.";
         SecondPublisher { topic: topic(), node: text("/teleop") }: "Another program began to steer a robot, such as teleoperation.", "End that program before the next run.";
-        UnnamedPublisher { topic: topic() }: "The same, by a program whose node is not announced, as those of ROS 2 Humble.", "`ros2 topic info -v` on the topic.";
-        Interrupted { reason: text("interrupted") }: "Ctrl-C, SIGTERM, or the network of this program has ended, which is then the reason shown.", "Nothing after Ctrl-C; else start again.";
+        UnnamedPublisher { topic: topic() }: "The same, by a program whose node is not announced, as in ROS 2 Humble.", "`ros2 topic info -v` on the topic.";
+        Interrupted { reason: text("interrupted") }: "Ctrl-C or SIGTERM, or this program's network has ended, which is then the reason shown.", "Nothing after Ctrl-C; else start again.";
     })
 }
 
@@ -196,7 +195,7 @@ fn losses() -> Vec<Cause> {
         NotMoving { state: RobotState::Fault, epoch: 7, reason: reason() }: "It stands for the reason that is shown.", "[Why a robot stands](#why-a-robot-stands).";
         NoSample { kind: SampleKind::Pose, silence_s: 5 }: "The tracker does not see it any more, or its sensor is silent, while its node runs on.", "Look at the tracker's volume and markers, or at the sensor.";
         LeftGeofence { x_m: 2.75, y_m: -0.25 }: "It was outside of the fleet file's rectangle.", "Put it back; a run that many robots leave needs a larger floor.";
-        StoodTooLong { stood_s: 3.4 }: "Its link works and fails by turns: each time it stood, and went on.", "[Wi-Fi](troubleshooting.md#wi-fi): the channel, power saving, the access point.";
+        StoodTooLong { stood_s: 3.4 }: "Its link fails again and again; each time it stood, and went on.", "[Wi-Fi](troubleshooting.md#wi-fi): the channel, power saving, the access point.";
     })
 }
 
@@ -206,12 +205,12 @@ fn motions() -> Vec<Cause> {
         Line { axis: Axis::X }: "Two of its axes are not those of the floor.", "Set `axes` in the fleet file's `tracker`.";
         HeadingStands {}: "Its orientations do not turn with the robots.", "Have it track rigid bodies, not points.";
         Mirrored {}: "Places and headings are mirrored against the commands.", "Look at `axes`, and at how the motors are connected.";
-        HeadingMirrored {}: "Only one of both is mirrored.", "Look at how the tracker's orientations are turned into headings.";
+        HeadingMirrored {}: "Either places or headings are mirrored, not both.", "Look at how the tracker's orientations are turned into headings.";
         Degrees { factor: 57.3 }: "Angles are in another unit.", "Have the tracker publish quaternions.";
         HeadingUnrelated {}: "Orientations are not those of the bodies that move.", "Define the rigid bodies anew.";
         Askew { by_deg: 90.0 }: "A body is turned in the tracker.", "Define it with its front along x.";
         Swapped {}: "Two bodies have each other's names.", "Exchange their names, in the tracker or by `body` in the fleet file.";
-        Stands { time_s: 10.0, for_s: 9.0, speed_m_s: 0.15, turn_rate_rad_s: 0.0, moved_m: 0.0 }: "Its base does not obey: a battery, a hardware e-stop, commands beyond its limits. What it does within touch of another robot is not counted.", "Look at the base; the robot's `/rosout` names commands that are refused.";
+        Stands { time_s: 10.0, for_s: 9.0, speed_m_s: 0.15, turn_rate_rad_s: 0.0, moved_m: 0.0 }: "Its base does not obey: a battery, a hardware e-stop, commands beyond its limits. Time within touch of another robot is not counted.", "Look at the base; the robot's `/rosout` names commands that are refused.";
     })
 }
 
@@ -228,9 +227,9 @@ fn stands() -> Vec<Cause> {
         Idle {}: "No run has it.", "Nothing, before a run.";
         Asking {}: "Its node has just started, and takes over what the e-stop has locked.", "Wait for 2 s.";
         WithoutWorld {}: "A simulated robot without a world.", "Let a run set its conditions, or set `cell` by hand.";
-        Armed {}: "The countdown goes on.", "Wait, or Ctrl-C.";
-        NotArmed {}: "It was started again in a run.", "It takes part in the next one.";
-        LeaseLapsed {}: "No permission of the runner has reached it in time: Wi-Fi, a runner that was stopped or whose computer is very busy, a robot's computer that is.", "[Wi-Fi](troubleshooting.md#wi-fi); look at the load of both computers.";
+        Armed {}: "The countdown is running.", "Wait, or Ctrl-C.";
+        NotArmed {}: "It was started again during the run.", "It takes part in the next one.";
+        LeaseLapsed {}: "No lease reached it in time: bad Wi-Fi, a runner that was stopped, or a computer on either side that is very busy.", "[Wi-Fi](troubleshooting.md#wi-fi); look at the load of both computers.";
         ControllerUnconfirmed {}: "Its controller has ended, or somebody has changed its parameters in the run.", "Look at the controller's log.";
         EStop {}: "The e-stop is pressed, or its publisher fell silent in the run.", "When the floor is safe, `rsrs stop --release`.";
         Latched { 0: text("stopped by the runner") }: "It stands until the next run arms it.", "Nothing.";
@@ -246,9 +245,9 @@ fn stands() -> Vec<Cause> {
 pub fn page(more: &[Chapter]) -> String {
     let mut page = text(
         "# What can go wrong in a run\n\n\
-         This page is what `rsrs schema --causes` prints: every cause that the program knows, with what \
-         is shown. Names and numbers stand for any.\n\
-         [Troubleshooting](troubleshooting.md) goes from what one sees to what to look at.\n",
+         This page is what `rsrs schema --causes` prints: every cause that the program knows. Names and \
+         numbers are examples.\n\
+         [Troubleshooting](troubleshooting.md) has what goes beyond a single message.\n",
     );
     for Chapter { title, about, causes } in chapters().iter().chain(more) {
         write!(page, "\n## {title}\n\n{about}\n\n| shown | means | do |\n|---|---|---|\n")

@@ -13,9 +13,9 @@ use crate::recorder::RecorderError;
 pub fn of_bags() -> Chapter {
     Chapter {
         title: "The bag",
-        about: "These stand behind `recorder:`, followed by the reason of the system if there is one. A bag \
-                that is not what the run was ends the run, which is `failed`. The message names the folder, \
-                and `rsrs bag recover` saves what is in it.",
+        about: "These stand behind `recorder:`, with the system's reason if there is one. A bag that does not \
+                have all of the run ends it, as `failed`. The message names the folder, and `rsrs bag recover` \
+                saves what is in it.",
         causes: of_recorder().into_iter().chain(of_writer()).collect(),
     }
 }
@@ -26,11 +26,11 @@ fn of_recorder() -> Vec<Cause> {
     let cdr = CdrError::NoEncapsulation { type_name: "std_msgs/msg/Bool", n_bytes: 3 };
     causes!(RecorderError {
         Bag { 0: full }: "The bag has reached `max_bag_gib` of the experiment file.", "Record fewer topics, or raise the limit.";
-        Thread { source: io::ErrorKind::OutOfMemory.into() }: "The system gives the program no thread.", "End what else runs on the computer.";
+        Thread { source: io::ErrorKind::OutOfMemory.into() }: "The system gives the program no thread.", "End other programs on the computer.";
         TooSlow { n_waiting: 100_000 }: "More is recorded than the disk takes.", "Record to another disk, or fewer topics.";
         OutOfStep { topic: topic(), count: 17, found: 18 }: "In lockstep a message was lost on its way to the bag, which would not be complete.", "Run it again; look at the load of the computer.";
         Unstamped { topic: topic(), n_bytes: 3 }: "Somebody publishes a message that is too short for its type.", "End that program; `ros2 topic info -v` names it.";
-        Undecodable { topic: topic(), source: cdr }: "Somebody publishes a message that is not of the type that its topic has.", "End that program; `ros2 topic info -v` names it.";
+        Undecodable { topic: topic(), source: cdr }: "Somebody publishes a message of another type than its topic.", "End that program; `ros2 topic info -v` names it.";
     })
 }
 
