@@ -11,7 +11,7 @@ use rsrs_msgs::nav_msgs::Odometry;
 
 use crate::command::repository;
 use crate::fleet::{ROBOTS, experiment, node};
-use crate::pages::{IN_RCLPY, WITHOUT_FLOOR, WITHOUT_ROBOTS, script_of};
+use crate::pages::{IN_RCLPY, OF_CONTROLLERS, WITHOUT_FLOOR, WITHOUT_ROBOTS, script_of};
 use crate::processes::{Process, is_starved, rsrs};
 use rsrs_testing::network::{TIMEOUT, in_own_network};
 
@@ -190,6 +190,19 @@ fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
             assert!(strayed_m(&bag, robot) > 0.1, "{robot} did not move");
         }
     });
+}
+
+#[test]
+fn the_page_of_controllers_works_to_the_letter() {
+    let script = script_of(&OF_CONTROLLERS);
+
+    let (folder, output) = typed_in_time(&script, &[], (&[], 600));
+
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}\n{errors}", output.status);
+    for file in ["results/sweep.yaml", "diagram.png", "run/metadata.yaml", "run.png"] {
+        assert!(folder.path().join(file).is_file(), "{file}\n{errors}");
+    }
 }
 
 #[test]

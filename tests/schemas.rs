@@ -9,7 +9,8 @@ use rsrs_testing::python;
 use crate::command::{code, repository, rsrs, stderr, stdout};
 
 /// Kinds of files, and where the repository has some: folders, or a single one.
-const FILES: [(&str, &str); 8] = [
+const FILES: [(&str, &str); 9] = [
+    ("controller", "launch_configs/controllers"),
     ("profile", "launch_configs/profiles"),
     ("fleet", "launch_configs/fleets"),
     ("sweep", "launch_configs/sweeps"),

@@ -99,10 +99,11 @@ const ONE_WAY: [(&str, &[&str]); 15] = [
     ),
 ];
 /// The rooms of the core, each of which names only those before it.
-const CORE: [&str; 16] = [
+const CORE: [&str; 17] = [
     "help",
     "natural_order",
     "digest",
+    "draw",
     "document",
     "printable",
     "program",

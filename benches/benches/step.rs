@@ -39,8 +39,9 @@ fn reference(bencher: Bencher<'_, '_>, robots: usize, n_steps: u64) {
             let mut commands: Vec<Command> = Vec::with_capacity(robots);
             for _ in 0..n_steps {
                 commands.clear();
-                commands
-                    .extend(world.sense().iter().map(|seen| decide(*seen, conditions.controller)));
+                commands.extend(world.sense().iter().map(|seen| {
+                    decide(*seen, conditions.controller.parameters().expect("two commands"))
+                }));
                 world.advance(&commands);
             }
             black_box(world.digest())

@@ -38,7 +38,8 @@ mod diagram {
             for conditions in &cells {
                 let mut world = PlainWorld::new(conditions, Seed { seed: 1, replicate: 0 });
                 let mut trajectory = Trajectory::new(conditions.period_s, conditions.robots);
-                let command = decide(true, conditions.controller);
+                let command =
+                    decide(true, conditions.controller.parameters().expect("two commands"));
                 for _ in 0..STEPS {
                     trajectory.poses.extend(world.poses());
                     trajectory.commands.extend((0..conditions.robots).map(|_| command));

@@ -60,7 +60,9 @@ fn reference(conditions: &Conditions, n_steps: u64) {
     report("reference world", conditions.robots, agent_steps, || {
         for _ in 0..n_steps {
             commands.clear();
-            commands.extend(world.sense().iter().map(|seen| decide(*seen, conditions.controller)));
+            commands.extend(world.sense().iter().map(|seen| {
+                decide(*seen, conditions.controller.parameters().expect("two commands"))
+            }));
             world.advance(&commands);
         }
         black_box(world.digest());

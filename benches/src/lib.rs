@@ -8,6 +8,7 @@
 pub mod plain;
 
 use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
+use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_testing::conditions::flockbot_conditions;
 
 /// Steps of a run of 300 s.
@@ -31,10 +32,10 @@ pub fn diagram(n_per_axis: usize) -> Vec<Conditions> {
     };
     (0..n_per_axis * n_per_axis)
         .map(|cell| {
-            let mut conditions = flockbots(9);
-            conditions.controller.speed_m_s = at(cell % n_per_axis, 0.05, 0.30);
-            conditions.controller.turn_rate_rad_s = at(cell / n_per_axis, 0.25, 2.00);
-            conditions
+            let speed_m_s = at(cell % n_per_axis, 0.05, 0.30);
+            let turn_rate_rad_s = at(cell / n_per_axis, 0.25, 2.00);
+            let controller = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s).into();
+            Conditions { controller, ..flockbots(9) }
         })
         .collect()
 }

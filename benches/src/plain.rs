@@ -4,7 +4,7 @@
 use rsrs_core::conditions::Conditions;
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_sim::draw::{Key, Purpose, RunKey, Seed};
+use rsrs_sim::draw::{Key, Purpose, RunKey, Seed, Stream};
 use rsrs_sim::placement::place;
 
 struct Robot {
@@ -30,7 +30,7 @@ impl PlainWorld {
     pub fn new(conditions: &Conditions, seed: Seed) -> Self {
         let run = RunKey::new(seed, conditions.digest());
         let robot = |(robot, pose): (usize, Pose)| {
-            let gain = |purpose| 0.97 + 0.05 * run.stream(robot, purpose).truncated_normal();
+            let gain = |purpose| 0.97 + 0.05 * Stream::new(run, robot, purpose).truncated_normal();
             Robot {
                 pose,
                 speed_gain: gain(Purpose::SpeedGain),
@@ -58,7 +58,7 @@ impl PlainWorld {
         let reach_m = range_m + body_m;
         let front = robot.front_half_angle_rad.cos();
         let wall_m = self.conditions.arena.side_m / 2.0 - robot.radius_m;
-        let controller = self.conditions.controller;
+        let controller = self.conditions.controller.parameters().expect("two commands");
         let found: Vec<(bool, bool)> = (0..self.robots.len())
             .map(|me| {
                 let pose = self.robots[me].pose;

@@ -5,7 +5,7 @@ use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{WINDOW_S, label_with, samples_in};
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::Trajectory;
-use rsrs_core::robot::controller::decide;
+use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
 
@@ -16,6 +16,7 @@ pub const PER_ROBOT: usize = 4;
 pub struct Live {
     conditions: Conditions,
     world: World,
+    controllers: Controllers,
     /// The judged window, and at most as much before it.
     past: Trajectory,
     /// x and y in metres, heading in radians, and 1 for a detection, 2 for a robot that is blocked; shape
@@ -31,19 +32,19 @@ impl Live {
     /// If the robots do not fit where they are to start.
     pub fn new(conditions: Conditions, seed: Seed) -> Result<Self, String> {
         let world = World::new(&conditions, seed).map_err(|error| error.to_string())?;
+        let controllers = Controllers::new(&conditions, seed);
         let past = Trajectory::new(conditions.period_s, conditions.robots);
         let frame = vec![0.0; PER_ROBOT * conditions.robots];
-        let mut live = Self { conditions, world, past, frame };
+        let mut live = Self { conditions, world, controllers, past, frame };
         live.look();
         Ok(live)
     }
 
     /// Makes steps, and keeps what the judge needs of them.
     pub fn step(&mut self, n_steps: u32) {
-        let controller = self.conditions.controller;
         for _ in 0..n_steps {
-            let commands: Vec<_> =
-                self.world.sense().iter().map(|detected| decide(*detected, controller)).collect();
+            let mut commands = Vec::with_capacity(self.conditions.robots);
+            self.controllers.decide(self.world.sense(), &mut commands);
             self.past.poses.extend(self.world.poses());
             self.past.commands.extend_from_slice(&commands);
             self.world.advance(&commands);

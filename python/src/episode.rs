@@ -3,7 +3,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use rsrs_core::conditions::{Conditions, MOST_DURATION_S};
-use rsrs_core::robot::controller::decide;
+use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{Observed, run_controlled};
 use rsrs_sim::world::World;
@@ -60,9 +60,9 @@ pub fn simulated(
     let observed = match controller {
         None => work(py, Some(1), &Progress::None, |execution| {
             let cancel = execution.observer.cancel();
+            let mut controllers = Controllers::new(conditions, seed);
             run_controlled(world, conditions, duration_s, |detected, commands| {
-                let decisions = detected.iter().map(|it| decide(*it, conditions.controller));
-                commands.extend(decisions);
+                controllers.decide(detected, commands);
                 let is_over = cancel.load(std::sync::atomic::Ordering::Relaxed);
                 if is_over { Err(anyhow::anyhow!("interrupted")) } else { Ok(()) }
             })

@@ -16,6 +16,7 @@ use rsrs_fleet::simulator::{Gates, Placed, placement_digest};
 use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
 };
+use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::placement::PlacementError;
 use rsrs_sim::world::World;
@@ -108,6 +109,8 @@ pub enum WorldError {
 pub struct Wanted {
     /// The world, its robots at their start poses.
     pub world: World,
+    /// What decides where nobody else does.
+    pub controllers: Controllers,
     /// What its pace needs.
     pub placed: Placed,
     /// What it was made of.
@@ -266,8 +269,10 @@ pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Want
         gates: gates(server),
     };
     check_gates(&placed)?;
-    let world = World::new(&conditions, Seed { seed, replicate })?;
-    Ok(Some(Wanted { world, placed, conditions, rows }))
+    let seed = Seed { seed, replicate };
+    let world = World::new(&conditions, seed)?;
+    let controllers = Controllers::new(&conditions, seed);
+    Ok(Some(Wanted { world, controllers, placed, conditions, rows }))
 }
 
 /// Where the poses of real robots come from.

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::simulator::Placed;
 use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_sim::controllers::Controllers;
 use rsrs_sim::world::World;
 
 use crate::display::{History, Look, Names, Scene};
@@ -31,6 +32,7 @@ pub struct PlacedWorld {
     pub history: History,
     /// What each robot of ours does; shape `[n_ours]`.
     obeyed: Vec<Command>,
+    controllers: Controllers,
     names: Names,
     is_ours: Arc<[bool]>,
     look: Arc<Look>,
@@ -49,7 +51,7 @@ pub struct Sensed {
 impl PlacedWorld {
     /// A world whose robots stand at their start poses.
     pub fn new(wanted: Wanted) -> Self {
-        let Wanted { world, placed, conditions, rows } = wanted;
+        let Wanted { world, controllers, placed, conditions, rows } = wanted;
         let is_ours: Vec<bool> =
             (0..conditions.robots).map(|row| rows.ours.contains(&row)).collect();
         let followed = rows.tracked.iter().map(|row| Followed::new(*row, &conditions, &rows.ours));
@@ -61,6 +63,7 @@ impl PlacedWorld {
             is_ours: is_ours.into(),
             look: Arc::new(Look::of(&conditions)),
             world,
+            controllers,
             placed,
             conditions,
             rows,
@@ -105,11 +108,9 @@ impl PlacedWorld {
     /// Moves our robots as the conditions' controller would, without commands.
     pub fn advance_freely(&mut self) {
         self.follow();
-        let controller = self.conditions.controller;
-        let detections = self.world.sense();
-        let commands = self.rows.ours.iter().map(|row| decide(detections[*row], controller));
-        let commands = commands.collect();
-        self.advance(commands);
+        let mut all = Vec::with_capacity(self.conditions.robots);
+        self.controllers.decide(self.world.sense(), &mut all);
+        self.advance(self.rows.ours.iter().map(|row| all[*row]).collect());
     }
 
     /// Our robots stand.

@@ -18,6 +18,8 @@ pub const WITHOUT_ROBOTS: [&str; 10] = [
     "docs/reading_results.md",
     "docs/file_formats.md",
 ];
+/// The same of controllers in files.
+pub const OF_CONTROLLERS: [&str; 1] = ["docs/controllers.md"];
 /// The same for robots in rclpy.
 pub const IN_RCLPY: [&str; 2] = ["docs/your_robots_in_rclpy.md", "docs/measure_them.md"];
 /// The same for a fleet without robots.

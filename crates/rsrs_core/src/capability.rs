@@ -6,10 +6,10 @@
 
 use serde::Serialize;
 
-use crate::conditions::operator::controller_values;
 use crate::conditions::{Conditions, ConditionsError, Settings, SimulatedRobot};
 use crate::quantity::Axis;
 use crate::robot::contact::ContactModel;
+use crate::robot::controller::Command;
 use crate::robot::profile::{RobotProfile, Sees};
 use crate::robot::region::Region;
 use crate::statistics::interval::Interval;
@@ -58,8 +58,13 @@ pub fn violations(
     measured: &RobotProfile,
     simulated: &Conditions,
 ) -> Result<Vec<CapabilityViolation>, ConditionsError> {
-    let mut values = controller_values(simulated.controller);
-    values.push((Axis::Robots, simulated.robots as f64));
+    // Of the controller a robot's gains follow its fastest command.
+    let Command { speed_m_s, turn_rate_rad_s } = simulated.controller.fastest();
+    let values = vec![
+        (Axis::Speed, speed_m_s),
+        (Axis::TurnRate, turn_rate_rad_s),
+        (Axis::Robots, simulated.robots as f64),
+    ];
     let settings = Settings { values, walls: simulated.arena.walls, ..Settings::default() };
     let measured = Conditions::resolve(measured, &settings)?;
     let mut found: Vec<CapabilityViolation> =

@@ -2,6 +2,7 @@
 
 mod capabilities;
 mod check;
+pub mod controller_table;
 mod flockbots;
 pub mod limits;
 pub mod operator;
@@ -18,13 +19,13 @@ use crate::digest::Digest;
 use crate::judge::behaviour::Behaviour;
 use crate::judge::trajectory::Bodies;
 use crate::robot::contact::ContactModel;
-use crate::robot::controller::ControllerParameters;
+use crate::robot::controller::Controller;
 use crate::robot::profile::Sees;
 use crate::robot::region::Region;
 use crate::robot::unicycle::Pose;
 
 pub use check::Impossible;
-pub use resolve::{ConditionsError, Settings};
+pub use resolve::{ConditionsError, Settings, check_axis};
 pub use starts::StartsError;
 
 /// All aspects of a world, resolved to numbers: the paper's `E`.
@@ -38,7 +39,7 @@ pub struct Conditions {
     /// Number of robots `N`.
     pub robots: usize,
     /// What every robot's controller is set to.
-    pub controller: ControllerParameters,
+    pub controller: Controller,
     /// What the swarm is judged for; milling where a file does not name it.
     #[serde(default, skip_serializing_if = "Behaviour::is_usual")]
     pub behaviour: Behaviour,

@@ -2,8 +2,8 @@
 //!
 //! `rsrs` takes a robot swarm through four steps: measure the robots, build a simulator that is
 //! deliberately worse than they are, explore it into a phase diagram, and run the chosen cell on
-//! the real fleet. This crate holds what those steps *mean*. It draws no random number, opens no
-//! file, reads no clock, and depends neither on the simulator nor on the middleware.
+//! the real fleet. This crate holds what those steps *mean*. It has no random generator, opens
+//! no file, reads no clock, and depends neither on the simulator nor on the middleware.
 //!
 //! A room for each step, in reading order:
 //!
@@ -47,6 +47,7 @@ pub mod trials;
 
 pub mod digest;
 pub mod document;
+pub mod draw;
 pub mod help;
 pub mod printable;
 pub mod program;

@@ -2,6 +2,7 @@
 
 mod bounds;
 mod cell;
+mod number;
 mod region;
 mod unit;
 mod values;
@@ -17,6 +18,7 @@ use crate::robot::profile::RobotProfile;
 
 pub use bounds::Bounds;
 pub use cell::{Cell, CellError};
+pub use number::{Number, NumberUnit};
 pub use unit::OtherUnit;
 pub use values::AxisValues;
 
@@ -70,10 +72,13 @@ pub enum Axis {
     TurnBias,
     /// Standard deviation of the heading's random change per step, in radians.
     HeadingNoise,
+    /// A named number of a controller's table.
+    Number(Number),
 }
 
 /// What is known of a quantity, besides its physics.
 struct Row {
+    /// That of a number of a table has the axis in it, and stands for none.
     axis: Axis,
     key: &'static str,
     name: &'static str,
@@ -88,6 +93,8 @@ struct Row {
 enum Kind {
     /// Decided by the operator of a fleet.
     Setting,
+    /// Likewise, in a controller's table.
+    Number,
     /// What a robot is like.
     Capability {
         /// `None` if this sensor does not have it.
@@ -152,7 +159,7 @@ const MM_S: Option<(f64, &str)> = Some((MAX_SPEED_M_S, "mm/s"));
 const DEGREES_S: Option<(f64, &str)> = Some((MAX_TURN_RATE_RAD_S, "degrees per second"));
 const DEGREES: Option<(f64, &str)> = Some((std::f64::consts::PI, "degrees"));
 
-/// All quantities in the order of [`Axis`], those that an operator can set first.
+/// All quantities but those of controllers' tables, in the order of [`Axis`], those that an operator can set first.
 const ROWS: [Row; 23] = [
     Row {
         axis: Axis::Speed,
@@ -391,7 +398,7 @@ const ROWS: [Row; 23] = [
 ];
 
 impl Axis {
-    /// All axes, those that an operator can set first.
+    /// All axes but the numbers of controllers' tables, those that an operator can set first.
     pub const ALL: [Self; ROWS.len()] = {
         let mut all = [Self::Speed; ROWS.len()];
         let mut index = 0;
@@ -403,7 +410,10 @@ impl Axis {
     };
 
     fn row(self) -> &'static Row {
-        &ROWS[self as usize]
+        match self {
+            Self::Number(number) => number.row(),
+            _ => ROWS.iter().find(|row| row.axis == self).expect("each has a row"),
+        }
     }
 
     /// The name in files and on the command line: `speed_m_s`.
@@ -447,7 +457,7 @@ impl Axis {
     pub fn ideal(self) -> Option<f64> {
         match self.row().kind {
             Kind::Capability { ideal, .. } => ideal,
-            Kind::Setting => None,
+            Kind::Setting | Kind::Number => None,
         }
     }
 
@@ -463,7 +473,7 @@ impl Axis {
     pub(crate) fn set(self, robot: &mut RobotProfile, value: f64) -> Result<(), &'static str> {
         match self.row().kind {
             Kind::Capability { set, .. } => set(robot, value),
-            Kind::Setting => unreachable!("{self} is a setting and no capability"),
+            Kind::Setting | Kind::Number => unreachable!("{self} is a setting and no capability"),
         }
     }
 }
@@ -478,7 +488,7 @@ impl RobotProfile {
     pub fn capability(&self, axis: Axis) -> Option<f64> {
         match axis.row().kind {
             Kind::Capability { get, .. } => get(self),
-            Kind::Setting => None,
+            Kind::Setting | Kind::Number => None,
         }
     }
 }
@@ -497,9 +507,15 @@ impl FromStr for Axis {
     type Err = UnknownAxis;
 
     fn from_str(key: &str) -> Result<Self, UnknownAxis> {
+        if let Some(number) = Number::from_key(key) {
+            return Ok(Self::Number(number));
+        }
+        // What ends with a unit may be a number of a table.
+        let number = || Number::new(key).filter(|_| NumberUnit::of(key) != NumberUnit::None);
         Self::ALL.into_iter().find(|axis| axis.key() == key).ok_or_else(|| UnknownAxis {
             found: key.to_owned(),
-            nearest: nearest(key, Self::ALL.map(Self::key)),
+            nearest: nearest(key, Self::ALL.map(Self::key))
+                .or_else(|| number().map(|number| Self::Number(number).key())),
         })
     }
 }
@@ -530,9 +546,8 @@ mod tests {
     #[test]
     fn every_quantity_is_in_its_place_in_the_table() {
         for (index, row) in ROWS.iter().enumerate() {
-            assert_eq!(row.axis as usize, index, "{}", row.key);
+            assert_eq!(Axis::ALL[index], row.axis, "{}", row.key);
             assert_eq!(row.key.parse(), Ok(row.axis));
         }
-        assert_eq!(Axis::HeadingNoise as usize, ROWS.len() - 1);
     }
 }

@@ -7,6 +7,7 @@ mod certainty;
 mod choice;
 mod comparison;
 mod comparison_oracle;
+mod controller_table;
 mod error_rates;
 mod fit_oracle;
 mod flockbot;

@@ -8,13 +8,14 @@ use std::path::Path;
 use rsrs_bags::{BagError, BagSummary, ChannelId};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::trajectory::Trajectory;
-use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{RunLease, WorldDigest};
 use rsrs_msgs::topics;
+use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::placement::PlacementError;
 use rsrs_sim::world::World;
@@ -67,6 +68,7 @@ pub fn write(
     let conditions = &record.conditions;
     let seed = Seed { seed: record.seed, replicate: record.replicate };
     let mut world = World::new(conditions, seed)?;
+    let mut controllers = Controllers::new(conditions, seed);
     let mut recorder = Lockstep::open(folder, record)?;
     let mut trajectory = Trajectory::new(conditions.period_s, conditions.robots);
     let mut obeyed = vec![Command::STOP; conditions.robots];
@@ -76,8 +78,8 @@ pub fn write(
         let digest = world.digest();
         let detections = world.sense().to_vec();
         let poses: Vec<Pose> = world.poses().collect();
-        let commands: Vec<Command> =
-            detections.iter().map(|seen| decide(*seen, conditions.controller)).collect();
+        let mut commands = Vec::with_capacity(conditions.robots);
+        controllers.decide(&detections, &mut commands);
         let moment = Moment { poses: &poses, detections: &detections, obeyed: &obeyed, digest };
         recorder.step(step, &moment, &commands)?;
         world.advance(&commands);

@@ -4,6 +4,7 @@
 
 mod reference;
 
+use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::ExperimentFile;
@@ -19,6 +20,8 @@ pub use reference::reference;
 pub enum FileKind {
     /// What a kind of robot can do.
     Profile,
+    /// What decides on its commands.
+    Controller,
     /// Which robots there are.
     Fleet,
     /// What is simulated.
@@ -31,13 +34,20 @@ pub enum FileKind {
 
 impl FileKind {
     /// All kinds, in the order in which one writes them.
-    pub const ALL: [Self; 5] =
-        [Self::Profile, Self::Fleet, Self::Sweep, Self::Experiment, Self::Campaign];
+    pub const ALL: [Self; 6] = [
+        Self::Profile,
+        Self::Controller,
+        Self::Fleet,
+        Self::Sweep,
+        Self::Experiment,
+        Self::Campaign,
+    ];
 
     /// The name on the command line: `profile`.
     pub fn key(self) -> &'static str {
         match self {
             Self::Profile => "profile",
+            Self::Controller => "controller",
             Self::Fleet => "fleet",
             Self::Sweep => "sweep",
             Self::Experiment => "experiment",
@@ -54,6 +64,7 @@ impl FileKind {
     pub fn schema(self) -> Value {
         match self {
             Self::Profile => schemars::schema_for!(RobotProfile),
+            Self::Controller => schemars::schema_for!(ControllerTable),
             Self::Fleet => schemars::schema_for!(FleetFile),
             Self::Sweep => schemars::schema_for!(SweepFile),
             Self::Experiment => schemars::schema_for!(ExperimentFile),

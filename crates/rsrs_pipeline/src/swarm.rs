@@ -3,6 +3,7 @@
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::theory::{Condition, Ring};
 use rsrs_core::quantity::Axis;
+use rsrs_core::robot::controller::ControllerParameters;
 
 /// Radii of rings that differ by no more than this share are the same: steering once per period, noise
 /// and misses change that of an ideal ring a little.
@@ -23,10 +24,11 @@ impl Swarm {
     /// Robots under these conditions; `None` if the theory does not hold for them, see [`Ring::of`].
     pub fn of(conditions: &Conditions) -> Option<Self> {
         let Conditions { controller, robot, .. } = conditions;
+        let ControllerParameters { speed_m_s, turn_rate_rad_s, .. } = controller.parameters()?;
         Some(Self {
             ring: Ring::of(conditions)?,
-            speed_m_s: controller.speed_m_s,
-            turn_rate_rad_s: controller.turn_rate_rad_s,
+            speed_m_s,
+            turn_rate_rad_s,
             speed_gain: robot.speed_gain.mean,
             turn_gain: robot.turn_gain.mean,
         })

@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let numbers: Vec<f64> =
         std::env::args().skip(1).map(|text| text.parse()).collect::<Result<_, _>>()?;
     if let [speed_m_s, turn_rate_rad_s] = numbers[..] {
-        conditions.controller = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s);
+        conditions.controller = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s).into();
     }
     for replicate in 0..5 {
         let run = run_episode(&conditions, Seed { seed: 1, replicate }, 300.0)?;

@@ -218,7 +218,8 @@ impl Batch {
     ///
     /// # Panics
     ///
-    /// If the robots are not all alike, or do not stop on contact: the lanes have no others.
+    /// If the robots are not all alike, do not stop on contact, or have a controller with states: the lanes have no
+    /// others.
     pub fn digests(
         &mut self,
         conditions: &Conditions,
@@ -227,6 +228,7 @@ impl Batch {
         n_steps: u64,
     ) -> Result<Vec<Vec<u64>>, PlacementError> {
         assert!(are_for_lanes(conditions), "the lanes have robots that are alike and stop");
+        assert!(decides_in_lanes(conditions), "the lanes have two commands over one detection");
         let runs = runs(conditions, seed, replicates);
         let mut digests = Vec::with_capacity(runs.len());
         for runs in runs.chunks(self.lanes()) {
@@ -252,6 +254,7 @@ impl Batch {
         n_steps: u64,
     ) -> Result<(), PlacementError> {
         assert!(are_for_lanes(conditions), "the lanes have robots that are alike and stop");
+        assert!(decides_in_lanes(conditions), "the lanes have two commands over one detection");
         let runs = runs(conditions, seed, replicates);
         runs.chunks(self.lanes())
             .try_for_each(|runs| self.engine_for(runs.len()).step_only(conditions, runs, n_steps))
@@ -275,7 +278,7 @@ const MOST_ROBOTS: usize = 256;
 /// More states than this are not kept for the judge; the reference keeps them all.
 const MOST_STATES: usize = 1 << 20;
 
-/// The greatest number that [`crate::draw::Key::normal`] gives, rounded up.
+/// The greatest number that [`crate::draw::normal`] gives, rounded up.
 const MOST_NORMAL: f64 = 6.0;
 
 /// Lanes of the widest unit of any machine.
@@ -290,6 +293,12 @@ pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
 /// Whether the lanes have what these robots are: one kind for all, which stops on contact.
 fn are_for_lanes(conditions: &Conditions) -> bool {
     conditions.are_robots_alike() && conditions.robot.contact == ContactModel::Stop
+}
+
+/// Whether the lanes have its controller: two commands over one detection. A machine with states runs in
+/// the reference world.
+fn decides_in_lanes(conditions: &Conditions) -> bool {
+    conditions.controller.parameters().is_some()
 }
 
 /// Whether the lanes can run robots that are commanded from outside, at most so much to either side.
@@ -317,6 +326,7 @@ fn is_moderate(conditions: &Conditions, fastest: Command) -> bool {
 fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
     let n_window = samples_in(WINDOW_S, conditions.period_s);
     are_for_lanes(conditions)
+        && decides_in_lanes(conditions)
         && (1..=MOST_ROBOTS).contains(&conditions.robots)
         && conditions.robots.saturating_mul(n_window) <= MOST_STATES
         && conditions.steps(duration_s) >= n_window as u64

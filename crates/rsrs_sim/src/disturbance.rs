@@ -36,7 +36,7 @@ pub fn yaw_share(robot: &SimulatedRobot, period_s: f64) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw::{Purpose, RunKey, Seed};
+    use crate::draw::{Purpose, RunKey, Seed, normal};
     use rsrs_testing::conditions::flockbot_conditions;
 
     #[test]
@@ -55,7 +55,7 @@ mod tests {
             let key = run.key(robot, Purpose::GustX);
             let mut gust = 0.0_f32;
             for step in 0..n_steps {
-                gust = gusts.decay * gust + gusts.kick_m_s * key.normal(step);
+                gust = gusts.decay * gust + gusts.kick_m_s * normal(key, step);
                 sum += f64::from(gust * gust);
             }
         }

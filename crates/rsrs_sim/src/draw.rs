@@ -6,141 +6,27 @@
 use rand::Rng;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
-use rsrs_core::digest::mix;
 
 use crate::turn::turn;
 
-/// Which run this is: replicate `replicate` of the sweep or experiment with this seed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Seed {
-    /// Seed of the sweep or experiment, below 2^63.
-    pub seed: u64,
-    /// Number of the replicate, from 0.
-    pub replicate: u64,
+pub use rsrs_core::draw::{Key, Purpose, RunKey, Seed, threshold};
+
+/// A number above 0 and at most 1.
+#[inline]
+fn unit(key: Key, counter: u32) -> f32 {
+    (key.uniform24(counter) + 1) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// What a draw is for. Each purpose has draws of its own, so that switching one noise on or off
-/// leaves all others as they were.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// Whether a sensor reports a detection; each step.
-    Detection = 1,
-    /// Noise of the speed gain; each step.
-    SpeedGainNoise = 2,
-    /// Noise of the turn gain; each step.
-    TurnGainNoise = 3,
-    /// Noise of the heading; each step.
-    HeadingNoise = 4,
-    /// Gusts along the world's x axis; each step.
-    GustX = 5,
-    /// Gusts along the world's y axis; each step.
-    GustY = 6,
-    /// Where a robot starts; once.
-    Placement = 7,
-    /// A robot's speed gain; once.
-    SpeedGain = 8,
-    /// A robot's turn gain; once.
-    TurnGain = 9,
-    /// A robot's turning bias; once.
-    TurnBias = 10,
-    /// A step of a search for controllers.
-    Exploration = 11,
-}
-
-/// Everything that a draw of one run has in common.
-#[derive(Clone, Copy, Debug)]
-pub struct RunKey {
-    seed: Seed,
-    digest: u64,
-}
-
-/// Who draws and why, as two words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Key {
-    pub(crate) low: u32,
-    pub(crate) high: u32,
-}
-
-impl RunKey {
-    /// The key of a run under conditions with this digest.
-    pub fn new(seed: Seed, digest: u64) -> Self {
-        Self { seed, digest }
-    }
-
-    /// Number of the replicate, from 0.
-    pub fn replicate(&self) -> u64 {
-        self.seed.replicate
-    }
-
-    /// The key of one robot's draws for one purpose.
-    pub fn key(&self, robot: usize, purpose: Purpose) -> Key {
-        let words = [self.digest, self.seed.replicate, robot as u64, purpose as u64];
-        let key = words.iter().fold(mix(self.seed.seed ^ KEY_SALT), |key, word| {
-            mix(key.wrapping_mul(KEY_FACTOR) ^ *word)
-        });
-        Key { low: key as u32, high: (key >> 32) as u32 }
-    }
-
-    /// One robot's stream for draws before the run.
-    pub fn stream(&self, robot: usize, purpose: Purpose) -> Stream {
-        let mut bytes = [0; 32];
-        bytes[0..8].copy_from_slice(&self.seed.seed.to_le_bytes());
-        bytes[8..16].copy_from_slice(&self.digest.to_le_bytes());
-        bytes[16..24].copy_from_slice(&self.seed.replicate.to_le_bytes());
-        let mut generator = ChaCha8Rng::from_seed(bytes);
-        generator.set_stream((robot as u64) << 8 | purpose as u64);
-        Stream { generator }
-    }
-}
-
-/// Keeps a key away from the fixed point of [`mix`] at zero.
-const KEY_SALT: u64 = 0x9e37_79b9_7f4a_7c15;
-
-/// Odd, so that folding in a word loses nothing of the words before it.
-const KEY_FACTOR: u64 = 0xd134_2543_de82_ef95;
-
-/// Number of different values of [`Key::uniform24`].
-const LEVELS: f64 = 16_777_216.0;
-
-/// The threshold below which [`Key::uniform24`] falls with this probability.
+/// A standard normal number, at most 5.8 from 0.
 ///
-/// It is exact at both ends: a probability of 0 never happens and a probability of 1 always does.
-pub fn threshold(probability: f64) -> u32 {
-    (probability * LEVELS).round() as u32
-}
-
-impl Key {
-    /// A whole number, uniform below 2^24.
-    ///
-    /// # Source
-    ///
-    /// The multipliers and shifts are those of `lowbias32` (C. Wellons, hash-prospector), with the
-    /// second half of the key added midway.
-    #[inline]
-    pub fn uniform24(self, counter: u32) -> u32 {
-        let word = self.low.wrapping_add(counter);
-        let word = (word ^ (word >> 16)).wrapping_mul(0x21f0_aaad).wrapping_add(self.high);
-        let word = (word ^ (word >> 15)).wrapping_mul(0xd35a_2d97);
-        (word ^ (word >> 15)) >> 8
-    }
-
-    /// A number above 0 and at most 1.
-    #[inline]
-    fn unit(self, counter: u32) -> f32 {
-        (self.uniform24(counter) + 1) as f32 * (1.0 / 16_777_216.0)
-    }
-
-    /// A standard normal number, at most 5.8 from 0.
-    ///
-    /// # Source
-    ///
-    /// Box and Muller, 1958; one of the two numbers is used.
-    pub fn normal(self, counter: u32) -> f32 {
-        let first = self.unit(counter.wrapping_mul(2));
-        let second = self.unit(counter.wrapping_mul(2).wrapping_add(1));
-        let (cosine, _) = turn(second * std::f32::consts::TAU);
-        (-2.0 * natural_logarithm(first)).sqrt() * cosine
-    }
+/// # Source
+///
+/// Box and Muller, 1958; one of the two numbers is used.
+pub fn normal(key: Key, counter: u32) -> f32 {
+    let first = unit(key, counter.wrapping_mul(2));
+    let second = unit(key, counter.wrapping_mul(2).wrapping_add(1));
+    let (cosine, _) = turn(second * std::f32::consts::TAU);
+    (-2.0 * natural_logarithm(first)).sqrt() * cosine
 }
 
 /// The natural logarithm of a positive normal number, by its exponent and the series of the
@@ -165,6 +51,17 @@ pub struct Stream {
 }
 
 impl Stream {
+    /// One robot's draws for one purpose.
+    pub fn new(run: RunKey, robot: usize, purpose: Purpose) -> Self {
+        let mut bytes = [0; 32];
+        bytes[0..8].copy_from_slice(&run.seed.seed.to_le_bytes());
+        bytes[8..16].copy_from_slice(&run.digest.to_le_bytes());
+        bytes[16..24].copy_from_slice(&run.seed.replicate.to_le_bytes());
+        let mut generator = ChaCha8Rng::from_seed(bytes);
+        generator.set_stream((robot as u64) << 8 | purpose as u64);
+        Self { generator }
+    }
+
     /// A number from 0 to below 1.
     pub fn uniform(&mut self) -> f64 {
         (self.generator.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
@@ -191,38 +88,11 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_of_probability_are_exact() {
-        let key = run_key().key(0, Purpose::Detection);
-
-        assert!((0..100_000).all(|step| key.uniform24(step) < threshold(1.0)));
-        assert!((0..100_000).all(|step| key.uniform24(step) >= threshold(0.0)));
-    }
-
-    #[test]
-    fn a_probability_happens_as_often_as_stated() {
-        let limit = threshold(0.08);
-        let n_keys: u32 = 100;
-        let n_steps: u32 = 10_000;
-
-        let hits = (0..n_keys as usize)
-            .flat_map(|robot| {
-                let key = run_key().key(robot, Purpose::Detection);
-                (0..n_steps).map(move |step| key.uniform24(step) < limit)
-            })
-            .filter(|hit| *hit)
-            .count();
-
-        let share = hits as f64 / f64::from(n_keys * n_steps);
-        let four_sigma = 4.0 * (0.08_f64 * 0.92 / f64::from(n_keys * n_steps)).sqrt();
-        assert!((share - 0.08).abs() < four_sigma, "{share}");
-    }
-
-    #[test]
     fn the_normal_numbers_have_the_moments_of_the_normal_distribution() {
         let key = run_key().key(7, Purpose::GustX);
         let n = 200_000;
 
-        let draws: Vec<f64> = (0..n).map(|step| f64::from(key.normal(step))).collect();
+        let draws: Vec<f64> = (0..n).map(|step| f64::from(normal(key, step))).collect();
 
         let moment = |power| draws.iter().map(|draw| draw.powi(power)).sum::<f64>() / f64::from(n);
         // Four standard errors of each moment: sqrt(1/n), sqrt(2/n), sqrt(15/n), sqrt(96/n).
@@ -245,25 +115,8 @@ mod tests {
     }
 
     #[test]
-    fn every_part_of_the_key_matters() {
-        let base = run_key().key(0, Purpose::Detection);
-        let others = [
-            RunKey::new(Seed { seed: 9, replicate: 2 }, 3).key(0, Purpose::Detection),
-            RunKey::new(Seed { seed: 1, replicate: 9 }, 3).key(0, Purpose::Detection),
-            RunKey::new(Seed { seed: 1, replicate: 2 }, 9).key(0, Purpose::Detection),
-            run_key().key(9, Purpose::Detection),
-            run_key().key(0, Purpose::GustX),
-        ];
-
-        for other in others {
-            assert_ne!(other, base);
-            assert!((0..64).any(|step| other.uniform24(step) != base.uniform24(step)));
-        }
-    }
-
-    #[test]
     fn a_truncated_normal_never_leaves_three_standard_deviations() {
-        let mut stream = run_key().stream(3, Purpose::SpeedGain);
+        let mut stream = Stream::new(run_key(), 3, Purpose::SpeedGain);
 
         assert!((0..100_000).all(|_| stream.truncated_normal().abs() <= 3.0));
     }

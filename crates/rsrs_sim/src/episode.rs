@@ -2,8 +2,9 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::trajectory::Trajectory;
-use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::controller::Command;
 
+use crate::controllers::Controllers;
 use crate::draw::Seed;
 use crate::placement::PlacementError;
 use crate::world::World;
@@ -45,13 +46,15 @@ pub fn run_episode_into(
     trajectory: &mut Trajectory,
 ) -> Result<(), PlacementError> {
     let mut world = World::new(conditions, seed)?;
+    let mut controllers = Controllers::new(conditions, seed);
     trajectory.period_s = conditions.period_s;
     trajectory.n_robots = conditions.robots;
     trajectory.poses.clear();
     trajectory.commands.clear();
     let mut commands = Vec::with_capacity(conditions.robots);
     for _ in 0..conditions.steps(duration_s) {
-        decide_all(&mut world, conditions, &mut commands);
+        commands.clear();
+        controllers.decide(world.sense(), &mut commands);
         trajectory.poses.extend(world.poses());
         trajectory.commands.extend_from_slice(&commands);
         world.advance(&commands);
@@ -72,7 +75,7 @@ pub struct Observed {
 /// appends their commands, as many.
 ///
 /// Of `duration_s`, in seconds, `floor(duration / Δt)` steps are made, `world` being a new one of the
-/// conditions. With [`decide`] as the controller this is [`run_episode`].
+/// conditions. With [`Controllers::decide`] as the controller this is [`run_episode`].
 ///
 /// # Errors
 ///
@@ -112,20 +115,16 @@ pub fn episode_digests(
     duration_s: f64,
 ) -> Result<Vec<u64>, PlacementError> {
     let mut world = World::new(conditions, seed)?;
+    let mut controllers = Controllers::new(conditions, seed);
     let mut commands = Vec::with_capacity(conditions.robots);
     let steps = 0..conditions.steps(duration_s);
     Ok(steps
         .map(|_| {
             let digest = world.digest();
-            decide_all(&mut world, conditions, &mut commands);
+            commands.clear();
+            controllers.decide(world.sense(), &mut commands);
             world.advance(&commands);
             digest
         })
         .collect())
-}
-
-fn decide_all(world: &mut World, conditions: &Conditions, commands: &mut Vec<Command>) {
-    commands.clear();
-    let decisions = world.sense().iter().map(|detected| decide(*detected, conditions.controller));
-    commands.extend(decisions);
 }

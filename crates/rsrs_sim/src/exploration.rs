@@ -22,9 +22,9 @@ pub(crate) struct Draws(crate::draw::Stream);
 impl Draws {
     /// The numbers of one step of a search.
     pub fn new(seed: u64, step: u64) -> Self {
-        use crate::draw::{Purpose, RunKey, Seed};
+        use crate::draw::{Purpose, RunKey, Seed, Stream};
         let run = RunKey::new(Seed { seed, replicate: step }, EXPLORATION);
-        Self(run.stream(0, Purpose::Exploration))
+        Self(Stream::new(run, 0, Purpose::Exploration))
     }
 
     /// A number from 0 to below 1.

@@ -262,7 +262,7 @@ impl PolygonView {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw::{Purpose, RunKey, Seed};
+    use crate::draw::{Purpose, RunKey, Seed, Stream};
     use rsrs_testing::conditions::flockbot_conditions;
 
     const BODY_M: f64 = 0.075;
@@ -327,7 +327,8 @@ mod tests {
 
     /// Numbers from -1 to 1.
     fn draws(replicate: u64) -> impl FnMut() -> f64 {
-        let mut stream = RunKey::new(Seed { seed: 1, replicate }, 0).stream(0, Purpose::Placement);
+        let mut stream =
+            Stream::new(RunKey::new(Seed { seed: 1, replicate }, 0), 0, Purpose::Placement);
         move || 2.0 * stream.uniform() - 1.0
     }
 

@@ -254,7 +254,7 @@ fn range(numbers: &[f32]) -> Option<(f32, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw::{Purpose, RunKey, Seed};
+    use crate::draw::{Purpose, RunKey, Seed, Stream};
     use rsrs_core::conditions::SimulatedRobot;
     use rsrs_core::robot::profile::Sees;
     use rsrs_core::robot::region::Region;
@@ -280,7 +280,7 @@ mod tests {
         let mut grid = Grid::new(&view, contact).expect("no sharp corners");
         grid.extent.reach_m *= 1.0 - shrink_by;
         let mut stream =
-            RunKey::new(Seed { seed: 1, replicate: 0 }, 0).stream(0, Purpose::Placement);
+            Stream::new(RunKey::new(Seed { seed: 1, replicate: 0 }, 0), 0, Purpose::Placement);
         let mut uniform = |most: f64| (most * (2.0 * stream.uniform() - 1.0)) as f32;
         let mut n_missed = 0;
         for _ in 0..100_000 {

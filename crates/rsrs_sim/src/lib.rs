@@ -6,7 +6,7 @@
 //!
 //! Reading order: the world ([`world`]) and its parts, what a robot sees ([`field_of_view`]), what stops it
 //! ([`contact`]) or pushes it ([`pushing`]), what disturbs it ([`disturbance`]) and where it starts ([`placement`]); its
-//! arithmetic ([`turn`], [`draw`]); one run ([`episode`]), some at once ([`batch`]), and many
+//! arithmetic ([`turn`], [`draw`]); what decides ([`controllers`]), one run ([`episode`]), some at once ([`batch`]), and many
 //! ([`sweep`]); and which controllers to run at all ([`exploration`]).
 //!
 //! `cargo run --release -p rsrs_sim --example mill` is a run and its phase in a few lines.
@@ -35,6 +35,7 @@ pub mod turn;
 mod vector;
 
 pub mod batch;
+pub mod controllers;
 pub mod episode;
 pub mod exploration;
 pub mod reachable_set;

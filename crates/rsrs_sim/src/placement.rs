@@ -179,7 +179,7 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
     let mut poses: Vec<Pose> = Vec::with_capacity(conditions.robots);
     let mut taken = Taken::new(area.half_m(), spacing_m, conditions.robots);
     for robot in 0..conditions.robots {
-        let mut stream = run.stream(robot, Purpose::Placement);
+        let mut stream = Stream::new(run, robot, Purpose::Placement);
         let place = (0..MAX_TRIES).map(|_| headings.pose(area, &mut stream)).find(|pose| {
             border.admits(pose.x_m as f32, pose.y_m as f32)
                 && taken.near(pose).all(|other| {
@@ -404,7 +404,7 @@ mod tests {
         let poses = place(&conditions, run(0)).unwrap();
 
         for (robot, pose) in poses.iter().enumerate() {
-            let mut stream = run(0).stream(robot, Purpose::Placement);
+            let mut stream = Stream::new(run(0), robot, Purpose::Placement);
             let first_free = (0..MAX_TRIES)
                 .map(|_| area.facing_out(stream.uniform(), stream.uniform()))
                 .find(|place| {

@@ -5,7 +5,7 @@ use rsrs_core::robot::unicycle::Pose;
 
 use crate::contact::{Blocked, Border, Contact};
 use crate::disturbance::{Gusts, yaw_share};
-use crate::draw::{Key, Purpose, RunKey, threshold};
+use crate::draw::{Key, Purpose, RunKey, Stream, normal, threshold};
 use crate::field_of_view::FieldOfView;
 use crate::numbering::reorder;
 use crate::turn::turn;
@@ -192,8 +192,8 @@ impl Robots {
             (from_m.0 + travel_m * self.cosine[robot], from_m.1 + travel_m * self.sine[robot]);
         if let Some(Gusts { decay, kick_m_s }) = rules.gusts {
             let keys = self.noise_keys[robot];
-            let x_m_s = decay * self.gust_x_m_s[robot] + kick_m_s * keys.gust_x.normal(drive.step);
-            let y_m_s = decay * self.gust_y_m_s[robot] + kick_m_s * keys.gust_y.normal(drive.step);
+            let x_m_s = decay * self.gust_x_m_s[robot] + kick_m_s * normal(keys.gust_x, drive.step);
+            let y_m_s = decay * self.gust_y_m_s[robot] + kick_m_s * normal(keys.gust_y, drive.step);
             to_m = (to_m.0 + x_m_s * rules.period_s, to_m.1 + y_m_s * rules.period_s);
             (self.gust_x_m_s[robot], self.gust_y_m_s[robot]) = (x_m_s, y_m_s);
         }
@@ -203,7 +203,7 @@ impl Robots {
     /// A number with noise of a standard deviation; without one, nothing is drawn or added.
     #[inline]
     fn with_noise(&self, number: f32, (sd, key): Noise, robot: usize, step: u32) -> f32 {
-        if sd == 0.0 { number } else { number + sd * key(&self.noise_keys[robot]).normal(step) }
+        if sd == 0.0 { number } else { number + sd * normal(key(&self.noise_keys[robot]), step) }
     }
 
     fn rotate(&mut self, robot: usize, angle_rad: f32) {
@@ -258,7 +258,7 @@ impl NoiseKeys {
 impl RobotVariation {
     fn draw(conditions: &Conditions, run: RunKey, robot: usize) -> Self {
         let simulated = conditions.robot_at(robot);
-        let normal = |purpose| run.stream(robot, purpose).truncated_normal();
+        let normal = |purpose| Stream::new(run, robot, purpose).truncated_normal();
         // A robot may be weak, but it does not drive backward when commanded forward.
         let gain = |distribution: GainDistribution, purpose| {
             let spread = if distribution.robot_sd == 0.0 {

@@ -65,12 +65,13 @@ use crate::robots::{Drive, Robots, WorldParameters};
 /// # Example
 ///
 /// ```no_run
-/// # use rsrs_core::{conditions::Conditions, robot::controller::{Command, decide}};
-/// # use rsrs_sim::{draw::Seed, world::World};
+/// # use rsrs_core::conditions::Conditions;
+/// # use rsrs_sim::{controllers::Controllers, draw::Seed, world::World};
 /// # fn example(conditions: &Conditions) -> Result<(), rsrs_sim::placement::PlacementError> {
-/// let mut world = World::new(conditions, Seed { seed: 1, replicate: 0 })?;
-/// let commands: Vec<Command> =
-///     world.sense().iter().map(|detected| decide(*detected, conditions.controller)).collect();
+/// let seed = Seed { seed: 1, replicate: 0 };
+/// let mut world = World::new(conditions, seed)?;
+/// let mut commands = Vec::new();
+/// Controllers::new(conditions, seed).decide(world.sense(), &mut commands);
 /// world.advance(&commands);
 /// # Ok(())
 /// # }
@@ -291,7 +292,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use rsrs_core::conditions::{Arena, Placement, Walls};
-    use rsrs_core::robot::controller::decide;
+    use rsrs_core::robot::controller::{ControllerParameters, decide};
     use rsrs_core::robot::profile::Sees;
     use rsrs_core::robot::region::Region;
     use rsrs_testing::conditions::flockbot_conditions;
@@ -301,7 +302,7 @@ mod tests {
             let commands: Vec<Command> = world
                 .sense()
                 .iter()
-                .map(|detected| decide(*detected, conditions.controller))
+                .map(|detected| decide(*detected, conditions.controller.parameters().unwrap()))
                 .collect();
             world.advance(&commands);
         }
@@ -362,7 +363,7 @@ mod tests {
             let radius_m = crowding * 0.06 * (robots as f64).sqrt();
             conditions.placement = Placement::DiscFacingOut { radius_m };
             conditions.arena = Arena { side_m: 3.0 * radius_m + 0.1, walls: Walls::Clamp };
-            conditions.controller.speed_m_s = speed_m_s;
+            conditions.controller = ControllerParameters::mirrored(speed_m_s, 0.75).into();
             conditions.robot.gust_sd_m_s = gust_sd_m_s;
             conditions.robot.front_half_angle_rad = front_half_angle_rad;
             conditions.robot.sees = if kind % 2 == 0 { Sees::Body } else { Sees::Centre };

@@ -144,9 +144,12 @@ impl Square {
 
 /// Whether each robot detected something in each sample, by the command that answered it.
 fn detections(shown: &Shown) -> Vec<u8> {
-    let controller = shown.conditions.controller;
+    let parameters = shown.conditions.controller.parameters();
     let commands = shown.samples.clone().flat_map(|at| shown.trajectory.commands_at(at));
-    let bits: Vec<bool> = commands.map(|command| answers_detection(*command, controller)).collect();
+    // The commands of a machine with states do not tell what was detected, so nothing is shown of it.
+    let is_answer =
+        |command: &Command| parameters.is_some_and(|it| answers_detection(*command, it));
+    let bits: Vec<bool> = commands.map(is_answer).collect();
     let byte =
         |bits: &[bool]| bits.iter().rev().fold(0_u8, |byte, bit| (byte << 1) | u8::from(*bit));
     bits.chunks(8).map(byte).collect()
@@ -273,7 +276,7 @@ mod tests {
     fn detections_are_those_that_the_commands_answer_at_full_rate() {
         // The first robot turns left in all five samples, the second one right.
         assert_eq!(bytes(&replay(4).detections), [0b0101_0101, 0b01]);
-        let controller = flockbot_conditions().controller;
+        let controller = flockbot_conditions().controller.parameters().unwrap();
         assert!(!answers_detection(Command::STOP, controller));
     }
 

@@ -34,7 +34,7 @@ pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerO
     RunnerOptions {
         run_id: record.run_id.clone(),
         expected: expected(plan, recorded_topics),
-        controller: record.conditions.controller,
+        controller: record.conditions.controller.clone(),
         reaction: plan.reaction(),
         simulator_digest: placement_digest(
             &record.conditions,

@@ -164,7 +164,8 @@ fn controller(robot: &str) -> String {
 }
 
 fn of_controller(plan: &Plan) -> Vec<(String, ParameterValue)> {
-    let controller = plan.record.conditions.controller;
+    let controller = plan.record.conditions.controller.parameters();
+    let controller = controller.expect("a plan has two commands over one detection");
     let [detected, undetected] = controller.commands();
     let lockstep = plan.record.time == Time::Lockstep;
     let double = |name: &str, value| (name.to_owned(), ParameterValue::Double(value));

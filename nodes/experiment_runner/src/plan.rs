@@ -132,7 +132,7 @@ impl Plan {
             refuse_unstamped(&robots)?;
         }
         let conditions = profiles.conditions(&robots, factors, &settings)?;
-        profiles.check_limits(conditions.controller).with_context(of_cell)?;
+        profiles.check_limits(&conditions.controller).with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
         let backend = backend(request.backend, &robots);
         let record = ExperimentRecord {

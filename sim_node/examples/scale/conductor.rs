@@ -231,7 +231,10 @@ impl<'a> Conductor<'a> {
     async fn answer(&self, robot: usize, (detected, step): (bool, u64)) {
         let period = Duration::from_secs_f64(self.conditions.period_s);
         let period_ns = u64::try_from(period.as_nanos()).expect("a period is short");
-        let twist = wire::twist(decide(detected, self.conditions.controller));
+        let twist = wire::twist(decide(
+            detected,
+            self.conditions.controller.parameters().expect("two commands"),
+        ));
         let header = Header { stamp: Time::from_nanos(step * period_ns), ..Header::default() };
         let command = TwistStamped { header, twist };
         self.commands[robot].publish(command).await.expect("a healthy network");

@@ -4,6 +4,7 @@ use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_fleet::simulator::{Gates, Placed};
 use rsrs_msgs::geometry_msgs;
 use rsrs_msgs::simulation_interfaces::TagsFilter;
+use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
 
@@ -21,7 +22,9 @@ fn placed_world() -> PlacedWorld {
     let settings = Settings { values: values.to_vec(), ..Settings::default() };
     let mut conditions = Conditions::resolve(&profile, &settings).unwrap();
     conditions.arena = Arena { side_m: 6.0, walls: Walls::Stop };
-    let mut world = World::new(&conditions, Seed { seed: 1, replicate: 0 }).unwrap();
+    let seed = Seed { seed: 1, replicate: 0 };
+    let mut world = World::new(&conditions, seed).unwrap();
+    let controllers = Controllers::new(&conditions, seed);
     for robot in 0..3_u32 {
         let pose = Pose { x_m: f64::from(robot), y_m: 0.0, heading_rad: 0.0 };
         world.displace(robot as usize, pose);
@@ -31,7 +34,7 @@ fn placed_world() -> PlacedWorld {
     let (time, gates) = (TimeMode::RealTime, Gates::Here);
     let robots = names[..3].to_vec();
     let placed = Placed { digest: 1, robots, steps: 1, period_ns: 1, time, gates };
-    PlacedWorld::new(Wanted { world, placed, conditions, rows })
+    PlacedWorld::new(Wanted { world, controllers, placed, conditions, rows })
 }
 
 fn picked(filters: &EntityFilters) -> Result<Vec<usize>, EntityError> {

@@ -159,7 +159,8 @@ impl<'a> Conductor<'a> {
     async fn receive(&mut self, received: Input) {
         match received {
             Input::Detection(robot, detected) => {
-                let command = decide(detected, conditions().controller);
+                let command =
+                    decide(detected, conditions().controller.parameters().expect("two commands"));
                 self.steps_answered[robot] += 1;
                 let step = self.steps_answered[robot];
                 let stamp = Time::from_nanos(step * PERIOD_NS);

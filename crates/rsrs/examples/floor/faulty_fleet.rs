@@ -132,7 +132,8 @@ impl FaultyFleet {
             let chance =
                 if self.sees(robot, &poses) { sensor.true_positive } else { sensor.false_positive };
             let detected = self.random.random::<f64>() < chance;
-            let command = decide(detected, self.conditions.controller);
+            let command =
+                decide(detected, self.conditions.controller.parameters().expect("two commands"));
             let jitter_s = FAULTS.jitter_s * normal(&mut self.random);
             let time_ns = self.time_ns();
             let state = &mut self.robots[robot];

@@ -2,7 +2,9 @@
 
 use super::{Conditions, GainDistribution, Placement, SimulatedRobot, StartsError, starts};
 use crate::quantity::Bounds;
-use crate::robot::controller::{Command, ControllerParameters};
+use crate::robot::controller::state_machine::StateMachine;
+use crate::robot::controller::structure::{self, Flaw};
+use crate::robot::controller::{Command, Controller, ControllerParameters};
 use crate::robot::profile::{MAX_CORNERS, MOST_FRICTION};
 use crate::robot::region::Region;
 
@@ -49,6 +51,14 @@ pub enum Impossible {
         /// Robots of the swarm.
         robots: usize,
     },
+    /// A controller's rows are no machine.
+    #[error("controller.rows[{row}]: {source}")]
+    Controller {
+        /// The row, from 0.
+        row: usize,
+        /// Why.
+        source: Flaw,
+    },
     /// The sensor's polygon is no region.
     #[error(
         "robot.region.polygon.corners_m has {corners} corners, expected 3 to {MAX_CORNERS}, \
@@ -88,7 +98,10 @@ impl Conditions {
         ] {
             within(key, found, bounds)?;
         }
-        check_controller(self.controller)?;
+        match &self.controller {
+            Controller::Parameters(parameters) => check_parameters(*parameters)?,
+            Controller::Machine(machine) => check_machine(machine)?,
+        }
         check_placement(self)?;
         check_robot(&self.robot)?;
         for (place, robot) in &self.own_robots {
@@ -103,7 +116,7 @@ impl Conditions {
     }
 }
 
-fn check_controller(controller: ControllerParameters) -> Result<(), Impossible> {
+fn check_parameters(controller: ControllerParameters) -> Result<(), Impossible> {
     let ControllerParameters { speed_m_s, turn_rate_rad_s, undetected } = controller;
     let bounds = if undetected.is_some() { Bounds::SIGNED } else { Bounds::AMOUNT };
     within("controller.speed_m_s", speed_m_s, bounds)?;
@@ -111,6 +124,19 @@ fn check_controller(controller: ControllerParameters) -> Result<(), Impossible> 
     let Some(Command { speed_m_s, turn_rate_rad_s }) = undetected else { return Ok(()) };
     within("controller.undetected.speed_m_s", speed_m_s, Bounds::SIGNED)?;
     within("controller.undetected.turn_rate_rad_s", turn_rate_rad_s, Bounds::SIGNED)
+}
+
+fn check_machine(machine: &StateMachine) -> Result<(), Impossible> {
+    structure::check(machine).map_err(|(row, source)| Impossible::Controller { row, source })?;
+    for row in &machine.rows {
+        let Command { speed_m_s, turn_rate_rad_s } = row.command;
+        within("controller.rows.command.speed_m_s", speed_m_s, Bounds::SIGNED)?;
+        within("controller.rows.command.turn_rate_rad_s", turn_rate_rad_s, Bounds::SIGNED)?;
+        for next in &row.next {
+            within("controller.rows.next.probability", next.probability, Bounds::PROBABILITY)?;
+        }
+    }
+    Ok(())
 }
 
 fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {

@@ -20,7 +20,7 @@ impl Conditions {
     /// use rsrs_core::robot::controller::ControllerParameters;
     ///
     /// let slower = Conditions {
-    ///     controller: ControllerParameters::mirrored(0.10, 0.75),
+    ///     controller: ControllerParameters::mirrored(0.10, 0.75).into(),
     ///     ..Conditions::flockbots(6)
     /// };
     ///
@@ -34,7 +34,7 @@ impl Conditions {
         let gain = GainDistribution { mean: 0.97, robot_sd: 0.05, step_sd: 0.0 };
         Self {
             robots: n_robots,
-            controller: ControllerParameters::mirrored(0.15, 0.75),
+            controller: ControllerParameters::mirrored(0.15, 0.75).into(),
             behaviour: Behaviour::Milling,
             placement: Placement::DiscFacingOut {
                 radius_m: 0.825 * libm::sqrt(n_robots as f64 / 9.0),

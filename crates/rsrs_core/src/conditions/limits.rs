@@ -2,8 +2,8 @@
 
 use crate::help::Help;
 use crate::quantity::Axis;
-use crate::robot::controller::{Command, ControllerParameters};
-use crate::robot::profile::RobotProfile;
+use crate::robot::controller::{Command, Controller, ControllerParameters};
+use crate::robot::profile::{Actuation, RobotProfile};
 use crate::robot::wheels::Wheels;
 
 /// A command beyond what a robot may be given.
@@ -67,26 +67,63 @@ impl RobotProfile {
     /// # Errors
     ///
     /// [`BeyondLimits`], of the speed first, and of the wheels last.
-    pub fn check_limits(&self, controller: ControllerParameters) -> Result<(), BeyondLimits> {
-        let (speed, turn) = (self.actuation.speed.limits_m_s, self.actuation.turn.limits_rad_s);
-        let mut values = vec![
-            (Axis::Speed, controller.speed_m_s, speed),
-            (Axis::TurnRate, controller.turn_rate_rad_s, turn),
-        ];
-        if let Some(undetected) = controller.undetected {
-            values.push((Axis::UndetectedSpeed, undetected.speed_m_s, speed));
-            values.push((Axis::UndetectedTurnRate, undetected.turn_rate_rad_s, turn));
+    pub fn check_limits(&self, controller: &Controller) -> Result<(), BeyondLimits> {
+        let parameters = controller.parameters();
+        // A mirrored controller drives forward, and its other command is within the limits if this one is.
+        if let Some(mirrored) = parameters.filter(|parameters| parameters.undetected.is_none()) {
+            let ControllerParameters { speed_m_s, turn_rate_rad_s, .. } = mirrored;
+            self.check_amounts([(Axis::Speed, speed_m_s), (Axis::TurnRate, turn_rate_rad_s)])?;
+            return self.check_wheels(controller);
         }
-        for (axis, found, [least, most]) in values {
-            // A controller that is not mirrored may drive backward and turn to either side; the limits
-            // are those of both directions, as at the wheels.
-            let amount = if controller.undetected.is_some() { found.abs() } else { found };
-            let is_within = amount >= least * (1.0 - SAME) && amount <= most * (1.0 + SAME);
+        for (index, command) in controller.commands().into_iter().enumerate() {
+            let axes = match (parameters, index) {
+                (Some(_), 1) => [Axis::UndetectedSpeed, Axis::UndetectedTurnRate],
+                _ => [Axis::Speed, Axis::TurnRate],
+            };
+            self.check_either_way(command, axes)?;
+        }
+        self.check_wheels(controller)
+    }
+
+    /// [`Self::check_limits`] of one command of a controller that is not mirrored.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::check_limits`].
+    pub fn check_command(&self, command: Command) -> Result<(), BeyondLimits> {
+        self.check_either_way(command, [Axis::Speed, Axis::TurnRate])?;
+        self.can_wheels(command)
+    }
+
+    /// Who is not mirrored may drive backward and turn to either side; the limits are those of both
+    /// directions, as at the wheels.
+    fn check_either_way(&self, command: Command, axes: [Axis; 2]) -> Result<(), BeyondLimits> {
+        let [speed, turn] = axes;
+        let amounts = [(speed, command.speed_m_s), (turn, command.turn_rate_rad_s)];
+        self.check_amounts(amounts.map(|(axis, found)| (axis, found.abs()))).map_err(|error| {
+            // What was asked for has its sign.
+            match error {
+                BeyondLimits::Command { axis, least, most, .. } => {
+                    let asked =
+                        if axis == speed { command.speed_m_s } else { command.turn_rate_rad_s };
+                    BeyondLimits::Command { axis, found: asked, least, most }
+                }
+                wheels @ BeyondLimits::Wheels { .. } => wheels,
+            }
+        })
+    }
+
+    fn check_amounts(&self, [speed, turn]: [(Axis, f64); 2]) -> Result<(), BeyondLimits> {
+        let Actuation { speed: drive, turn: steering, .. } = &self.actuation;
+        for ((axis, found), [least, most]) in
+            [(speed, drive.limits_m_s), (turn, steering.limits_rad_s)]
+        {
+            let is_within = found >= least * (1.0 - SAME) && found <= most * (1.0 + SAME);
             if !is_within && found != 0.0 {
                 return Err(BeyondLimits::Command { axis, found, least, most });
             }
         }
-        self.check_wheels(controller)
+        Ok(())
     }
 
     /// Refuses a controller with a command that asks more of a wheel than it can do.
@@ -94,10 +131,15 @@ impl RobotProfile {
     /// # Errors
     ///
     /// [`BeyondLimits::Wheels`].
-    pub fn check_wheels(&self, controller: ControllerParameters) -> Result<(), BeyondLimits> {
-        let Some(wheels) = self.actuation.wheels else { return Ok(()) };
-        let beyond = controller.commands().into_iter().find(|command| !wheels.can(*command));
-        beyond.map_or(Ok(()), |command| Err(BeyondLimits::Wheels { command, wheels }))
+    pub fn check_wheels(&self, controller: &Controller) -> Result<(), BeyondLimits> {
+        controller.commands().into_iter().try_for_each(|command| self.can_wheels(command))
+    }
+
+    fn can_wheels(&self, command: Command) -> Result<(), BeyondLimits> {
+        match self.actuation.wheels {
+            Some(wheels) if !wheels.can(command) => Err(BeyondLimits::Wheels { command, wheels }),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -178,7 +220,7 @@ mod tests {
         let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
         let check = |speed_m_s, turn_rate_rad_s| {
             let command = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s);
-            profile.check_limits(command).map_err(|error| error.to_string())
+            profile.check_limits(&command.into()).map_err(|error| error.to_string())
         };
 
         assert_eq!(check(0.02, 0.1), Ok(()));
@@ -207,9 +249,9 @@ mod tests {
         let without = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
         let corner = ControllerParameters::mirrored(0.3, 2.0);
 
-        assert_eq!(without.check_limits(corner), Ok(()));
-        assert_eq!(profile.check_limits(ControllerParameters::mirrored(0.18, 2.0)), Ok(()));
-        let error = profile.check_limits(corner).unwrap_err();
+        assert_eq!(without.check_limits(&corner.into()), Ok(()));
+        assert_eq!(profile.check_limits(&ControllerParameters::mirrored(0.18, 2.0).into()), Ok(()));
+        let error = profile.check_limits(&corner.into()).unwrap_err();
         assert_eq!(
             error.to_string(),
             "0.3 m/s at 2 rad/s ask 0.420 m/s of a wheel, beyond the robots' wheels: expected at most 0.3 \
@@ -218,7 +260,7 @@ mod tests {
         assert!(error.help().unwrap().contains("`actuation.wheels`"));
         let backward = Command { speed_m_s: -0.3, turn_rate_rad_s: -1.0 };
         let either = ControllerParameters::of(Command::STOP, backward);
-        assert!(profile.check_limits(either).is_err(), "of both commands");
+        assert!(profile.check_limits(&either.into()).is_err(), "of both commands");
         assert_ne!(profile.digest(), without.digest());
     }
 

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::conditions::{Arena, Conditions, Placement};
 use crate::judge::behaviour::Behaviour;
-use crate::quantity::Axis;
-use crate::robot::controller::{ControllerParameters, decide};
+use crate::quantity::{Axis, Number};
+use crate::robot::controller::{Controller, ControllerParameters, decide};
 
 /// The part of the conditions `E` that the operator of a real run decides, and must keep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -13,7 +13,7 @@ pub struct OperatorConditions {
     /// Number of robots.
     pub robots: usize,
     /// What every robot's controller was set to.
-    pub controller: ControllerParameters,
+    pub controller: Controller,
     /// What the run is judged for; milling where a file does not name it.
     #[serde(default, skip_serializing_if = "Behaviour::is_usual")]
     pub behaviour: Behaviour,
@@ -37,16 +37,26 @@ pub struct Incomparable {
     pub expected: String,
 }
 
-/// The values that an operator sets on the axes of every robot's controller: speed and turning rate,
-/// and those where nothing is detected if the controller is not a mirrored one.
-pub fn controller_values(controller: ControllerParameters) -> Vec<(Axis, f64)> {
-    let mut values =
-        vec![(Axis::Speed, controller.speed_m_s), (Axis::TurnRate, controller.turn_rate_rad_s)];
-    if let Some(undetected) = controller.undetected {
-        values.push((Axis::UndetectedSpeed, undetected.speed_m_s));
-        values.push((Axis::UndetectedTurnRate, undetected.turn_rate_rad_s));
+/// The values that an operator sets on the axes of every robot's controller: speed and turning rate, and those where
+/// nothing is detected if the controller is not a mirrored one; of a table its numbers.
+pub fn controller_values(controller: &Controller) -> Vec<(Axis, f64)> {
+    match controller {
+        Controller::Parameters(parameters) => {
+            let ControllerParameters { speed_m_s, turn_rate_rad_s, undetected } = *parameters;
+            let mut values = vec![(Axis::Speed, speed_m_s), (Axis::TurnRate, turn_rate_rad_s)];
+            if let Some(undetected) = undetected {
+                values.push((Axis::UndetectedSpeed, undetected.speed_m_s));
+                values.push((Axis::UndetectedTurnRate, undetected.turn_rate_rad_s));
+            }
+            values
+        }
+        Controller::Machine(machine) => {
+            let numbers = machine.numbers.iter();
+            numbers
+                .filter_map(|(name, value)| Some((Axis::Number(Number::new(name)?), *value)))
+                .collect()
+        }
     }
-    values
 }
 
 impl OperatorConditions {
@@ -54,7 +64,7 @@ impl OperatorConditions {
     pub fn of(conditions: &Conditions, duration_s: f64) -> Self {
         Self {
             robots: conditions.robots,
-            controller: conditions.controller,
+            controller: conditions.controller.clone(),
             behaviour: conditions.behaviour,
             placement: conditions.placement.clone(),
             arena: conditions.arena,
@@ -64,12 +74,17 @@ impl OperatorConditions {
 
     /// What the operator has set on an axis; `None` for what a robot is rather than set to.
     pub fn setting(&self, axis: Axis) -> Option<f64> {
-        let undetected = decide(false, self.controller);
+        let parameters = || self.controller.parameters();
+        let undetected = || Some(decide(false, parameters()?));
         Some(match axis {
-            Axis::Speed => self.controller.speed_m_s,
-            Axis::TurnRate => self.controller.turn_rate_rad_s,
-            Axis::UndetectedSpeed => undetected.speed_m_s,
-            Axis::UndetectedTurnRate => undetected.turn_rate_rad_s,
+            Axis::Speed => parameters()?.speed_m_s,
+            Axis::TurnRate => parameters()?.turn_rate_rad_s,
+            Axis::UndetectedSpeed => undetected()?.speed_m_s,
+            Axis::UndetectedTurnRate => undetected()?.turn_rate_rad_s,
+            Axis::Number(_) => {
+                let values = controller_values(&self.controller);
+                values.into_iter().find(|(other, _)| *other == axis)?.1
+            }
             Axis::Robots => self.robots as f64,
             Axis::PlacementRadius => self.placement.radius_m(),
             Axis::Arena => self.arena.side_m,
@@ -101,8 +116,10 @@ impl OperatorConditions {
         if found != expected {
             return refuse("the placement", found.to_owned(), expected.to_owned());
         }
+        let numbers = controller_values(&self.controller).into_iter().map(|(axis, _)| axis);
         let settings = Axis::ALL
             .into_iter()
+            .chain(numbers.filter(|axis| matches!(axis, Axis::Number(_))))
             .filter(|axis| !axis.is_count())
             .filter_map(|axis| {
                 let values = [run, self].map(|conditions| conditions.setting(axis));
@@ -118,6 +135,12 @@ impl OperatorConditions {
                     format!("{expected} {unit}"),
                 );
             }
+        }
+        let is_machine = |controller: &Controller| controller.parameters().is_none();
+        if [run, self].iter().any(|it| is_machine(&it.controller))
+            && run.controller != self.controller
+        {
+            return refuse("the controller", "another table".to_owned(), "the table".to_owned());
         }
         if !is_same_start(&run.placement, &self.placement) {
             return refuse("the placement", format!("another {found}"), format!("the {expected}"));
@@ -160,7 +183,7 @@ mod tests {
 
     const SIMULATED: OperatorConditions = OperatorConditions {
         robots: 9,
-        controller: ControllerParameters::mirrored(0.15, 0.75),
+        controller: Controller::Parameters(ControllerParameters::mirrored(0.15, 0.75)),
         behaviour: Behaviour::Milling,
         placement: Placement::DiscFacingOut { radius_m: 0.825 },
         arena: Arena { side_m: 15.0, walls: Walls::Stop },
@@ -178,7 +201,7 @@ mod tests {
 
     #[test]
     fn every_difference_is_refused_by_name() {
-        let controller = ControllerParameters::mirrored(0.15, 0.8);
+        let controller = ControllerParameters::mirrored(0.15, 0.8).into();
         let placement = Placement::DiscFacingOut { radius_m: 0.6 };
         let arena = Arena { side_m: 15.0, walls: Walls::None };
 

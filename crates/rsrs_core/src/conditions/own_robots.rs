@@ -40,7 +40,11 @@ impl Conditions {
     ) -> Result<(), ConditionsError> {
         // Where robots start has been checked, or is once all are there.
         let settings = Settings { placement: None, ..settings.clone() };
-        let own = Self::resolve(robot, &settings)?.robot;
+        let Self { controller, robot: own, .. } = Self::resolve(robot, &settings)?;
+        // The wheels of a table's rows are those of each robot.
+        if controller != self.controller {
+            return Err(ConditionsError::OtherWheels);
+        }
         self.own_robots.insert(place, own);
         Ok(())
     }

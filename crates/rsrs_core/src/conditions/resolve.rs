@@ -4,10 +4,14 @@ use std::collections::BTreeMap;
 
 use super::capabilities::{check_bounds, check_value};
 use super::check::Impossible;
+use super::controller_table::{ControllerTable, TableFlaw};
 use super::{Arena, Conditions, GainDistribution, Placement, SimulatedRobot, Walls};
+use crate::document::nearest;
+use crate::help::Help;
 use crate::judge::behaviour::Behaviour;
 use crate::quantity::{Axis, Bounds, Cell};
-use crate::robot::controller::{Command, ControllerParameters};
+use crate::robot::controller::structure::did_you_mean;
+use crate::robot::controller::{Command, Controller, ControllerParameters};
 use crate::robot::profile::{ProfileError, RobotProfile};
 use crate::robot::region::Region;
 
@@ -22,6 +26,8 @@ pub struct Settings {
     pub placement: Option<Placement>,
     /// What the swarm is judged for.
     pub behaviour: Behaviour,
+    /// The table of its controller, which has been checked; `None` for speeds and turning rates among the values.
+    pub controller: Option<ControllerTable>,
 }
 
 /// Why a profile and settings do not make conditions.
@@ -57,6 +63,56 @@ pub enum ConditionsError {
         /// `cone`, or what kind of polygon.
         sensor: &'static str,
     },
+    /// A speed or turning rate beside a table that has them.
+    #[error("{axis} is that of a controller without a table")]
+    BesideTable {
+        /// The axis.
+        axis: Axis,
+        /// The table's own numbers, as axes.
+        numbers: Vec<String>,
+    },
+    /// A number that the controller's table does not have.
+    #[error("{axis} is no number of the controller's table{}", did_you_mean(nearest.as_deref()))]
+    NoSuchNumber {
+        /// The axis.
+        axis: Axis,
+        /// The number closest in spelling, as an axis.
+        nearest: Option<String>,
+        /// All numbers of the table, as axes.
+        numbers: Vec<String>,
+    },
+    /// A number of a table where there is none.
+    #[error("{axis} is a number of a controller's table, and none is named")]
+    NoTable {
+        /// The axis.
+        axis: Axis,
+    },
+    /// A table that these robots cannot follow.
+    #[error(transparent)]
+    Table(#[from] TableFlaw),
+    /// A robot among others for which the table is another controller.
+    #[error(
+        "its wheels make other commands of the controller's table than those of the first robots"
+    )]
+    OtherWheels,
+}
+
+impl Help for ConditionsError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::BesideTable { numbers, .. } | Self::NoSuchNumber { numbers, .. } => {
+                Some(match numbers.as_slice() {
+                    [] => "its table has no `numbers`".to_owned(),
+                    numbers => format!("the numbers of its table are: {}", numbers.join(", ")),
+                })
+            }
+            Self::NoTable { .. } => {
+                Some("name its file: `controller: controllers/FILE.yaml`".to_owned())
+            }
+            Self::Table(flaw) => flaw.help(),
+            _ => None,
+        }
+    }
 }
 
 impl Conditions {
@@ -74,22 +130,30 @@ impl Conditions {
     ///
     /// [`ConditionsError`], the first problem found.
     pub fn resolve(robot: &RobotProfile, settings: &Settings) -> Result<Self, ConditionsError> {
+        settings.check_axes()?;
         let mut operator = OperatorSettings::default();
-        let mut capabilities = Vec::new();
+        let (mut numbers, mut capabilities) = (Vec::new(), Vec::new());
         for (axis, value) in &settings.values {
             check_value(*axis, *value)?;
-            if !operator.set(*axis, *value) {
+            if let Axis::Number(number) = axis {
+                numbers.push((*number, *value));
+            } else if !operator.set(*axis, *value) {
                 capabilities.push((*axis, *value));
             }
         }
         let robot = robot.with_capabilities(&capabilities)?;
         let required = |value: Option<f64>, axis| value.ok_or(ConditionsError::Missing { axis });
-        let detected = Command {
-            speed_m_s: required(operator.speed_m_s, Axis::Speed)?,
-            turn_rate_rad_s: required(operator.turn_rate_rad_s, Axis::TurnRate)?,
+        let controller = if let Some(table) = &settings.controller {
+            table.check_values(&numbers)?;
+            table.resolve(&numbers, robot.actuation.wheels, robot.computation.period_s)?
+        } else {
+            let detected = Command {
+                speed_m_s: required(operator.speed_m_s, Axis::Speed)?,
+                turn_rate_rad_s: required(operator.turn_rate_rad_s, Axis::TurnRate)?,
+            };
+            operator.controller(detected)?.into()
         };
-        let controller = operator.controller(detected)?;
-        let simulated = simulated_robot(&robot, controller);
+        let simulated = simulated_robot(&robot, &controller);
         let default_radius_m = PLACEMENT_OVER_RANGE * simulated.region.range_m();
         let conditions = Self {
             robots: required(operator.robots, Axis::Robots)? as usize,
@@ -105,6 +169,40 @@ impl Conditions {
         };
         conditions.check()?;
         Ok(conditions)
+    }
+}
+
+impl Settings {
+    /// Whether its axes are those of its controller.
+    ///
+    /// # Errors
+    ///
+    /// [`ConditionsError::BesideTable`], [`ConditionsError::NoSuchNumber`] or [`ConditionsError::NoTable`].
+    pub fn check_axes(&self) -> Result<(), ConditionsError> {
+        let axes = self.values.iter().map(|(axis, _)| *axis);
+        axes.into_iter().try_for_each(|axis| check_axis(axis, self.controller.as_ref()))
+    }
+}
+
+/// Whether an axis is one of a sweep with this table, or with none.
+///
+/// # Errors
+///
+/// As [`Settings::check_axes`].
+pub fn check_axis(axis: Axis, table: Option<&ControllerTable>) -> Result<(), ConditionsError> {
+    let numbers =
+        |table: &ControllerTable| table.axes().map(|axis| axis.key().to_owned()).collect();
+    match (axis, table) {
+        (Axis::Number(_), None) => Err(ConditionsError::NoTable { axis }),
+        (Axis::Number(number), Some(table)) if !table.numbers.contains_key(number.name()) => {
+            let nearest = nearest(axis.key(), table.axes().map(Axis::key)).map(str::to_owned);
+            Err(ConditionsError::NoSuchNumber { axis, nearest, numbers: numbers(table) })
+        }
+        (
+            Axis::Speed | Axis::TurnRate | Axis::UndetectedSpeed | Axis::UndetectedTurnRate,
+            Some(table),
+        ) => Err(ConditionsError::BesideTable { axis, numbers: numbers(table) }),
+        _ => Ok(()),
     }
 }
 
@@ -158,9 +256,9 @@ impl OperatorSettings {
     }
 }
 
-fn simulated_robot(robot: &RobotProfile, controller: ControllerParameters) -> SimulatedRobot {
+fn simulated_robot(robot: &RobotProfile, controller: &Controller) -> SimulatedRobot {
     let (speed, turn) = (&robot.actuation.speed, &robot.actuation.turn);
-    // One gain serves both commands: that of the faster one, which moves the robot most.
+    // One gain serves all commands: that of the fastest, which moves the robot most.
     let Command { speed_m_s, turn_rate_rad_s } = controller.fastest();
     let sensing = &robot.sensing;
     SimulatedRobot {

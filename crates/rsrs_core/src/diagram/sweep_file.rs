@@ -1,6 +1,7 @@
 //! The sweep file: which cells to simulate, how often, and from which seed.
 
 mod check;
+mod controller;
 mod digest;
 mod schema;
 
@@ -8,6 +9,7 @@ use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
+use crate::conditions::controller_table::{ControllerTable, TableFlaw};
 use crate::conditions::limits::BeyondLimits;
 use crate::conditions::start_file::StartPlacement;
 use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
@@ -20,6 +22,7 @@ use crate::robot::harsher::{Harsher, HarsherFactors, NotHarsher};
 use crate::robot::profile::RobotProfile;
 use crate::statistics::interval_kind::IntervalKind;
 
+pub use controller::SweptController;
 pub use digest::OtherSweep;
 
 /// A sweep as written by a person: YAML with units in its keys.
@@ -28,6 +31,10 @@ pub use digest::OtherSweep;
 pub struct SweepFile {
     /// Path of the measured robot's profile, relative to the sweep file.
     pub profile: String,
+    /// Path of the robots' controller, relative to the sweep file; without it, two commands over one detection, whose speeds
+    /// and turning rates are axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<SweptController>,
     /// How the simulated robot is worse; omitted is the documented default.
     #[serde(default)]
     pub harsher: Harsher,
@@ -125,6 +132,22 @@ pub enum SweepFileError {
         /// Which one.
         source: OtherUnit,
     },
+    /// The table of the controller is none.
+    #[error("{file}: {source}")]
+    Controller {
+        /// The file.
+        file: String,
+        /// Why.
+        source: TableFlaw,
+    },
+    /// An axis that is not of the controller.
+    #[error("{file}: {source}")]
+    NotOfController {
+        /// The file.
+        file: String,
+        /// Why.
+        source: ConditionsError,
+    },
     /// An axis with two claims on its value.
     #[error("{file}: `{axis}` is {problem}")]
     Twice {
@@ -198,6 +221,8 @@ impl Help for SweepFileError {
         match self {
             Self::Document(error) => error.help(),
             Self::Limits { source, .. } => source.help(),
+            Self::Controller { source, .. } => source.help(),
+            Self::NotOfController { source, .. } | Self::Cell { source, .. } => source.help(),
             Self::Twice { axis: Axis::PlacementRadius, .. } => {
                 Some("keep `placement` or `placement_radius_m`".to_owned())
             }
@@ -278,6 +303,15 @@ impl SweepFile {
             walls: self.fixed.walls,
             placement: self.placement.as_ref().and_then(StartPlacement::placement),
             behaviour: self.behaviour,
+            controller: self.table().cloned(),
+        }
+    }
+
+    /// The table of the controller, once it has been read; `None` where the file names none.
+    pub fn table(&self) -> Option<&ControllerTable> {
+        match &self.controller {
+            Some(SweptController::Table(table)) => Some(table),
+            Some(SweptController::File(_)) | None => None,
         }
     }
 
@@ -296,6 +330,7 @@ impl SweepFile {
         file: &str,
         measured: &RobotProfile,
     ) -> Result<Vec<(Cell, Conditions)>, SweepFileError> {
+        self.check_controller(file)?;
         let simulated = self
             .factors(measured)
             .apply(measured)
@@ -304,7 +339,7 @@ impl SweepFile {
         let file = || file.to_owned();
         let resolve = |cell: Cell| match Conditions::resolve(&simulated, &settings.with_cell(&cell))
         {
-            Ok(conditions) => match measured.check_limits(conditions.controller) {
+            Ok(conditions) => match measured.check_limits(&conditions.controller) {
                 Ok(()) => Ok((cell, conditions)),
                 Err(source) => Err(SweepFileError::Limits { file: file(), cell, source }),
             },
@@ -321,7 +356,7 @@ impl SweepFile {
         let can = |cell: &Cell| {
             let conditions = Conditions::resolve(measured, &settings.with_cell(cell));
             // What makes no conditions is named when the sweep is resolved.
-            conditions.map_or(true, |world| measured.check_wheels(world.controller).is_ok())
+            conditions.map_or(true, |world| measured.check_wheels(&world.controller).is_ok())
         };
         let all = self.all_cells();
         let fitting: Vec<Cell> = all.iter().filter(|cell| can(cell)).cloned().collect();

@@ -124,8 +124,9 @@ impl Ring {
     /// do something else than mill.
     pub fn of(conditions: &Conditions) -> Option<Self> {
         let robot = &conditions.robot;
-        if conditions.controller.undetected.is_some() || conditions.behaviour != Behaviour::Milling
-        {
+        let is_mirrored =
+            conditions.controller.parameters().is_some_and(|it| it.undetected.is_none());
+        if !is_mirrored || conditions.behaviour != Behaviour::Milling {
             return None;
         }
         let Region::Cone { half_angle_rad, range_m } = robot.region else {

@@ -15,7 +15,7 @@ pub struct Kind {
     keys: &'static [&'static str],
 }
 
-const KINDS: [Kind; 5] = [
+const KINDS: [Kind; 6] = [
     Kind {
         name: "a robot profile",
         used_by: "sweep files and fleet files name it as `profile`",
@@ -35,6 +35,11 @@ const KINDS: [Kind; 5] = [
         name: "an experiment file",
         used_by: "`rsrs run` takes it",
         keys: &["fleet", "duration_s"],
+    },
+    Kind {
+        name: "a controller file",
+        used_by: "sweep files and experiment files name it as `controller`",
+        keys: &["rows"],
     },
     Kind { name: "a campaign file", used_by: "`rsrs campaign` takes it", keys: &["experiments"] },
 ];

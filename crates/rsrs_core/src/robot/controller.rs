@@ -1,6 +1,12 @@
-//! The controller of the paper, written once: the sweep, the dry run and the robot call this.
+//! Controllers, written once: the sweep, the dry run and the robot call this. That of the paper is two
+//! commands over one detection; any other is a [`StateMachine`].
+
+pub mod state_machine;
+pub mod structure;
 
 use serde::{Deserialize, Serialize};
+
+use state_machine::{Answers, Program, StateMachine};
 
 use crate::digest::Digest;
 
@@ -77,6 +83,79 @@ impl ControllerParameters {
             digest.number(undetected.turn_rate_rad_s);
         }
         digest.value()
+    }
+}
+
+/// What decides on every robot's commands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Controller {
+    /// Two commands over one detection.
+    Parameters(ControllerParameters),
+    /// A machine with states.
+    Machine(StateMachine),
+}
+
+impl Controller {
+    /// The numbers of a controller with two constant commands; `None` for any other.
+    pub fn parameters(&self) -> Option<ControllerParameters> {
+        match self {
+            Self::Parameters(parameters) => Some(*parameters),
+            Self::Machine(_) => None,
+        }
+    }
+
+    /// All that it may command.
+    pub fn commands(&self) -> Vec<Command> {
+        match self {
+            Self::Parameters(parameters) => parameters.commands().to_vec(),
+            Self::Machine(machine) => machine.rows.iter().map(|row| row.command).collect(),
+        }
+    }
+
+    /// The fastest that it asks for in either direction: speed in metres per second, and turning rate
+    /// in radians per second.
+    pub fn fastest(&self) -> Command {
+        self.commands().into_iter().fold(Command::STOP, |fastest, command| Command {
+            speed_m_s: fastest.speed_m_s.max(command.speed_m_s.abs()),
+            turn_rate_rad_s: fastest.turn_rate_rad_s.max(command.turn_rate_rad_s.abs()),
+        })
+    }
+
+    /// Names it, as [`ControllerParameters::digest`] does: the whole table of a machine.
+    pub fn digest(&self) -> u64 {
+        self.digest_with(Reaction::ToDetections)
+    }
+
+    /// Names it with what it makes of its sensor.
+    pub fn digest_with(&self, reaction: Reaction) -> u64 {
+        match self {
+            Self::Parameters(parameters) => parameters.digest_with(reaction),
+            Self::Machine(machine) => {
+                let mut digest = Digest::new("state_machine");
+                digest.text(&serde_json::to_string(machine).expect("a machine is plain data"));
+                digest.word(u64::from(reaction == Reaction::Constant));
+                digest.value()
+            }
+        }
+    }
+
+    /// It, ready to run.
+    ///
+    /// # Panics
+    ///
+    /// If it is a machine that [`structure::check`] refuses.
+    pub fn program(&self) -> Program {
+        match self {
+            Self::Parameters(parameters) => Program::Parameters(*parameters),
+            Self::Machine(machine) => Program::Answers(Answers::new(machine)),
+        }
+    }
+}
+
+impl From<ControllerParameters> for Controller {
+    fn from(parameters: ControllerParameters) -> Self {
+        Self::Parameters(parameters)
     }
 }
 

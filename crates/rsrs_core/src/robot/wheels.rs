@@ -25,6 +25,14 @@ impl Wheels {
         command.speed_m_s.abs() + command.turn_rate_rad_s.abs() * self.base_m / 2.0
     }
 
+    /// The command of a robot whose wheels drive with these speeds, in metres per second.
+    pub fn command(&self, left_m_s: f64, right_m_s: f64) -> Command {
+        Command {
+            speed_m_s: f64::midpoint(left_m_s, right_m_s),
+            turn_rate_rad_s: (right_m_s - left_m_s) / self.base_m,
+        }
+    }
+
     /// Whether both wheels can do what a command asks of them.
     pub fn can(&self, command: Command) -> bool {
         self.asked_m_s(command) <= self.speed_max_m_s * (1.0 + SAME)
@@ -45,14 +53,13 @@ mod tests {
     fn the_outer_wheel_is_asked_for_more_than_either_command() {
         // Both wheels at full speed, one of them, and a turn in place.
         for (left, right) in [(1.0, 1.0), (0.3, -1.0), (-0.7, -1.0), (1.0, -1.0)] {
-            let speed_m_s = 0.128 * f64::midpoint(left, right);
-            let turn_rate_rad_s = 0.128 * (right - left) / 0.051;
+            let command = E_PUCK.command(0.128 * left, 0.128 * right);
 
-            let asked_m_s = E_PUCK.asked_m_s(command(speed_m_s, turn_rate_rad_s));
+            let asked_m_s = E_PUCK.asked_m_s(command);
 
             assert!((asked_m_s - 0.128).abs() < 1e-12, "{left} {right}: {asked_m_s}");
-            assert!(E_PUCK.can(command(speed_m_s, turn_rate_rad_s)));
-            assert!(!E_PUCK.can(command(1.01 * speed_m_s, 1.01 * turn_rate_rad_s)));
+            assert!(E_PUCK.can(command));
+            assert!(!E_PUCK.can(E_PUCK.command(1.01 * 0.128 * left, 1.01 * 0.128 * right)));
         }
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{Command, Controller, Reaction};
 use rsrs_core::robot::unicycle::Pose;
 
 use super::{MotionCheck, Outcome, SampleKind, Target};
@@ -22,7 +22,7 @@ pub struct RunnerOptions {
     /// What must be there; its robots are the robots of the run.
     pub expected: Expected,
     /// What every controller is set to.
-    pub controller: ControllerParameters,
+    pub controller: Controller,
     /// Whether controllers decide by their sensors; in a trial they do not.
     pub reaction: Reaction,
     /// Digest of the world that the simulator must have placed

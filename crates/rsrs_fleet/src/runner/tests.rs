@@ -71,7 +71,7 @@ impl Bench {
         let mut options = RunnerOptions {
             run_id: "run".to_owned(),
             expected,
-            controller: CONTROLLER,
+            controller: CONTROLLER.into(),
             reaction: Reaction::ToDetections,
             simulator_digest: 7,
             length: RunLength::Lockstep { steps: 10 },

@@ -2,6 +2,8 @@
 
 use std::pin::Pin;
 
+use rsrs_core::conditions::operator::controller_values;
+use rsrs_core::quantity::Axis;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::record::{Ending, EndingKind};
 use rsrs_pipeline::attempt::{Attempt, NOT_JUDGED, SIMULATED_TRIES};
@@ -239,13 +241,18 @@ impl<'a, P: Placer> Conductor<'a, P> {
     /// Has the robots placed; in the simulator they place themselves.
     async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<OperatorDecision> {
         let RunTarget::Fleet { .. } = self.target else { return Ok(OperatorDecision::Start) };
-        let conditions = &plan.record.conditions.controller;
+        let settings = controller_values(&plan.record.conditions.controller);
+        let settings: Vec<String> = (settings.into_iter())
+            .map(|(axis, value)| match axis {
+                Axis::Number(number) => format!("{} {value}", number.name()),
+                _ => format!("{value} {}", axis.unit()),
+            })
+            .collect();
         let starts = StartPoses::of(plan)?;
         let what = format!(
-            "\n{}: {} m/s, {} rad/s, for {} s\nplace the robots:\n{}",
+            "\n{}: {}, for {} s\nplace the robots:\n{}",
             item.experiment.folder,
-            conditions.speed_m_s,
-            conditions.turn_rate_rad_s,
+            settings.join(", "),
             plan.record.duration_s,
             starts
         );

@@ -122,6 +122,7 @@ pub fn of_robot(profile: &RobotProfile, robots: Option<usize>) -> SweepFile {
     let [speeds, turn_rates] = reach.axes(floor, steps);
     let plane = SweepFile {
         profile: String::new(),
+        controller: None,
         harsher: Harsher::default(),
         behaviour: Behaviour::default(),
         axes: Axes(vec![

@@ -334,7 +334,7 @@ impl<'a> Search<'a> {
         };
         let conditions = Conditions::resolve(&robot, &self.settings.with_cell(cell))?;
         // Limits may be among the changes; wheels are what they are.
-        measured.check_wheels(conditions.controller)?;
+        measured.check_wheels(&conditions.controller)?;
         Ok(conditions)
     }
 

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::robot::controller::Command;
 use rsrs_fleet::record::LostRobot;
 use serde::Serialize;
 
@@ -144,11 +145,13 @@ impl Row {
     fn of(folder: &CampaignFolder, item: &Item) -> anyhow::Result<Self> {
         let manifest = folder.manifest(item)?;
         let attempts = folder.attempts(item)?;
-        let controller = item.record.conditions.controller;
+        // The command for a detection; of a table that of its first row.
+        let Command { speed_m_s, turn_rate_rad_s } =
+            item.record.conditions.controller.commands()[0];
         let mut row = Self {
             experiment: item.experiment.folder.clone(),
-            speed_m_s: controller.speed_m_s,
-            turn_rate_rad_s: controller.turn_rate_rad_s,
+            speed_m_s,
+            turn_rate_rad_s,
             n_robots: item.record.robots.len(),
             seed: item.record.seed,
             replicate: item.record.replicate,

@@ -144,6 +144,7 @@ fn sweep_text(
     values.extend(laboratory.placement_m.map(|radius_m| (Axis::PlacementRadius, radius_m)));
     let sweep = SweepFile {
         profile: format!("../{PROFILE}"),
+        controller: None,
         harsher: Harsher::default(),
         behaviour,
         axes,
@@ -167,7 +168,7 @@ fn sweep_text(
 
 /// The two numbers of a controller that are swept, around their values, and the others.
 fn axes(laboratory: &Laboratory, controller: ControllerParameters) -> (Axes, Vec<(Axis, f64)>) {
-    let mut values = rsrs_core::conditions::operator::controller_values(controller);
+    let mut values = rsrs_core::conditions::operator::controller_values(&controller.into());
     // Where nothing is detected is where robots are most of the time.
     values.sort_by_key(|(axis, _)| match axis {
         Axis::UndetectedSpeed => 0,

@@ -127,7 +127,7 @@ impl Laboratory {
             values,
             walls: options.walls,
             behaviour: options.wanted.unwrap_or_default(),
-            placement: None,
+            ..Settings::default()
         };
         let runs = Runs {
             seed: options.seed,
@@ -175,7 +175,7 @@ impl Laboratory {
         controller: ControllerParameters,
     ) -> Result<Conditions, ConditionsError> {
         let mut settings = self.settings.clone();
-        settings.values.extend(controller_values(controller));
+        settings.values.extend(controller_values(&controller.into()));
         Conditions::resolve(robots, &settings)
     }
 

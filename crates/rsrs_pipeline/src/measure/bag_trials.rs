@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{Needed, RecordedTrajectory};
 use rsrs_core::conditions::Placement;
-use rsrs_core::robot::controller::{Command, ControllerParameters};
+use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::trial::{
     DetectionTrial, DrivenSample, DrivenTrial, MovedBy, Neighbour, PeriodTrial, SETTLING_TIME_S,
@@ -112,9 +112,8 @@ fn standing(
     record: Option<&ExperimentRecord>,
 ) -> anyhow::Result<Option<StaticSensorTrial>> {
     let Some(record) = record else { return Ok(None) };
-    let ControllerParameters { speed_m_s, turn_rate_rad_s, .. } = record.conditions.controller;
-    let (true, Some(robot)) = (speed_m_s == 0.0 && turn_rate_rad_s == 0.0, record.robots.first())
-    else {
+    let stands = record.conditions.controller.fastest() == Command::STOP;
+    let (true, Some(robot)) = (stands, record.robots.first()) else {
         return Ok(None);
     };
     let neighbour = match record.conditions.placement {

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use rsrs_bags::{Bag, BagError, BagMessage};
-use rsrs_core::robot::controller::{Command, ControllerParameters, decide};
+use rsrs_core::draw::{Key, Seed};
+use rsrs_core::robot::controller::state_machine::{Memory, Program, transition_key};
+use rsrs_core::robot::controller::{Command, Controller, ControllerParameters};
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Bool;
@@ -23,7 +25,7 @@ pub struct ControllerReplay {
     /// The bag.
     pub bag: PathBuf,
     /// What the controller was set to.
-    pub controller: ControllerParameters,
+    pub controller: Controller,
     /// Robot by robot.
     pub robots: Vec<RobotReplay>,
     /// Commands that were compared.
@@ -84,15 +86,33 @@ pub fn replay_into_controller(
     parameters: Option<ControllerParameters>,
 ) -> anyhow::Result<ControllerReplay> {
     let name = bag.path().display().to_string();
-    let controller = match parameters {
-        Some(parameters) => parameters,
-        None => recorded_parameters(bag, &name)?,
+    let record = recorded_run::record_in(bag)?;
+    let controller = match (parameters, &record) {
+        (Some(parameters), _) => parameters.into(),
+        (None, Some(record)) => record.conditions.controller.clone(),
+        (None, None) => {
+            return Err(with_help(
+                format!("{name}: does not state what the controller was set to"),
+                "state it with `--speed M_PER_S --turn-rate RAD_PER_S`",
+            ));
+        }
+    };
+    let (program, digest) = (controller.program(), controller.digest());
+    // The draws of a robot's transitions are those of its place in the run.
+    let key = |robot: &str| {
+        let place = record.as_ref().and_then(|it| it.robots.iter().position(|name| name == robot));
+        let run = record.as_ref().map(|it| Seed { seed: it.seed, replicate: it.replicate });
+        let first = Seed { seed: 0, replicate: 0 };
+        transition_key(run.unwrap_or(first), digest, place.unwrap_or_default())
     };
     let (recorded, running) = collect(bag).with_context(|| name.clone())?;
     let robots: Vec<RobotReplay> = recorded
         .into_iter()
         .filter(|(_, recorded)| !recorded.detections.is_empty() && !recorded.commands.is_empty())
-        .map(|(robot, recorded)| compare(robot, &recorded, running, controller))
+        .map(|(robot, recorded)| {
+            let key = key(&robot);
+            compare(robot, &recorded, running, (&program, key))
+        })
         .collect();
     if robots.is_empty() {
         return Err(with_help(
@@ -117,16 +137,6 @@ impl ControllerReplay {
     pub fn is_same(&self) -> bool {
         self.n_steps > 0 && self.n_different + self.n_unanswered + self.n_unasked == 0
     }
-}
-
-fn recorded_parameters(bag: &Bag, name: &str) -> anyhow::Result<ControllerParameters> {
-    let record = recorded_run::record_in(bag)?;
-    record.map(|record| record.conditions.controller).ok_or_else(|| {
-        with_help(
-            format!("{name}: does not state what the controller was set to"),
-            "state it with `--speed M_PER_S --turn-rate RAD_PER_S`",
-        )
-    })
 }
 
 /// The time in which the lease was RUNNING, both ends included; all of it without a lease.
@@ -194,7 +204,7 @@ fn compare(
     robot: String,
     recorded: &Recorded,
     running: Running,
-    controller: ControllerParameters,
+    (program, key): (&Program, Key),
 ) -> RobotReplay {
     let is_running = |at_ns: u64| (running.0..=running.1).contains(&at_ns);
     let slack_ns = period_ns(&recorded.detections) / 4;
@@ -207,6 +217,9 @@ fn compare(
         first: None,
     };
     let mut is_answered = vec![false; recorded.detections.len()];
+    let mut memory = Memory::default();
+    // Detections before the run are of none.
+    let mut n_decided = recorded.detections.partition_point(|(at_ns, _)| *at_ns < running.0);
     for &(at_ns, command) in recorded.commands.iter().filter(|(at_ns, _)| is_running(*at_ns)) {
         let n_before = recorded
             .detections
@@ -219,7 +232,12 @@ fn compare(
         is_answered[answered] = true;
         report.n_steps += 1;
         let (_, detected) = recorded.detections[answered];
-        let today = decide(detected, controller);
+        // What has states goes through all detections in their order.
+        let mut today = Command::STOP;
+        for (_, detected) in &recorded.detections[n_decided.min(answered)..=answered] {
+            today = program.decide(*detected, &mut memory, key);
+        }
+        n_decided = answered + 1;
         if today != command {
             report.n_different += 1;
             let time_s = at_ns as f64 / 1e9;

@@ -60,6 +60,9 @@ fn axes(page: &mut String) {
         writeln!(page, "| `{}` | {} | {kind} |", axis.key(), axis.label())
             .expect("a text takes whatever is written to it");
     }
+    page.push_str(
+        "| `controller.NAME` | number `NAME` of the controller's table ([controllers.md](controllers.md)) | setting |\n",
+    );
 }
 
 /// The definition that a schema refers to, or itself.
@@ -84,7 +87,7 @@ fn given<'a>(schema: &'a Value, root: &'a Value) -> &'a Value {
 fn collect(schema: &Value, root: &Value, prefix: &str, rows: &mut Vec<Row>) {
     let Some(properties) = schema["properties"].as_object() else { return };
     // Axes have a table of their own.
-    let has_axes = properties.contains_key(Axis::Speed.key());
+    let has_axes = properties.contains_key(Axis::PolygonScale.key());
     let is_axis = |key: &str| has_axes && Axis::ALL.iter().any(|axis| axis.key() == key);
     let required = schema["required"].as_array();
     let is_required = |key: &str| required.is_some_and(|keys| keys.iter().any(|it| it == key));
@@ -150,7 +153,9 @@ fn kind(schema: &Value, root: &Value) -> String {
     let there = types.and_then(|types| types.iter().find(|kind| **kind != "null"));
     match there.unwrap_or(&schema["type"]).as_str() {
         Some("array") => format!("list of: {}", kind(given(&schema["items"], root), root)),
-        Some("object") if schema["properties"][Axis::Speed.key()].is_object() => "axes".to_owned(),
+        Some("object") if schema["properties"][Axis::PolygonScale.key()].is_object() => {
+            "axes".to_owned()
+        }
         Some("object") => "map".to_owned(),
         Some("integer") => "whole number".to_owned(),
         Some("boolean") => "true or false".to_owned(),

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
-use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::diagram::sweep_file::{SweepFile, SweptController};
 use rsrs_core::document;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
@@ -51,12 +52,12 @@ impl ResolvedSweep {
         Self::of_robot(sweep, profile, beside)
     }
 
-    /// A sweep of this robot, whatever profile it names; its table of starts is relative to the folder
+    /// A sweep of this robot, whatever profile it names; its table of starts and its controller are relative to the folder
     /// `beside`.
     ///
     /// # Errors
     ///
-    /// If the table cannot be read or is none.
+    /// If the table, or that of the controller, cannot be read or is none.
     pub fn of_robot(
         mut sweep: SweepFile,
         profile: RobotProfile,
@@ -65,6 +66,10 @@ impl ResolvedSweep {
         if let Some(StartPlacement::File { path, headings }) = &sweep.placement {
             let starts = read_start_table(&beside.join(path), *headings)?;
             sweep.placement = Some(StartPlacement::Given { starts: starts.starts });
+        }
+        if let Some(SweptController::File(path)) = &sweep.controller {
+            let table = read_controller(&beside.join(path), &profile)?;
+            sweep.controller = Some(SweptController::Table(table));
         }
         sweep.harsher = Harsher::from(sweep.factors(&profile));
         let provenance = Provenance::of(&profile);
@@ -129,6 +134,16 @@ fn read_start_table(path: &Path, headings: Option<Headings>) -> anyhow::Result<S
     let name = path.display().to_string();
     let text = read_text(path)?;
     read_starts(&name, &text, headings).map_err(helped)
+}
+
+/// Reads a controller's table, for robots of this profile.
+///
+/// # Errors
+///
+/// If the file cannot be read or is no controller of theirs.
+pub fn read_controller(path: &Path, profile: &RobotProfile) -> anyhow::Result<ControllerTable> {
+    let name = path.display().to_string();
+    ControllerTable::parse(&name, &read_text(path)?, profile).map_err(helped)
 }
 
 /// Reads a profile.

@@ -45,7 +45,8 @@ pub struct Commands {
 impl Commands {
     /// Adds up what a controller commands in the judge's window and in one of its blocks.
     pub fn new(conditions: &Conditions) -> Self {
-        let Conditions { controller, period_s, robots: n_robots, .. } = *conditions;
+        let Conditions { period_s, robots: n_robots, .. } = *conditions;
+        let controller = conditions.controller.parameters().expect("the lanes have two commands");
         let command = decide(false, controller);
         let in_window = |n| (n, Commanded::of(|_, _| command, period_s, 0..n, n_robots));
         let n_looks = look_back(period_s);
@@ -61,8 +62,8 @@ impl Commands {
 
     /// Whether these are the commands under such conditions.
     pub fn are_of(&self, conditions: &Conditions) -> bool {
-        let of = (conditions.controller, conditions.period_s, conditions.robots);
-        of == (self.controller, self.period_s, self.n_robots)
+        let of = (conditions.controller.parameters(), conditions.period_s, conditions.robots);
+        of == (Some(self.controller), self.period_s, self.n_robots)
     }
 }
 

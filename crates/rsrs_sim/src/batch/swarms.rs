@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::number::{Mask, Number};
+use rsrs_core::robot::controller::ControllerParameters;
 
 use super::advance::{Drift, LaneRules, NoisyTraits, NominalStep};
 use super::rows::{RowStep, Rows};
@@ -94,7 +95,9 @@ impl<S: Simd> Swarms<S> {
             };
         }
         let rules = WorldParameters::new(conditions);
-        let controller = conditions.controller;
+        // Who is commanded from outside may have any controller, and follows none.
+        let standing = ControllerParameters::mirrored(0.0, 0.0);
+        let controller = conditions.controller.parameters().unwrap_or(standing);
         let nominal_step = |robot: usize| NominalStep::new(simd, &rules, controller, robot, world);
         let noisy_traits = |robot: usize| NoisyTraits::new(simd, robot, world);
         let zero = simd.single(0.0);

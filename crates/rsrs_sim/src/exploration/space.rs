@@ -134,7 +134,7 @@ mod tests {
                 let mut draws = Draws::new(1, step);
                 let controller = space.controller(&anywhere(&mut draws));
 
-                assert_eq!(profile.check_limits(controller), Ok(()), "{controller:?}");
+                assert_eq!(profile.check_limits(&controller.into()), Ok(()), "{controller:?}");
                 let is_forward = controller.commands().iter().all(|one| one.speed_m_s >= 0.0);
                 assert!(directions == Directions::Both || is_forward);
             }

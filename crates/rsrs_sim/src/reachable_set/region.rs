@@ -108,14 +108,14 @@ fn insert(smallest: &mut [f64; NEIGHBOURS], number: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw::{Purpose, RunKey, Seed};
+    use crate::draw::{Purpose, RunKey, Seed, normal};
 
     fn normals(n: usize, sd_m: [f64; 2]) -> Vec<Point> {
         let key = |purpose| RunKey::new(Seed { seed: 1, replicate: 0 }, 0).key(0, purpose);
         (0..n as u32)
             .map(|counter| {
                 let [x, y] = [Purpose::GustX, Purpose::GustY]
-                    .map(|purpose| f64::from(key(purpose).normal(counter)));
+                    .map(|purpose| f64::from(normal(key(purpose), counter)));
                 [x * sd_m[0], y * sd_m[1]]
             })
             .collect()

@@ -156,7 +156,7 @@ fn every_behaviour_is_judged_alike_in_lanes_and_by_the_reference() {
         (Behaviour::Milling, dispersal),
     ] {
         let mut conditions = flockbots(0.0, 0.0, &HARSHER);
-        conditions.controller = ControllerParameters::of(detected, undetected);
+        conditions.controller = ControllerParameters::of(detected, undetected).into();
         conditions.behaviour = behaviour;
         conditions.robot.region = Region::Cone { half_angle_rad: 0.05, range_m: 3.0 };
         for unit in VectorUnit::available() {
@@ -265,7 +265,7 @@ prop_compose! {
         ),
     ) -> Conditions {
         let mut conditions = flockbots(0.0, 0.0, &PERFECT);
-        (conditions.controller, conditions.behaviour) = (controller, behaviour);
+        (conditions.controller, conditions.behaviour) = (controller.into(), behaviour);
         conditions.robots = robots;
         conditions.placement = Placement::DiscFacingOut { radius_m: radius };
         (conditions.arena.walls, conditions.arena.side_m) = (walls, side);

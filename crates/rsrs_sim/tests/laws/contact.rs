@@ -154,7 +154,7 @@ impl Crowd {
     }
 
     fn commands(&mut self) -> Vec<Command> {
-        let most_m_s = self.conditions.controller.speed_m_s;
+        let most_m_s = self.conditions.controller.fastest().speed_m_s;
         let mut command = || Command {
             speed_m_s: most_m_s * (2.0 * self.draw.uniform() - 0.5),
             turn_rate_rad_s: 4.0 * (self.draw.uniform() - 0.5),

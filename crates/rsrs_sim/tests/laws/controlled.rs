@@ -17,12 +17,18 @@ fn an_episode_under_its_own_controller_from_outside_is_the_episode() {
     let world = World::new(&conditions, SEED).unwrap();
 
     let observed = run_controlled(world, &conditions, 60.0, |detections, commands| {
-        commands.extend(detections.iter().map(|it| decide(*it, conditions.controller)));
+        commands.extend(
+            detections
+                .iter()
+                .map(|it| decide(*it, conditions.controller.parameters().expect("two commands"))),
+        );
         Ok::<(), Infallible>(())
     });
 
     let Ok(Observed { trajectory, detections }) = observed;
     assert_eq!(trajectory, run_episode(&conditions, SEED, 60.0).unwrap());
-    let decided = detections.iter().map(|it| decide(*it, conditions.controller));
+    let decided = detections
+        .iter()
+        .map(|it| decide(*it, conditions.controller.parameters().expect("two commands")));
     assert!(decided.eq(trajectory.commands));
 }

@@ -154,8 +154,11 @@ fn the_largest_body_has_room_at_the_start() {
     // It runs under its controller like any other.
     let mut world = World::new(&conditions, SEED).unwrap();
     for _ in 0..200 {
-        let commands: Vec<Command> =
-            world.sense().iter().map(|seen| decide(*seen, conditions.controller)).collect();
+        let commands: Vec<Command> = world
+            .sense()
+            .iter()
+            .map(|seen| decide(*seen, conditions.controller.parameters().expect("two commands")))
+            .collect();
         world.advance(&commands);
     }
     assert_eq!(world.step_index(), 200);

@@ -5,6 +5,7 @@ mod batch;
 mod blocks;
 mod contact;
 mod controlled;
+mod controllers;
 mod few;
 mod golden;
 mod kinds;

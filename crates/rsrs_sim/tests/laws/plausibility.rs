@@ -125,7 +125,7 @@ fn drawn(index: u64) -> (Conditions, Seen) {
     let mut conditions = flockbot_conditions();
     conditions.robots = whole(between(1.0, 16.0));
     let (speed_m_s, turn_rate_rad_s) = (between(0.03, 0.4), between(0.15, 2.0));
-    conditions.controller = match index % 6 {
+    let controller = match index % 6 {
         // Backward where nothing is seen.
         0 => ControllerParameters::of(
             Command { speed_m_s, turn_rate_rad_s },
@@ -143,6 +143,7 @@ fn drawn(index: u64) -> (Conditions, Seen) {
         ),
         _ => ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s),
     };
+    conditions.controller = controller.into();
     let crowding = between(1.3, 4.0);
     let radius_m = crowding * 0.1 * (conditions.robots as f64).sqrt() + 0.05;
     conditions.placement = Placement::DiscFacingOut { radius_m };

@@ -27,7 +27,7 @@ pub fn flockbots(speed_m_s: f64, turn_rate_rad_s: f64, imperfection: &Imperfecti
     let mut conditions = flockbot_conditions();
     let usual = conditions.robot.speed_gain;
     let gain = GainDistribution { robot_sd: imperfection.gain_sd, ..usual };
-    conditions.controller = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s);
+    conditions.controller = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s).into();
     (conditions.robot.speed_gain, conditions.robot.turn_gain) = (gain, gain);
     conditions.robot.true_positive = imperfection.true_positive;
     conditions.robot.false_positive = imperfection.false_positive;

@@ -21,8 +21,12 @@ fn run(world: &mut World, conditions: &Conditions, n_steps: usize) -> Vec<Vec<bo
     (0..n_steps)
         .map(|_| {
             let detections = world.sense().to_vec();
-            let commands: Vec<Command> =
-                detections.iter().map(|seen| decide(*seen, conditions.controller)).collect();
+            let commands: Vec<Command> = detections
+                .iter()
+                .map(|seen| {
+                    decide(*seen, conditions.controller.parameters().expect("two commands"))
+                })
+                .collect();
             world.advance(&commands);
             detections
         })

@@ -50,7 +50,7 @@ fn e_pucks(robots: usize, range_m: f64, contact: ContactModel) -> Conditions {
     let side_m = (robots as f64).sqrt();
     let mut conditions = perfect_flockbots();
     conditions.robots = robots;
-    conditions.controller = ControllerParameters::of(wheels(1.0, -1.0), wheels(-0.7, -1.0));
+    conditions.controller = ControllerParameters::of(wheels(1.0, -1.0), wheels(-0.7, -1.0)).into();
     conditions.behaviour = Behaviour::Aggregation;
     conditions.placement = Placement::BoxFacingAnyWay { width_m: side_m, height_m: side_m };
     conditions.arena = Arena { side_m: 2.0 * FAR_M, walls: Walls::None };

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::diagram::theory::Ring;
 use rsrs_core::judge::phase::{Phase, Verdict};
+use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::region::Region;
 use rsrs_sim::batch::Batch;
 
@@ -26,8 +27,7 @@ fn far_sighted(robots: usize) -> Conditions {
 /// Robots that drive and turn at these rates, from a disc of this radius.
 fn driving(robots: usize, (speed_m_s, turn_rate_rad_s, radius_m): (f64, f64, f64)) -> Conditions {
     let mut conditions = far_sighted(robots);
-    conditions.controller.speed_m_s = speed_m_s;
-    conditions.controller.turn_rate_rad_s = turn_rate_rad_s;
+    conditions.controller = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s).into();
     conditions.placement = Placement::DiscFacingOut { radius_m };
     conditions
 }

@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use rsrs_core::conditions::{Conditions, GainDistribution};
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_sim::sweep::{Runs, Watch, sweep};
 use serde_json::{Map, Value, json};
 
@@ -31,8 +32,7 @@ fn another_world_and_another_judge_find_the_same_phases() {
     for (world, gain_sd, true_positive, false_positive) in WORLDS {
         for (speed, turn) in CELLS {
             let mut cell = flockbot_conditions();
-            cell.controller.speed_m_s = speed;
-            cell.controller.turn_rate_rad_s = turn;
+            cell.controller = ControllerParameters::mirrored(speed, turn).into();
             let gain = GainDistribution { mean: 0.97, robot_sd: gain_sd, step_sd: 0.0 };
             (cell.robot.speed_gain, cell.robot.turn_gain) = (gain, gain);
             cell.robot.true_positive = true_positive;

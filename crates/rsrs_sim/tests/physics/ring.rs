@@ -4,7 +4,7 @@ use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::diagram::theory::{self, Ring};
 use rsrs_core::judge::order::mean_radius_m;
 use rsrs_core::judge::phase::{self, Phase};
-use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::controller::{Command, ControllerParameters, decide};
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
@@ -18,8 +18,7 @@ const SEED: Seed = Seed { seed: 1, replicate: 0 };
 /// Robots without noise that see far enough for a ring of twelve, steering once per period.
 fn perfect(robots: usize, period_s: f64) -> Conditions {
     let mut conditions = perfect_flockbots();
-    conditions.controller.speed_m_s = 0.25;
-    conditions.controller.turn_rate_rad_s = 2.0;
+    conditions.controller = ControllerParameters::mirrored(0.25, 2.0).into();
     conditions.robots = robots;
     conditions.period_s = period_s;
     conditions.placement = Placement::DiscFacingOut { radius_m: 0.6 };
@@ -33,7 +32,11 @@ fn final_poses(conditions: &Conditions, duration_s: f64) -> Vec<Pose> {
     let mut commands: Vec<Command> = Vec::new();
     for _ in 0..conditions.steps(duration_s) {
         commands.clear();
-        commands.extend(world.sense().iter().map(|seen| decide(*seen, conditions.controller)));
+        commands.extend(
+            world.sense().iter().map(|seen| {
+                decide(*seen, conditions.controller.parameters().expect("two commands"))
+            }),
+        );
         world.advance(&commands);
     }
     world.poses().collect()

@@ -2,8 +2,8 @@
 
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::quantity::{Axis, Cell};
-use rsrs_core::robot::controller::{Command, decide};
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
 use serde_json::{Value, json};
@@ -43,10 +43,10 @@ pub fn states() -> Value {
         let conditions = &resolved[0].1;
         let seed = Seed { seed: sweep.seed, replicate };
         let mut world = World::new(conditions, seed).expect("the robots fit");
+        let mut controllers = Controllers::new(conditions, seed);
         for _ in 0..N_STEPS {
-            let controller = conditions.controller;
-            let commands: Vec<Command> =
-                world.sense().iter().map(|detected| decide(*detected, controller)).collect();
+            let mut commands = Vec::new();
+            controllers.decide(world.sense(), &mut commands);
             world.advance(&commands);
         }
         let values: serde_json::Map<String, Value> = cell

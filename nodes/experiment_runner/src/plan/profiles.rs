@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::help::Helpful;
-use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::fleet_file::{FleetFile, FleetRobot};
@@ -138,7 +138,7 @@ impl Profiles {
     /// # Errors
     ///
     /// If it is; a robot is named.
-    pub(super) fn check_limits(&self, controller: ControllerParameters) -> anyhow::Result<()> {
+    pub(super) fn check_limits(&self, controller: &Controller) -> anyhow::Result<()> {
         self.fleet.profile.check_limits(controller).map_err(Helpful::from)?;
         self.own.iter().try_for_each(|(robot, own)| {
             own.profile.check_limits(controller).map_err(Helpful::from).with_context(|| {

@@ -126,7 +126,8 @@ impl SweptCell {
         let index = diagram.locate(&asked).with_context(|| folder.display().to_string())?;
         let (swept, conditions) = &cells[index];
         let robots = (Axis::Robots, conditions.robots as f64);
-        let cell = Cell::new(controller_values(conditions.controller).into_iter().chain([robots]))?;
+        let cell =
+            Cell::new(controller_values(&conditions.controller).into_iter().chain([robots]))?;
         let operator_conditions = OperatorConditions::of(conditions, sweep.duration_s);
         let values = sweep.fixed.values.iter().copied().chain(swept.iter());
         let mut axes = diagram.axes.iter().copied();

@@ -22,6 +22,9 @@ fn value(axis: Axis) -> Value {
     })
 }
 
+/// Keys of the numbers of a controller's table.
+const NUMBERS: &str = "^controller\\.[a-z][a-z0-9_]*$";
+
 /// An object with a property for each axis.
 fn by_axis(property: impl Fn(Axis) -> Value) -> Map<String, Value> {
     Axis::ALL.into_iter().map(|axis| (axis.key().to_owned(), property(axis))).collect()
@@ -36,6 +39,7 @@ impl JsonSchema for Cell {
         json_schema!({
             "type": "object",
             "properties": by_axis(value),
+            "patternProperties": {(NUMBERS): {"type": "number"}},
             "additionalProperties": false,
         })
     }
@@ -52,6 +56,7 @@ impl JsonSchema for Fixed {
         json_schema!({
             "type": "object",
             "properties": properties,
+            "patternProperties": {(NUMBERS): {"type": "number"}},
             "additionalProperties": false,
         })
     }
@@ -68,6 +73,7 @@ impl JsonSchema for Axes {
         json_schema!({
             "type": "object",
             "properties": by_axis(property),
+            "patternProperties": {(NUMBERS): values},
             "additionalProperties": false,
         })
     }

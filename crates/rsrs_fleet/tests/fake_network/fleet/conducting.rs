@@ -70,7 +70,7 @@ impl Fleet {
                 controller_only: self.controller_only(),
                 ..Expected::default()
             },
-            controller: WANTED,
+            controller: WANTED.into(),
             reaction: Reaction::ToDetections,
             simulator_digest: PLACED,
             length,

@@ -24,7 +24,8 @@ use rsrs_pipeline::error::with_help;
 /// If standard input ends before the answers, or a signal comes.
 pub async fn ask(plan: &Plan) -> anyhow::Result<Motion> {
     let record = &plan.record;
-    let (command, driven_s) = (record.conditions.controller, record.duration_s);
+    let command = record.conditions.controller.parameters().expect("a trial has one command");
+    let driven_s = record.duration_s;
     let bag = plan.bag.display();
     let unanswered = || format!("{bag} has no poses, so the operator's measurement is needed");
     let motion = asked(move |interview| interview.motion(command, driven_s)).await;

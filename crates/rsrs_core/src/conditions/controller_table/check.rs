@@ -1,0 +1,360 @@
+//! Whether a table is a controller, and one for these robots: each refusal with its line.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use serde_saphyr::Spanned;
+
+use super::{ControllerTable, NamedNumber, TableCommand, TableRow, Value};
+use crate::conditions::limits::BeyondLimits;
+use crate::document::{self, DocumentError, nearest};
+use crate::help::Help;
+use crate::quantity::{Bounds, Number, NumberUnit};
+use crate::robot::controller::state_machine::{Row, StateMachine, Transition};
+use crate::robot::controller::structure::{Flaw, check_thoroughly, did_you_mean};
+use crate::robot::controller::{Command, Controller};
+use crate::robot::profile::RobotProfile;
+
+/// Where in a table something is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// In a row, from 0.
+    Row(usize),
+    /// At a named number.
+    Number(String),
+}
+
+/// What is wrong with a table, and where.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{place}: {problem}")]
+pub struct TableFlaw {
+    /// Where.
+    pub place: Place,
+    /// What.
+    pub problem: TableProblem,
+}
+
+/// What is wrong with a table.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TableProblem {
+    /// The rows are no machine.
+    #[error(transparent)]
+    Structure(#[from] Flaw),
+    /// A named number that is not in the table.
+    #[error("unknown number `${found}`{}", did_you_mean(nearest.as_deref()))]
+    UnknownNumber {
+        /// Its name.
+        found: String,
+        /// The named number closest in spelling.
+        nearest: Option<String>,
+    },
+    /// A named number of another unit.
+    #[error("`{key}` is `${name}`, which is {found}, expected {expected}")]
+    Unit {
+        /// What it was given for.
+        key: &'static str,
+        /// Its name.
+        name: String,
+        /// Its unit.
+        found: NumberUnit,
+        /// The unit of the key.
+        expected: NumberUnit,
+    },
+    /// A number outside what it can mean.
+    #[error("`{key}` is {found}, expected a number {bounds}")]
+    OutOfRange {
+        /// The key.
+        key: &'static str,
+        /// The number.
+        found: f64,
+        /// What it may be.
+        bounds: Bounds,
+    },
+    /// A name that is none.
+    #[error(
+        "`{found}` is no name of a number: expected small letters, digits and `_`, a letter first"
+    )]
+    Name {
+        /// The name.
+        found: String,
+    },
+    /// A number that no row has.
+    #[error("number `{name}` is in no row")]
+    Unused {
+        /// Its name.
+        name: String,
+    },
+    /// A command that is neither of a robot nor of its wheels.
+    #[error(
+        "`command` has {found}, expected `speed_m_s` and `turn_rate_rad_s`, or `left_m_s` and `right_m_s`"
+    )]
+    Command {
+        /// The keys that it has.
+        found: String,
+    },
+    /// Wheels are commanded, and nobody wrote down how far apart they are.
+    #[error(
+        "`left_m_s` and `right_m_s` are wheels, and the robots' profile has no `actuation.wheels`"
+    )]
+    NoWheels,
+    /// A command that the robots must not be given.
+    #[error(transparent)]
+    Limits(BeyondLimits),
+}
+
+/// Why a file is no controller.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TableError {
+    /// The text is no table.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// The table is no controller, or none for these robots.
+    #[error("{file}:{line}: {problem}")]
+    Flaw {
+        /// The file.
+        file: String,
+        /// Line of the row or number, from 1.
+        line: u64,
+        /// What is wrong there.
+        problem: TableProblem,
+    },
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Row(place) => write!(out, "row {} of the controller", place + 1),
+            Self::Number(name) => write!(out, "number `{name}` of the controller"),
+        }
+    }
+}
+
+impl Help for TableProblem {
+    fn help(&self) -> Option<String> {
+        Some(match self {
+            Self::Structure(flaw) => return flaw.help(),
+            Self::Limits(source) => return source.help(),
+            Self::UnknownNumber { found, .. } => {
+                format!("write it under `numbers`, as `{found}: {{value: 0.5, from: 0, to: 1}}`")
+            }
+            Self::Unit { expected, .. } => match expected {
+                NumberUnit::None => "names of probabilities end with no unit".to_owned(),
+                unit => format!("names of numbers in {unit} end with `{}`", unit.suffix()),
+            },
+            Self::Unused { name } => format!("use it in a row as `${name}`, or leave it out"),
+            Self::NoWheels => "add `wheels: {base_m: …, speed_max_m_s: …}` to `actuation` in the \
+                               profile, or command `speed_m_s` and `turn_rate_rad_s`"
+                .to_owned(),
+            Self::OutOfRange { .. } | Self::Name { .. } | Self::Command { .. } => return None,
+        })
+    }
+}
+
+impl Help for Flaw {
+    fn help(&self) -> Option<String> {
+        Some(match self {
+            Self::Rows { .. } => return None,
+            Self::NoRow { state, .. } => format!(
+                "add a row with `state: {state}` and without `when` behind its others: it is for all that is left"
+            ),
+            Self::NeverMatches { .. } => {
+                "put it before them, or leave it out: of the rows of a state the first that matches counts".to_owned()
+            }
+            Self::Unreachable { state } => {
+                format!("let a row's `next` lead to `{state}`, or leave its rows out")
+            }
+            Self::UnknownState { found, .. } => {
+                format!("a state is there once a row has it: `state: {found}`")
+            }
+            Self::UnknownSensor { .. } => "the sensor of these robots is `detection`".to_owned(),
+            Self::NeverHappens { .. } => {
+                "put it before that one, or give that one a `probability` or `after_s`".to_owned()
+            }
+        })
+    }
+}
+
+impl Help for TableFlaw {
+    fn help(&self) -> Option<String> {
+        self.problem.help()
+    }
+}
+
+impl Help for TableError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Document(error) => error.help(),
+            Self::Flaw { problem, .. } => problem.help(),
+        }
+    }
+}
+
+/// Where the parts of a table are in its file.
+#[derive(Deserialize)]
+struct Lines {
+    #[serde(default)]
+    numbers: BTreeMap<String, Spanned<IgnoredAny>>,
+    rows: Vec<Spanned<IgnoredAny>>,
+}
+
+impl ControllerTable {
+    /// Reads a table for these robots; `file` is its name, for errors.
+    ///
+    /// # Errors
+    ///
+    /// [`TableError`], the first problem found.
+    pub fn parse(file: &str, text: &str, robot: &RobotProfile) -> Result<Self, TableError> {
+        let table: Self = document::parse(file, text)?;
+        let refuse = |flaw: TableFlaw| {
+            let TableFlaw { place, problem } = flaw;
+            let lines = document::parse::<Lines>(file, text).ok();
+            let line = lines.and_then(|lines| {
+                Some(match &place {
+                    Place::Row(place) => lines.rows.get(*place)?.defined.line(),
+                    Place::Number(name) => lines.numbers.get(name)?.defined.line(),
+                })
+            });
+            TableError::Flaw { file: file.to_owned(), line: line.unwrap_or(1), problem }
+        };
+        table.check().and_then(|()| table.check_robot(robot)).map_err(refuse)?;
+        Ok(table)
+    }
+
+    /// Whether the table is a controller.
+    ///
+    /// # Errors
+    ///
+    /// [`TableFlaw`], the first problem found.
+    pub fn check(&self) -> Result<(), TableFlaw> {
+        for (name, number) in &self.numbers {
+            let flaw = |problem| TableFlaw { place: Place::Number(name.clone()), problem };
+            check_number(name, *number).map_err(flaw)?;
+        }
+        for (place, row) in self.rows.iter().enumerate() {
+            let flaw = |problem| TableFlaw { place: Place::Row(place), problem };
+            self.check_row(row).map_err(flaw)?;
+        }
+        for name in self.numbers.keys() {
+            let is_it =
+                |value: &Value| matches!(value, Value::Named { name: other, .. } if other == name);
+            if !self.rows.iter().flat_map(values).any(|(_, _, value)| is_it(value)) {
+                let problem = TableProblem::Unused { name: name.clone() };
+                return Err(TableFlaw { place: Place::Number(name.clone()), problem });
+            }
+        }
+        let structure = check_thoroughly(&self.outline());
+        structure
+            .map_err(|(place, flaw)| TableFlaw { place: Place::Row(place), problem: flaw.into() })
+    }
+
+    /// Whether the robots may be given its commands, with the values that its numbers have in the table.
+    fn check_robot(&self, robot: &RobotProfile) -> Result<(), TableFlaw> {
+        let machine = self.machine(&[], robot.actuation.wheels, robot.computation.period_s)?;
+        if let Some(parameters) = machine.as_parameters() {
+            let limits = robot.check_limits(&Controller::Parameters(parameters));
+            if limits.is_ok() {
+                return Ok(());
+            }
+        }
+        for (place, row) in machine.rows.iter().enumerate() {
+            let limits = robot.check_command(row.command);
+            let flaw = |source| TableFlaw {
+                place: Place::Row(place),
+                problem: TableProblem::Limits(source),
+            };
+            limits.map_err(flaw)?;
+        }
+        Ok(())
+    }
+
+    fn check_row(&self, row: &TableRow) -> Result<(), TableProblem> {
+        let TableCommand { speed_m_s, turn_rate_rad_s, left_m_s, right_m_s } = &row.command;
+        let has = [speed_m_s, turn_rate_rad_s, left_m_s, right_m_s].map(Option::is_some);
+        if has != [true, true, false, false] && has != [false, false, true, true] {
+            let keys = ["`speed_m_s`", "`turn_rate_rad_s`", "`left_m_s`", "`right_m_s`"];
+            let found: Vec<&str> =
+                keys.into_iter().zip(has).filter(|it| it.1).map(|it| it.0).collect();
+            let found = if found.is_empty() { "nothing".to_owned() } else { found.join(", ") };
+            return Err(TableProblem::Command { found });
+        }
+        values(row).into_iter().try_for_each(|(key, expected, value)| match value {
+            Value::Number(found) => within(key, *found, expected.bounds()),
+            Value::Named { name, .. } if !self.numbers.contains_key(name) => {
+                let nearest = nearest(name, self.numbers.keys().map(String::as_str));
+                let nearest = nearest.map(|name| format!("${name}"));
+                Err(TableProblem::UnknownNumber { found: name.clone(), nearest })
+            }
+            Value::Named { name, is_negated } => {
+                let found = NumberUnit::of(name);
+                if found != expected {
+                    let name = name.clone();
+                    return Err(TableProblem::Unit { key, name, found, expected });
+                }
+                let number = self.numbers[name];
+                let ends = [number.from, number.to].map(|end| if *is_negated { -end } else { end });
+                ends.into_iter().try_for_each(|end| within(key, end, expected.bounds()))
+            }
+        })
+    }
+
+    /// The rows without their numbers: what is named can happen, and need not.
+    fn outline(&self) -> StateMachine {
+        let number = |value: &Value, named: f64| match value {
+            Value::Number(number) => *number,
+            Value::Named { .. } => named,
+        };
+        let row = |row: &TableRow| Row {
+            state: row.state.clone(),
+            when: row.when.clone(),
+            command: Command::STOP,
+            next: (row.next.0.iter())
+                .map(|next| Transition {
+                    state: next.state.clone(),
+                    probability: number(&next.probability, 0.5),
+                    after_periods: if number(&next.after_s, 1.0) > 0.0 { 2 } else { 0 },
+                })
+                .collect(),
+        };
+        StateMachine { rows: self.rows.iter().map(row).collect(), numbers: BTreeMap::new() }
+    }
+}
+
+fn check_number(name: &str, number: NamedNumber) -> Result<(), TableProblem> {
+    if Number::new(name).is_none() {
+        return Err(TableProblem::Name { found: name.to_owned() });
+    }
+    let NamedNumber { value, from, to } = number;
+    let unit = NumberUnit::of(name).bounds();
+    within("from", from, unit)?;
+    within("to", to, Bounds { least: from, ..unit })?;
+    within("value", value, Bounds { least: from, most: to })
+}
+
+fn within(key: &'static str, found: f64, bounds: Bounds) -> Result<(), TableProblem> {
+    if bounds.contains(found) {
+        return Ok(());
+    }
+    Err(TableProblem::OutOfRange { key, found, bounds })
+}
+
+/// All numbers of a row, with their keys and units.
+fn values(row: &TableRow) -> Vec<(&'static str, NumberUnit, &Value)> {
+    let TableCommand { speed_m_s, turn_rate_rad_s, left_m_s, right_m_s } = &row.command;
+    let command = [
+        ("speed_m_s", NumberUnit::MetresPerSecond, speed_m_s),
+        ("turn_rate_rad_s", NumberUnit::RadiansPerSecond, turn_rate_rad_s),
+        ("left_m_s", NumberUnit::MetresPerSecond, left_m_s),
+        ("right_m_s", NumberUnit::MetresPerSecond, right_m_s),
+    ];
+    let command =
+        command.into_iter().filter_map(|(key, unit, value)| Some((key, unit, value.as_ref()?)));
+    let next = row.next.0.iter().flat_map(|next| {
+        [
+            ("probability", NumberUnit::None, &next.probability),
+            ("after_s", NumberUnit::Seconds, &next.after_s),
+        ]
+    });
+    command.chain(next).collect()
+}

@@ -1,0 +1,161 @@
+//! Whether the rows of a machine answer every case, and every row some case.
+
+use super::state_machine::{DETECTION, Row, StateMachine, Transition};
+use crate::document::nearest;
+
+/// Most rows of a machine; more are a mistake.
+pub const MOST_ROWS: usize = 1000;
+
+/// What is wrong with rows, as a fragment behind the place of the row.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Flaw {
+    /// None, or more than anybody writes.
+    #[error("there are {found} rows, expected 1 to {MOST_ROWS}")]
+    Rows {
+        /// How many.
+        found: usize,
+    },
+    /// A case that no row is for.
+    #[error("state `{state}` has no row for `{DETECTION}: {is_detected}`")]
+    NoRow {
+        /// The state.
+        state: String,
+        /// The reading.
+        is_detected: bool,
+    },
+    /// A row whose cases all belong to rows before it.
+    #[error("this row never matches: rows of state `{state}` before it take all that it is for")]
+    NeverMatches {
+        /// Its state.
+        state: String,
+    },
+    /// A state in which no robot comes.
+    #[error("state `{state}` is never reached: no `next` leads to it from the first row's state")]
+    Unreachable {
+        /// The state.
+        state: String,
+    },
+    /// A transition to nowhere.
+    #[error("unknown state `{found}`{}", did_you_mean(nearest.as_deref()))]
+    UnknownState {
+        /// The name.
+        found: String,
+        /// The state closest in spelling.
+        nearest: Option<String>,
+    },
+    /// A reading of no sensor.
+    #[error("unknown sensor `{found}`{}", did_you_mean(nearest.as_deref()))]
+    UnknownSensor {
+        /// The name.
+        found: String,
+        /// The sensor closest in spelling.
+        nearest: Option<String>,
+    },
+    /// A transition behind one that happens in every period.
+    #[error("`next` to `{state}` never happens: one before it always does")]
+    NeverHappens {
+        /// Where it leads.
+        state: String,
+    },
+}
+
+/// The end of a sentence about an unknown name.
+pub fn did_you_mean(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |nearest| format!("; did you mean `{nearest}`?"))
+}
+
+/// Whether a machine can run: it knows what to do in every state, and each state that it goes to.
+///
+/// # Errors
+///
+/// The first [`Flaw`], with the place of its row.
+pub fn check(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
+    let rows = &machine.rows;
+    if !(1..=MOST_ROWS).contains(&rows.len()) {
+        return Err((0, Flaw::Rows { found: rows.len() }));
+    }
+    let states = machine.states();
+    for (place, row) in rows.iter().enumerate() {
+        check_names(row, &states).map_err(|flaw| (place, flaw))?;
+    }
+    for state in &states {
+        let is_of_it = |row: &&Row| row.state == *state;
+        let first = rows.iter().position(|row| row.state == *state).expect("a state of the rows");
+        for is_detected in [true, false] {
+            if !rows.iter().filter(is_of_it).any(|row| row.is_for(is_detected)) {
+                let state = (*state).to_owned();
+                return Err((first, Flaw::NoRow { state, is_detected }));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether all that a machine has can happen: what cannot is a slip of who wrote it.
+///
+/// # Errors
+///
+/// As [`check`], whose flaws come first.
+pub fn check_thoroughly(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
+    check(machine)?;
+    let rows = &machine.rows;
+    for (place, row) in rows.iter().enumerate() {
+        if !matches_some(rows, place) {
+            return Err((place, Flaw::NeverMatches { state: row.state.clone() }));
+        }
+        if let Some(state) = never_happens(&row.next) {
+            return Err((place, Flaw::NeverHappens { state: state.to_owned() }));
+        }
+    }
+    let reached = reached(rows, &rows[0].state);
+    match rows.iter().position(|row| !reached.contains(&row.state.as_str())) {
+        Some(place) => Err((place, Flaw::Unreachable { state: rows[place].state.clone() })),
+        None => Ok(()),
+    }
+}
+
+fn check_names(row: &Row, states: &[&str]) -> Result<(), Flaw> {
+    if let Some(found) = row.when.keys().find(|name| *name != DETECTION) {
+        let nearest = nearest(found, [DETECTION]).map(str::to_owned);
+        return Err(Flaw::UnknownSensor { found: found.clone(), nearest });
+    }
+    let unknown = row.next.iter().find(|next| !states.contains(&next.state.as_str()));
+    unknown.map_or(Ok(()), |Transition { state: found, .. }| {
+        let nearest = nearest(found, states.iter().copied()).map(str::to_owned);
+        Err(Flaw::UnknownState { found: found.clone(), nearest })
+    })
+}
+
+/// Where a transition leads that comes behind one that always happens.
+fn never_happens(next: &[Transition]) -> Option<&str> {
+    let always = |next: &Transition| next.probability >= 1.0 && next.after_periods <= 1;
+    let first = next.iter().position(always)?;
+    next.get(first + 1).map(|next| next.state.as_str())
+}
+
+/// Whether a row is for a case that no row before it takes.
+fn matches_some(rows: &[Row], place: usize) -> bool {
+    let row = &rows[place];
+    let is_taken = |is_detected| {
+        let mut before = rows[..place].iter().filter(|other| other.state == row.state);
+        before.any(|other| other.is_for(is_detected))
+    };
+    [false, true].into_iter().any(|is_detected| row.is_for(is_detected) && !is_taken(is_detected))
+}
+
+/// The states to which transitions lead, step by step, from the start.
+fn reached<'a>(rows: &'a [Row], start: &'a str) -> Vec<&'a str> {
+    let mut reached = vec![start];
+    let mut looked_at = 0;
+    while let Some(state) = reached.get(looked_at).copied() {
+        looked_at += 1;
+        let happens = |transition: &&Transition| transition.probability > 0.0;
+        let next = rows.iter().filter(|row| row.state == state);
+        for transition in next.flat_map(|row| row.next.iter().filter(happens)) {
+            if !reached.contains(&transition.state.as_str()) {
+                reached.push(&transition.state);
+            }
+        }
+    }
+    reached
+}

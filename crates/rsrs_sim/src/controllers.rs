@@ -1,0 +1,39 @@
+//! The controllers of a swarm at work, one decision of each robot for each step.
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::draw::{Key, Seed};
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::controller::state_machine::{Memory, Program, transition_key};
+
+/// What decides for each robot, and what each remembers.
+///
+/// Its draws are keyed by run, robot and step, so that a run repeats to the bit.
+pub struct Controllers {
+    program: Program,
+    robots: Vec<(Memory, Key)>,
+}
+
+impl Controllers {
+    /// The controllers at the start of a run, under conditions that were checked.
+    pub fn new(conditions: &Conditions, seed: Seed) -> Self {
+        let digest = conditions.controller.digest();
+        let robot = |robot| (Memory::default(), transition_key(seed, digest, robot));
+        Self {
+            program: conditions.controller.program(),
+            robots: (0..conditions.robots).map(robot).collect(),
+        }
+    }
+
+    /// Appends the command of each robot for what it detects; both have the shape `[n_robots]`.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one detection for each robot.
+    pub fn decide(&mut self, detections: &[bool], commands: &mut Vec<Command>) {
+        assert_eq!(detections.len(), self.robots.len(), "one detection for each robot");
+        let robots = self.robots.iter_mut().zip(detections);
+        commands.extend(
+            robots.map(|((memory, key), detected)| self.program.decide(*detected, memory, *key)),
+        );
+    }
+}
