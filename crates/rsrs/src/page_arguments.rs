@@ -10,8 +10,8 @@ use crate::failure::bad_arguments;
 /// How pictures are printed.
 #[derive(clap::Args, Clone, Copy)]
 pub struct PageArguments {
-    /// Where it is looked at: on a screen, or in a paper, above a caption, without title, facts and notes,
-    /// which are in the file as its description (default: screen).
+    /// For a screen, or for a paper: above a caption, without title, facts and notes, which are then the
+    /// file's description (default: screen).
     #[arg(
         long,
         value_name = "THEME",

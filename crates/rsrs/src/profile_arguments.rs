@@ -5,8 +5,7 @@ use rsrs_core::robot::other_profile::OtherProfile;
 /// What to do where a sweep meets robots of another profile than its own.
 #[derive(Clone, Copy, clap::Args)]
 pub struct ProfileArguments {
-    /// Go on where the sweep is of robots with another profile, and say so in the result (default: that
-    /// is refused).
+    /// Accept a sweep of robots with another profile, and say so in the result (default: refuse it).
     #[arg(long)]
     other_profile: bool,
 }

@@ -125,12 +125,12 @@ fn problems() -> Vec<Cause> {
         expected: Value::Double(0.75),
     };
     causes!(Problem {
-        RobotMissing { robot: robot() }: "The node of the robot does not run, runs in another namespace, or is not in this network and domain.", "Start it; `ros2 topic list` shows the names that there are, and [Programs do not find each other](troubleshooting.md#programs-do-not-find-each-other) what else to look at.";
-        LeaseNotHeld { robot: robot() }: "The fleet file has `lease: controller`, but its controller was started without it.", "Start the controller with `-p lease:=controller`, or leave the key out if the robot has a gate.";
+        RobotMissing { robot: robot() }: "The node of the robot does not run, runs in another namespace, or is not in this network and domain.", "Start it; `ros2 topic list` shows the names that there are. See also [Programs do not find each other](troubleshooting.md#programs-do-not-find-each-other).";
+        LeaseNotHeld { robot: robot() }: "The fleet file has `lease: controller`, but its controller was started without it.", "As the message says, or leave the key out if the robot has a gate.";
         ControllerMissing { robot: robot() }: "No controller for this robot runs.", "`rsrs node controller --robots …`; `rsrs node robot` brings its own.";
         SimulatorMissing {}: "Virtual robots without a simulator.", "[A fleet without robots](fleet_without_robots.md).";
-        WrongType { topic: text("/robot_3/cmd_vel"), nodes: vec![text("/robot_3/controller")], found: twist(), expected: stamped() }: "Somebody publishes the topic as another type; nobody who expects the right one receives it.", "Set the type on one of the two sides, as the message has it.";
-        WrongSubscriber { topic: text("/robot_3/cmd_vel"), node: text("/robot_3/base"), found: twist(), expected: stamped() }: "A node of the robot waits for another type, and receives nothing.", "Set the type on one of the two sides, as the message has it.";
+        WrongType { topic: text("/robot_3/cmd_vel"), nodes: vec![text("/robot_3/controller")], found: twist(), expected: stamped() }: "Somebody publishes the topic as another type; nobody who expects the right one receives it.", "Set the type on one of the two sides, as the message says.";
+        WrongSubscriber { topic: text("/robot_3/cmd_vel"), node: text("/robot_3/base"), found: twist(), expected: stamped() }: "A node of the robot waits for another type, and receives nothing.", "Set the type on one of the two sides, as the message says.";
         Unfit { 0: UnfitTopic { topic: text("/robot_3/cmd_vel"), reason: text("/robot_3/base subscribes transient local, and /robot_3/controller publishes volatile: set the durability of the subscription to volatile") } }: "The two ends of a topic that steers the robot do not fit each other, and are silent.", "Change the end that is named ([Quality of service](robot_drivers.md#quality-of-service)).";
         Unrecordable { topic: text("/robot_3/bumper"), reason: text("it is to be recorded, and it has no publisher") }: "The experiment names a topic to be recorded that cannot be.", "Start who publishes it, give the folder with its type in `record.definitions`, or leave it out of `record.topics`.";
         NoPublisher { topic: topic() }: "Nobody publishes what the run needs.", "Start the node; look at names and namespaces with `ros2 topic list`.";
@@ -150,13 +150,13 @@ fn problems() -> Vec<Cause> {
         Epoch { robot: robot(), refused: epoch::check(u64::MAX, 7).expect_err("no runner counts so far") }: "The robot has received an epoch that no runner counts to, and will obey no other.", "Start its node again, and look for who publishes on `/swarm/lease`.";
         PoseClock { robot: robot(), lead: lead() }: "The clock of whoever publishes the poses is being set, or runs unevenly.", "Set it by NTP, or stamp poses with a clock that runs evenly.";
         PoseUnusable { robot: robot(), reason: text("its orientation is no rotation") }: "The tracker gives positions only, or no numbers.", "Have it publish orientations.";
-        OneSpot { robots: vec![text("robot_1"), robot()], radius_m: 0.08 }: "Odometry that starts at 0, 0 on each robot is no pose on the floor.", "Publish poses in one frame ([Poses](robot_drivers.md#poses)).";
-        NobodyObeys { topic: text("/robot_3/cmd_vel") }: "No program subscribes to what drives the robot, so it would stand.", "Start its base; `ros2 topic info -v` on the topic shows who subscribes.";
+        OneSpot { robots: vec![text("robot_1"), robot()], radius_m: 0.08 }: "Each robot's odometry starts at 0, 0, which is no pose on the floor.", "Publish poses in one frame ([Poses](robot_drivers.md#poses)).";
+        NobodyObeys { topic: text("/robot_3/cmd_vel") }: "No program subscribes to what drives the robot, so it would stand.", "Start its base.";
         Misplaced { 0: placement::Deviation::Outside { robot: robot(), found_m: 1.25, expected_m: 0.75 } }: "`--place-check require` was asked for, and a robot does not stand where it should start.", "`rsrs place` shows the places; put it there.";
         PlaceUnknown { robot: robot() }: "`--place-check require` was asked for, and where the robot stands is not known.", "Look at the tracker: `ros2 topic hz` on the topic of its poses.";
         PlacesInFrames { frames: text("robot_1 in `robot_1/odom`, robot_3 in `robot_3/odom`") }: "Places are in one frame, and each robot's poses are in one of its own.", "Publish the transforms between them, or poses in one frame.";
         Outside { robot: robot(), x_m: 2.75, y_m: -0.25 }: "A robot stands where it must not be.", "Put it back, or correct the rectangle.";
-        FenceFrames { frames: vec![text("robot_1/odom"), text("robot_3/odom")] }: "Each robot's odometry has its own frame, so one rectangle cannot hold for all.", "Have a tracker publish the poses, or take `geofence` out.";
+        FenceFrames { frames: vec![text("robot_1/odom"), text("robot_3/odom")] }: "Each robot's odometry has its own frame, so one rectangle cannot hold for all.", "As the message says.";
         Frames { frames: vec![(text("robot_1"), text("robot_1/odom")), (robot(), text("robot_3/odom"))] }: "Each robot has a frame of its own, and nothing ties them together.", "Publish the transforms between them, or poses in one frame.";
     })
 }
@@ -167,7 +167,7 @@ fn failures() -> Vec<Cause> {
         NotSet { target: Target::Robot(robot()), reason: text("node `/robot_3/controller` refused: speed: 0.5 is not from -0.3 to 0.3") }: "A controller or the simulator refuses a value, or does not answer.", "The reason is in the message; often a limit of the profile.";
         NotConfirmed { target: Target::Robot(robot()), reason: text("digest 3f2a…, expected 91c4…") }: "What is read back is not what was set: another program changes it, or somebody else holds the lease than the fleet file states.", "End the other program; the message names what to start otherwise.";
         NotArmed { robot: robot(), found: text("stopped in epoch 6, expected armed in epoch 7") }: "The robot or its controller does not join the run.", "Look at its status and its log; [Why a robot stands](#why-a-robot-stands).";
-        NoPose { robot: robot() }: "The tracker does not see the robot, or calls it by another name, and a run without its poses cannot be judged.", "Look at the tracker; the fleet file has the names that it uses.";
+        NoPose { robot: robot() }: "The tracker does not see the robot, or calls it by another name; a run without its poses cannot be judged.", "Look at the tracker; the fleet file has the names that it uses.";
         NoSample { robot: robot(), kind: SampleKind::Pose }: "The first sample never came, while the robots moved: the tracker does not see the robot, or its sensor does not work.", "`ros2 topic hz` on its topic before the next run.";
         Recorder { reason: text("nothing was written for 10 s, 120 MB left") }: "The bag does not have all of the run: [The bag](#the-bag) lists the reasons.", "The robots stand; `rsrs bag recover` saves what is in the folder that is named.";
     })

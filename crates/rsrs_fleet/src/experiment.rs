@@ -22,7 +22,7 @@ pub struct ExperimentFile {
     pub fleet: String,
     /// The cell to run; the command line may give another.
     pub cell: Option<Cell>,
-    /// Or a sweep's folder with the choice beside it, relative to this file.
+    /// In place of `cell`: the folder of a sweep whose `choice.json` has it, relative to this file.
     pub from: Option<String>,
     /// Where the robots start.
     pub placement: StartPlacement,

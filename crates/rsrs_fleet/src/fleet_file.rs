@@ -240,8 +240,8 @@ struct Written {
 #[derive(Clone, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Layer {
-    /// Path of its measured profile, relative to the fleet file; without one it can be measured only. That
-    /// of `all` is the fleet's, which a sweep must be made from.
+    /// Path of its measured profile, relative to the fleet file; without one it can only be measured. That
+    /// of `all` is the fleet's, from which sweeps must be made.
     profile: Option<String>,
     /// What moves it; a robot, its type or `all` has to have it.
     driver: Option<Driver>,
@@ -256,8 +256,8 @@ struct Layer {
     lease: Option<LeaseHolder>,
     /// Battery voltage below which it starts no run, in volts (default: any will do).
     battery_min_v: Option<f64>,
-    /// What its range sensor measures up to this distance is a detection, in metres; without it the
-    /// range of its profile's cone.
+    /// Up to this distance, a reading of its range sensor is a detection, in metres (default: the range of
+    /// its profile's cone).
     detection_threshold_m: Option<f64>,
 }
 
@@ -270,7 +270,7 @@ struct WrittenRobot {
     /// Name of its type among `robot_types`.
     #[serde(rename = "type")]
     robot_type: Option<String>,
-    /// Path of its measured profile, relative to the fleet file; without one it can be measured only. One
+    /// Path of its measured profile, relative to the fleet file; without one it can only be measured. One
     /// that is not the fleet's holds for this robot: its limits, its gate, and how the simulator moves it.
     profile: Option<String>,
     /// What moves it; a robot, its type or `all` has to have it.
@@ -289,8 +289,8 @@ struct WrittenRobot {
     lease: Option<LeaseHolder>,
     /// Battery voltage below which it starts no run, in volts (default: any will do).
     battery_min_v: Option<f64>,
-    /// What its range sensor measures up to this distance is a detection, in metres; without it the
-    /// range of its profile's cone.
+    /// Up to this distance, a reading of its range sensor is a detection, in metres (default: the range of
+    /// its profile's cone).
     detection_threshold_m: Option<f64>,
 }
 

@@ -92,9 +92,10 @@ pub const AFTER_HELP: &str = "\
 Behind `--ros-args`, as in ROS 2: -r NAME:=NAME, -p NAME:=VALUE, --params-file FILE, --log-level LEVEL, \
 --disable-rosout-logs; nodes keep their names.
 
-ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE mean what they mean in ROS 2, but for OFF, which is \
-not supported: LOCALHOST stays on the loopback interface, whatever interface is chosen. ROS_SECURITY_ENABLE, ROS_SECURITY_KEYSTORE, \
-ROS_SECURITY_STRATEGY, ROS_SECURITY_ENCLAVE_OVERRIDE and -e NAME (--enclave) do, too: docs/security.md.";
+ROS_DOMAIN_ID, ROS_SECURITY_ENABLE, ROS_SECURITY_KEYSTORE, ROS_SECURITY_STRATEGY, \
+ROS_SECURITY_ENCLAVE_OVERRIDE and -e NAME (--enclave) mean what they mean in ROS 2 (docs/security.md), and so \
+does ROS_AUTOMATIC_DISCOVERY_RANGE except OFF, which is not supported; LOCALHOST stays on the loopback \
+interface, whatever interface is chosen.";
 
 /// Prints a node's help, if the arguments ask for it.
 ///

@@ -13,7 +13,7 @@ use crate::profile_arguments::ProfileArguments;
 use crate::setting_arguments::SettingArguments;
 use crate::words::{Tone, Words};
 
-/// Answer the paper's five questions on a robot: how many, how fast, how sharply turning, how good the
+/// Answer the paper's five questions about a robot: how many, how fast, how sharply turning, how good the
 /// sensors, how alike.
 ///
 /// A setting is recommended as by `choose`: that from which each quantity may drift farthest, among speeds

@@ -25,11 +25,11 @@ use rsrs_pipeline::campaign::{CampaignFolder, Summary};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::wording::shell::quoted;
 
-/// Run many experiments one after the other, and go on where it was interrupted.
+/// Run many experiments one after the other, and continue where it was interrupted.
 ///
 /// The campaign file names experiment files, cells, seeds and repetitions. Each experiment gets a
 /// folder with its bag, the files behind it, the judge's label, and a manifest with a checksum of
-/// every file. The same command goes on with a campaign that was interrupted or killed: finished
+/// every file. The same command continues a campaign that was interrupted or killed: finished
 /// experiments are verified and never run again. Runs that were void, aborted or could not be judged
 /// are run again; their recordings are kept beside as `bag.unfinished_1`, and each stays in
 /// `attempts.json` with its cause.
@@ -42,13 +42,13 @@ use rsrs_pipeline::wording::shell::quoted;
 Examples:
   rsrs campaign launch_configs/campaigns/flockbot_milling.yaml -o results/campaign
   rsrs campaign floor.yaml -o results/floor --backend fleet --interface wlan0
-  rsrs campaign floor.yaml -o results/floor --backend fleet --interface wlan0 \
+  rsrs campaign floor.yaml -o results/floor --backend fleet --interface wlan0 \\
       --place-command './drive_to_places.py --map lab.yaml'
   rsrs compare results/flockbot --bags results/floor/*/bag")]
 pub struct Arguments {
     /// Campaign file (YAML).
     campaign: PathBuf,
-    /// Folder of the campaign; one that is there is gone on with.
+    /// Folder of the campaign; an existing one is continued.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// What moves the robots (default: sim).
@@ -70,9 +70,9 @@ pub struct Arguments {
     /// (default: on).
     #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
     place_check: PlaceCheck,
-    /// How often an experiment is tried again at once whose run gave no result for a cause that was
-    /// known before it: void, failed before the robots moved, not judged, or a robot lost before the
-    /// judged last minute; never for its result (default: 2 in the simulator, 0 with a fleet).
+    /// How often to try an experiment again at once if its run gave no result, for a cause that was known
+    /// before: void, failed before the robots moved, not judged, or a robot lost before the judged last
+    /// minute; never for its result (default: 2 in the simulator, 0 with a fleet).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100))]
     retry: Option<u32>,
     #[command(flatten)]

@@ -20,11 +20,11 @@ use rsrs_pipeline::wording::shell::{experiment_beside, free_beside, quoted, swee
 
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
 ///
-/// The share of mills that counts is the smaller of both worlds': robots made worse, and as measured.
-/// It is smoothed over neighbouring cells; cells of which no neighbour surely fails come first, and then
-/// they are ranked by their depth inside the region where it is viable. From the first on, cells are
-/// confirmed in both worlds until one is viable: what was swept flatters a cell, so only fresh runs feed
-/// its `B_s`. It is also reported what a denser start and other numbers of robots would give.
+/// What counts is the smaller share of mills of both worlds (robots made worse, and as measured), smoothed
+/// over neighbouring cells. Cells without a surely failing neighbour come first, and then those deepest
+/// inside the region where this share is viable. In this order, cells are confirmed in both worlds until
+/// one is viable; only these fresh runs count for its `B_s`, because the best of many swept cells looks
+/// better than it is. The output also states what a denser start and other numbers of robots would give.
 /// The last lines show which of the factors that make robots worse matters in that cell: each
 /// alone, and all but each. Exit code 3 means that no cell is viable; `rsrs diagnose FOLDER` finds what
 /// would have to be changed about the robots.

@@ -10,7 +10,7 @@ use rsrs_pipeline::compare::compare;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::latex;
 
-/// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
+/// Compare recorded runs with the sweep that predicts them: do robots mill as often as simulated?
 ///
 /// Every bag is labelled by the judge, or by the person that `--labels` names, and belongs to the
 /// swept cell whose speed, turning rate and other settings it was run with. A bag of another
@@ -22,7 +22,7 @@ use rsrs_pipeline::latex;
 /// show that in at least one of the cells real robots mill less often; the cells that show it by
 /// themselves are named. It is `supported` if they show that real robots, averaged over the runs, mill
 /// as often, or less often by at most the margin. Either verdict is wrong with a probability of at most
-/// 0.05, whatever number of runs one looked at before: add runs and compare again as you like. Else it
+/// 0.05, however often you looked before: add runs and compare again as you like. Else it
 /// is `undecided`, or `no claim` where simulated robots hardly mill, so that nothing can fall short. Runs
 /// that were left out for a cause after their start may have ended in any way: a verdict stands only if it
 /// stands whatever they came to. Exit code 3 means that the claim is violated, or that a run cannot be

@@ -24,7 +24,7 @@ Examples:
 pub struct Arguments {
     /// Folder of the first sweep.
     from: PathBuf,
-    /// Folder of the second sweep, from which the first is taken away.
+    /// Folder of the second sweep, from which the first is subtracted.
     to: PathBuf,
     /// Map of the differences to write; its extension selects the format: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]

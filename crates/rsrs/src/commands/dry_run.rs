@@ -51,12 +51,12 @@ use rsrs_pipeline::wording::shell::quoted;
 /// cell, experiments over ROS 2, bags, labels, and the comparison of real with simulated runs. The
 /// measured profile, moved by the simulator, stands in for the real robots. Experiments are run until
 /// they decide whether those mill as often as the worse ones, or at most 25 percentage points less
-/// often; as the verdict may be looked at after every run, that is no less sure. Everything is left in
-/// one folder, and `report.html` shows it. Exit code 3 means that no cell is viable.
+/// often; looking at the verdict after every run makes it no less sure. Everything is left in one
+/// folder, and `report.html` shows it. Exit code 3 means that no cell is viable.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Folder of one's own robots, as `rsrs init` makes it: its sweep.yaml and experiment.yaml are gone
-    /// through (default: nine Flockbots, whose files are left in the folder of the results).
+    /// Folder of your own robots, as `rsrs init` makes it, with sweep.yaml and experiment.yaml (default:
+    /// nine Flockbots, whose files are left in the folder of the results).
     folder: Option<PathBuf>,
     /// Experiments to run, each with a seed of its own (default: as many as decide, at most 60).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]

@@ -13,10 +13,9 @@ use crate::failure::{Outcome, bad_arguments};
 use crate::interrupt;
 use crate::progress::Counter;
 
-/// Film a recorded run: robots from above with the ways that they came, as an animated GIF or PNG.
+/// Film a recorded run: robots from above with their paths, as an animated GIF or PNG.
 ///
-/// Below them is the time, and the phase of the last minute then: of a run that goes on for less, the phase
-/// so far. It needs no display, and the same run gives the same bytes.
+/// Below them is the time, and the phase of the last minute; before a minute is over, the phase so far. It needs no display, and the same run gives the same bytes.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -48,7 +48,7 @@ fn next(keystore: &Path, fleet: Option<&Path>, problems: &[EnclaveProblem]) -> O
     (!cures.is_empty()).then(|| format!("next:\n  {}", cures.join("\n  ")))
 }
 
-/// Make keystores with which robots obey nobody but their own runner and controllers.
+/// Make keystores, so that robots obey only their own runner and controllers.
 #[derive(clap::Args)]
 pub struct Arguments {
     #[command(subcommand)]

@@ -59,11 +59,11 @@ pub struct Arguments {
     /// Report how far the judge and people agree, instead of labelling.
     #[arg(long)]
     agreement: bool,
-    /// The robots' profile, for the radius of their body and their sensing range (default: what
+    /// The robots' profile, for the radius of their body and their sensing range (default:
     /// that of each bag's record).
     #[arg(long, value_name = "PROFILE")]
     profile: Option<PathBuf>,
-    /// How far from the centre of a robot it senses the centre of another, in metres (default: what
+    /// How far from the centre of a robot it senses the centre of another, in metres (default:
     /// that of each bag's record).
     #[arg(long, value_name = "M", conflicts_with = "profile", value_parser = reach)]
     reach: Option<f64>,

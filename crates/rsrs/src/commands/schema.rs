@@ -63,7 +63,8 @@ fn page_of_commands(command: Command) -> String {
     let mut command = command.term_width(WIDTH);
     command.build();
     let mut page = "# Commands\n\n\
-        This page is what `rsrs schema --commands` prints: the help of every command, as with `--help`.\n"
+        This page is what `rsrs schema --commands` prints: the help of every command, as with `--help`. \
+        The global options of the first hold for all.\n"
         .to_owned();
     let mut waiting = vec![(command.get_name().to_owned(), &mut command)];
     while let Some((name, command)) = waiting.pop() {
@@ -72,9 +73,21 @@ fn page_of_commands(command: Command) -> String {
         let mut below: Vec<_> =
             below.map(|below| (format!("{name} {}", below.get_name()), below)).collect();
         below.reverse();
+        for (_, command) in &mut below {
+            hide_global_options(command);
+        }
         waiting.append(&mut below);
     }
     page
+}
+
+/// Leaves out what the help of the first command has.
+fn hide_global_options(command: &mut Command) {
+    let shown = std::mem::take(command);
+    *command = shown.mut_args(|option| {
+        let is_global = option.is_global_set();
+        if is_global { option.hide(true) } else { option }
+    });
 }
 
 fn help_of(command: &mut Command) -> String {

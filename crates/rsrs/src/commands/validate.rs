@@ -16,9 +16,9 @@ use crate::words::{Tone, Words};
 /// Check that the simulated robot is worse than the real ones: step 2 of the method.
 ///
 /// Simulated robots drive the commands of real trials; 99 % of them bound where such a robot can be.
-/// Real trials must lie inside at every time; robots that the simulator can be are refused in at most
-/// 5 of 100 cases, because it is known how often they leave. So far apart as to contain anything proves
-/// nothing, so the area of every region is printed. The simulated robot must also be nowhere better
+/// Real trials must lie inside at every time; robots that the simulator reproduces are refused in at most
+/// 5 of 100 cases. A region so large that it contains anything proves nothing, so the area of every
+/// region is printed. The simulated robot must also be nowhere better
 /// than its profile, and detections must not contradict its sensor. Exit code 3 means that one of
 /// these does not hold. A robot that is worse in all of this does not by itself make reality at least
 /// as good as the simulation; `rsrs compare` tests that.

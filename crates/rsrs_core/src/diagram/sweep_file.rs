@@ -35,10 +35,10 @@ pub struct SweepFile {
     /// and turning rates are axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<SweptController>,
-    /// How the simulated robot is worse; omitted is the documented default.
+    /// How the simulated robot is worse; each factor has a default.
     #[serde(default)]
     pub harsher: Harsher,
-    /// What the swarm is judged for; milling where the file does not name it.
+    /// What the swarm is judged for (default: `milling`).
     #[serde(default, skip_serializing_if = "Behaviour::is_usual")]
     pub behaviour: Behaviour,
     /// Swept axes; the grid is their product.
@@ -60,7 +60,7 @@ pub struct SweepFile {
     pub duration_s: f64,
     /// Seed of the sweep, below 2^63.
     pub seed: u64,
-    /// When a cell has had enough replicates; none for the same number in every cell.
+    /// When a cell has had enough replicates; without it, every cell has the same number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<Adaptive>,
 }

@@ -147,7 +147,8 @@ pub struct Gust {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sensing {
-    /// What of a neighbour must lie in the region.
+    /// Whether a neighbour is seen when its body touches the region (`body`), or when its centre lies in it
+    /// (`centre`).
     pub sees: Sees,
     /// A conical region; give this or `polygon_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -198,7 +199,7 @@ pub struct Computation {
 pub struct Provenance {
     /// The whole profile in one sentence.
     pub source: String,
-    /// How far the trials that it was fitted to are those of a simulator; left out where robots
+    /// Whether a simulator made all or some of the trials that it was fitted to; left out if robots
     /// drove them, or nothing is stated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trials: Option<TrialOrigin>,

@@ -18,18 +18,45 @@ pub fn reference() -> String {
         let schema = kind.schema();
         let mut rows = Vec::new();
         collect(&schema, &schema, "", &mut rows);
-        section(&mut page, kind, &rows);
+        section(&mut page, kind, &once(&rows));
     }
     axes(&mut page);
     page
 }
 
 /// One key.
+#[derive(Clone, PartialEq, Eq)]
 struct Row {
     path: String,
     kind: String,
     default: String,
     text: String,
+}
+
+/// What holds for all robots, and what may stand as well under a type or a robot.
+const COMMON: &str = "all.";
+const OWN: [&str; 2] = ["robot_types.NAME.", "robots.NAME."];
+
+/// The keys, with one row in place of those that mean under a type or a robot what they mean under `all`.
+fn once(rows: &[Row]) -> Vec<Row> {
+    let is_common = |key: &str, row: &Row| {
+        let under_all = rows.iter().find(|other| other.path.strip_prefix(COMMON) == Some(key));
+        under_all.is_some_and(|other| Row { path: row.path.clone(), ..other.clone() } == *row)
+    };
+    let mut kept: Vec<Row> = Vec::new();
+    for row in rows {
+        let own = OWN.iter().find_map(|own| Some((own, row.path.strip_prefix(own)?)));
+        let Some((own, _)) = own.filter(|(_, key)| is_common(key, row)) else {
+            kept.push(row.clone());
+            continue;
+        };
+        let path = format!("{own}…");
+        if kept.iter().all(|row| row.path != path) {
+            let text = "The keys of `all`, with the same meaning.".to_owned();
+            kept.push(Row { path, kind: String::new(), default: String::new(), text });
+        }
+    }
+    kept
 }
 
 fn section(page: &mut String, kind: FileKind, rows: &[Row]) {

@@ -47,7 +47,7 @@ pub struct Arguments {
     /// 3650, as in SROS2).
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36500))]
     valid_days: Option<u32>,
-    /// Make the enclave of somebody again who was revoked, with other keys; may be given more than once.
+    /// Make the enclave of a revoked member again, with other keys; may be given more than once.
     #[arg(long, value_name = "NAME")]
     readmit: Vec<String>,
     /// How to report.

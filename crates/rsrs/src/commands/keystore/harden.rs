@@ -9,12 +9,13 @@ use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::print_always;
 
-/// Make a keystore such that this program can use it and nobody outside of it can forge anything.
+/// Change a keystore so that this program can use it and nobody outside of it can forge anything.
 ///
 /// Signs another governance where that of SROS2 protects too little, or protects payloads by
 /// themselves, which this middleware cannot carry; links it, and the authority's certificates, into
-/// enclaves that have copies; and makes private keys readable by their owner alone. Certificates, permissions, domains and topics stay. Programs that run already keep the old
-/// governance until they are started again, and do not match those that have the new one.
+/// enclaves that have copies; and makes private keys readable by their owner alone. Certificates,
+/// permissions, domains and topics stay. Programs that run already keep the old governance until they are
+/// started again, and do not match those that have the new one.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

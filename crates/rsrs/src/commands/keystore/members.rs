@@ -19,7 +19,7 @@ use crate::notes::print_always;
 
 /// Show who belongs to a keystore, and until when.
 ///
-/// What is wrong is named as programs do that start with it, with what to type. Exit code 3 means that
+/// Names problems as programs that start with it do, with what to type. Exit code 3 means that
 /// somebody cannot take part now, that programs refuse the governance, that others than their owner can
 /// read private keys, or that such keys were left by a command that was interrupted.
 #[derive(clap::Args)]
@@ -66,7 +66,7 @@ pub struct RevokeArguments {
     /// Folder of the keystore, with its private keys.
     #[arg(value_name = "DIR")]
     keystore: PathBuf,
-    /// Whose enclave goes.
+    /// Member to remove.
     #[arg(value_name = "NAME")]
     name: String,
     #[command(flatten)]

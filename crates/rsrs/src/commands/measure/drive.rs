@@ -44,7 +44,8 @@ use placing::Placing;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  rsrs measure drive launch_configs/fleets/nine_virtual.yaml --robot robot_1 --speed 0.15 --duration 20
+  rsrs measure drive launch_configs/fleets/nine_virtual.yaml --robot robot_1 \\
+      --speed 0.15 --duration 20
   rsrs measure drive fleet.yaml --robot robot_3 --turn-rate 0.75 --duration 10 --backend fleet \\
       --interface wlan0 --table turn.csv
   rsrs measure drive fleet.yaml --robot robot_3 --distance 0.4 --bearing 0.2 --backend fleet \\
@@ -117,8 +118,8 @@ pub struct Arguments {
     /// plan's trials so far, else 0.13).
     #[arg(long, value_name = "S", value_parser = period)]
     period: Option<f64>,
-    /// What moves the robot (default: sim). Where results go into tables it has to be named, and each
-    /// row states it.
+    /// What moves the robot (default: sim). It must be given if results go into tables, each row
+    /// of which states it.
     #[arg(long, value_enum)]
     backend: Option<Backend>,
     /// Network interface of the fleet, by name or address, more than once for several (or
