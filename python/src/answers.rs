@@ -6,11 +6,15 @@ use pyo3::prelude::*;
 use rsrs_core::diagram::choice::{self, VIABLE_B_S_LOW};
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_pipeline::choose::text::{none_viable, viable};
 use rsrs_pipeline::choose::{CONFIRM, Chosen, NoViableCell, Options, write};
 use rsrs_pipeline::execution::Execution;
-use rsrs_pipeline::picture_file::PageStyle;
-use rsrs_pipeline::{answer, diagnose, picture};
+use rsrs_pipeline::{answer, diagnose};
+use rsrs_render::answers::{AnswersJson, questions};
+use rsrs_render::choice::{NoViableCellJson, none_viable, reason, viable};
+use rsrs_render::diagnosis::{DiagnosisJson, causes, change, spare};
+use rsrs_render::picture::of_answers;
+use rsrs_render::picture_file::PageStyle;
+use rsrs_render::{answers, diagnosis};
 
 use crate::error::{raised, refused};
 use crate::json::{axis, to_python};
@@ -158,14 +162,14 @@ impl Choice {
     fn save(&self, path: PathBuf) -> PyResult<()> {
         match &self.chosen {
             Chosen::Viable(choice) => write(&path, choice).map_err(|error| raised(&error)),
-            Chosen::NoViableCell(none) => Err(refused(format!("no viable cell: {}", none.reason))),
+            Chosen::NoViableCell(none) => Err(refused(format!("no viable cell: {}", reason(none)))),
         }
     }
     /// All of it, under the names of `choice.json`.
     fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match &self.chosen {
             Chosen::Viable(choice) => to_python(py, choice),
-            Chosen::NoViableCell(none) => to_python(py, none),
+            Chosen::NoViableCell(none) => to_python(py, &NoViableCellJson::from(none)),
         }
     }
     fn __repr__(&self) -> String {
@@ -184,8 +188,9 @@ impl Choice {
     fn __str__(&self) -> String {
         match &self.chosen {
             Chosen::Viable(choice) => viable(choice, self.wanted),
-            Chosen::NoViableCell(none) => none_viable(none, self.wanted),
+            Chosen::NoViableCell(none) => none_viable(none),
         }
+        .to_string()
     }
 }
 
@@ -218,20 +223,18 @@ impl Answers {
     /// The five questions, each with its quantities, their ranges and curves.
     #[getter]
     fn questions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0.questions)
+        to_python(py, &questions(&self.0))
     }
     /// All curves as a picture.
     fn picture(&self) -> PyResult<Picture> {
-        picture::of_answers(&self.0, PageStyle::default())
-            .map(Picture::new)
-            .map_err(|error| raised(&error))
+        of_answers(&self.0, PageStyle::default()).map(Picture::new).map_err(|error| raised(&error))
     }
     fn _repr_svg_(&self) -> PyResult<String> {
         Ok(self.picture()?.svg().to_owned())
     }
     /// All of it, under the names of `rsrs answer --format json`.
     fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0)
+        to_python(py, &AnswersJson::from(&self.0))
     }
     fn __repr__(&self) -> String {
         let answer::Answers { robot, viable, cell, b_s, b_s_low, behaviour, .. } = &self.0;
@@ -244,7 +247,7 @@ impl Answers {
         )
     }
     fn __str__(&self) -> String {
-        self.0.to_string()
+        answers::text(&self.0).to_string()
     }
 }
 
@@ -328,28 +331,28 @@ impl Diagnosis {
     /// Changes after which the robots would do, the first one first; empty if they do.
     #[getter]
     fn causes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0.causes)
+        to_python(py, &causes(&self.0))
     }
     /// What may be worse, if the robots do.
     #[getter]
     fn spare<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0.spare)
+        to_python(py, &spare(&self.0))
     }
     /// All of it, under the names of `rsrs diagnose --format json`.
     fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0)
+        to_python(py, &DiagnosisJson::from(&self.0))
     }
     fn __repr__(&self) -> String {
         let diagnose::Diagnosis { robot, viable, causes, .. } = &self.0;
         let verdict = match (viable, causes.first()) {
             (true, _) => "nothing is wrong".to_owned(),
-            (false, Some(cause)) => format!("something must change, first {}", cause.change),
+            (false, Some(cause)) => format!("something must change, first {}", change(cause)),
             (false, None) => "something must change".to_owned(),
         };
         format!("Diagnosis({robot}: {verdict})")
     }
     fn __str__(&self) -> String {
-        self.0.to_string()
+        diagnosis::text(&self.0).to_string()
     }
 }
 

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use rsrs_core::comparison::MARGIN;
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_pipeline::compare::report::Report;
 use rsrs_pipeline::compare::{Options, compare};
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::Labeller;
-use rsrs_pipeline::report::html;
+use rsrs_render::comparison::{Report, text, word};
+use rsrs_render::report::html;
 
 use crate::answers::Source;
 use crate::error::{named, refused, refused_with_help};
@@ -47,11 +47,11 @@ impl Comparison {
     }
     fn __repr__(&self) -> String {
         let (n, n_left) = (self.0.bags.len(), self.0.not_counted.len());
-        let verdict = self.0.verdict_in_a_word();
+        let verdict = word(self.0.verdict);
         format!("Comparison({verdict}: {}; {n} runs count, {n_left} do not)", self.0.summary)
     }
     fn __str__(&self) -> String {
-        self.0.to_string()
+        text(&self.0).to_string()
     }
 }
 
@@ -125,7 +125,7 @@ pub fn compare_runs(
     let folder = folder(result)?;
     let options =
         options(bags, labels, margin, (with_lost_robots, with_implausible, other_profile))?;
-    work_to_end(py, move || compare(&folder, &options)).map(Comparison)
+    work_to_end(py, move || compare(&folder, &options).map(Report::new)).map(Comparison)
 }
 
 /// Writes one HTML file with the diagram and, if bags are given, the comparison and every run in motion; it

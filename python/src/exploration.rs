@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use rsrs_core::conditions::Walls;
 use rsrs_pipeline::explore::{self, CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS};
 use rsrs_pipeline::sweep::source::robots_beside;
+use rsrs_render::explored;
 use rsrs_sim::exploration::space::Directions;
 
 use crate::answers::{Source, runs};
@@ -53,7 +54,7 @@ impl Explored {
         )
     }
     fn __str__(&self) -> String {
-        self.0.to_string()
+        explored::text(&self.0).to_string()
     }
 }
 
@@ -149,7 +150,9 @@ pub fn explore_all(
             seed,
             execution,
         };
-        explore::explore(&profile.path, &output, &options)
+        let found = explore::explore(&profile.path, &output, &options)?;
+        explored::draw(&found)?;
+        Ok(found)
     })
     .map(Explored)
 }

@@ -10,10 +10,10 @@ use rsrs_pipeline::error::{help_of, texts, with_help};
 use rsrs_pipeline::init::{check_name, check_radius};
 use rsrs_pipeline::measure::fit::{FittedFiles, Mixture, fit_files};
 use rsrs_pipeline::measure::sources::Paths;
-use rsrs_pipeline::picture;
-use rsrs_pipeline::picture_file::PageStyle;
 use rsrs_pipeline::validate::file::ValidationReport;
 use rsrs_pipeline::validate::{self, StandIn};
+use rsrs_render::picture_file::PageStyle;
+use rsrs_render::validation::{text, write};
 use rsrs_sim::reachable_set::ReachOptions;
 
 use crate::answers::Source;
@@ -366,7 +366,7 @@ impl Validation {
         )
     }
     fn __str__(&self) -> String {
-        self.0.to_string()
+        text(&self.0).to_string()
     }
 }
 
@@ -425,12 +425,15 @@ pub fn validate_sweep(
             tolerance_rad: tolerance_rad.unwrap_or(usual.tolerance_rad),
             ..usual
         },
-        style: PageStyle::default(),
     };
     work_to_end(py, move || {
         let output: Option<&Path> = output.as_deref();
-        validate::validate(&source.path, &options, output, picture::into_folder)
-            .map_err(|error| tables.name_in_error(&error))
+        let answered = || {
+            let validated = validate::validate(&source.path, &options)?;
+            write(&validated, &source.path, output, PageStyle::default())?;
+            Ok(validated.answer)
+        };
+        answered().map_err(|error| tables.name_in_error(&error))
     })
     .map(Validation)
 }

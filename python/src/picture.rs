@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use rsrs_pipeline::picture_file::PictureFile;
+use rsrs_render::picture_file::PictureFile;
 
 use crate::error::raised;
 

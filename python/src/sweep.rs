@@ -15,12 +15,11 @@ use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::share::Share;
 use rsrs_pipeline::choose::choose;
 use rsrs_pipeline::error::{help_of, helped, with_help};
-use rsrs_pipeline::picture::{self, CellNumber, DiagramOptions, Worlds};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{self, World};
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::sweep_into;
-use rsrs_pipeline::validate::file;
+use rsrs_render::picture::{self, CellNumber, DiagramOptions, Worlds};
 use rsrs_sim::draw::Seed;
 use rsrs_view::diagram::Numbers;
 
@@ -455,8 +454,7 @@ impl SweepResult {
             values: values.map_err(|error| raised(&error))?,
             numbers: if numbers { Numbers::Shown } else { Numbers::Hidden },
             worlds,
-            validation: file::note(self.path(), &self.result.source)
-                .map_err(|error| raised(&error))?,
+            validation: picture::validation(self.path(), &self.result.source).map_err(|error| raised(&error))?,
             ..DiagramOptions::default()
         };
         let svg = py.detach(|| picture::of_sweep(&self.result, &options));

@@ -12,6 +12,7 @@ use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::quantity::Bounds;
 use rsrs_pipeline::label::{LabelOptions, Labelled, label_bag};
+use rsrs_render::label::{text, warning};
 use serde::Serialize;
 
 use crate::arrays;
@@ -269,7 +270,7 @@ impl Verdict {
             Some(true) => text += "; settled",
             None => text += "; judged without commands",
         }
-        let warning = self.label.as_ref().and_then(|label| label.warning());
+        let warning = self.label.as_ref().and_then(|label| warning(label.settledness()));
         if let Some(warning) = warning.filter(|_| self.is_settled() != Some(false)) {
             text += &format!("; {warning}");
         }
@@ -277,7 +278,7 @@ impl Verdict {
     }
     fn __str__(&self) -> String {
         if let Some(label) = &self.label {
-            return label.to_string();
+            return text(label).to_string();
         }
         let why = self.why.iter().map(|why| format!("\n  {why}"));
         why.fold(self.__repr__(), |text, why| text + &why)

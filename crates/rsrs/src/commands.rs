@@ -42,7 +42,7 @@ use rsrs_core::printable::lines;
 use rsrs_fleet::placement;
 use serde::Serialize;
 
-use crate::words::Words;
+use rsrs_render::words::Words;
 
 /// What moves the robots.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]

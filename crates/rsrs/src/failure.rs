@@ -3,8 +3,8 @@
 use std::fmt;
 
 use rsrs_core::comparison::Verdict;
-use rsrs_pipeline::compare::report::Report;
 use rsrs_pipeline::error::{help_of, texts};
+use rsrs_render::comparison::Report;
 
 use crate::notes::print_always;
 

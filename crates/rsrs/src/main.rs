@@ -17,10 +17,7 @@ mod progress;
 mod progress_log;
 mod setting_arguments;
 mod starter_files;
-mod sweep_report;
-mod verdicts;
 mod watch;
-mod words;
 
 use std::process::ExitCode;
 

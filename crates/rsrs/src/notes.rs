@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use crate::output::{Detail, detail};
-use crate::words::Words;
+use rsrs_render::words::Words;
 
 /// Prints a note on standard error; a quiet program leaves it out.
 pub fn print_note(note: impl Into<Words>) {

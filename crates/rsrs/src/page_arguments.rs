@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rsrs_pipeline::picture_file::{Length, PageStyle, PictureFile};
+use rsrs_render::picture_file::{Length, PageStyle, PictureFile};
 use rsrs_view::theme::Theme;
 
 use crate::failure::bad_arguments;

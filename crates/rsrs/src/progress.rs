@@ -6,8 +6,8 @@ use std::sync::{Mutex, Once, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use rsrs_core::numerals::count;
 use rsrs_pipeline::execution::{Execution, Observer, RunCounter, n_threads};
-use rsrs_pipeline::wording::count;
 use rsrs_sim::sweep::Progress;
 
 use crate::interrupt;

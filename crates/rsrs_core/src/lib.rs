@@ -49,5 +49,6 @@ pub mod digest;
 pub mod document;
 pub mod draw;
 pub mod help;
+pub mod numerals;
 pub mod printable;
 pub mod program;

@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use rsrs_bags::{Bag, BagError};
+use rsrs_core::numerals::{count, counted};
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::topics;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::replay::{Selected, Selection};
-use rsrs_pipeline::wording::{count, counted};
 use rsrs_ros::clock::ClockPublisher;
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Endpoint, EndpointKind, RawPublisher, Session, SessionOptions};

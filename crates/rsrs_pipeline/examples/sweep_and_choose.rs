@@ -8,8 +8,8 @@ use std::path::Path;
 
 use rsrs_pipeline::choose::{CONFIRM, Chosen, Options, choose};
 use rsrs_pipeline::execution::Execution;
+use rsrs_pipeline::sweep;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
-use rsrs_pipeline::{picture, sweep};
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -17,11 +17,12 @@ fn main() -> anyhow::Result<()> {
     let (folder, execution) = (Path::new(folder), Execution::unobserved());
 
     let source = ResolvedSweep::read(Path::new(file))?;
-    sweep::sweep_into(folder, file, source, execution, picture::into_folder)?;
+    // `rsrs_render::picture::into_folder` in this place draws the diagram.
+    sweep::sweep_into(folder, file, source, execution, |_, _| Ok(()))?;
     let options = Options { robots: None, wanted: 0.8, confirm: CONFIRM, execution };
     match choose(folder, options)? {
         Chosen::Viable(choice) => println!("{}: {:.2} of fresh runs", choice.cell, choice.b_s),
-        Chosen::NoViableCell(none) => println!("no viable cell: {}", none.reason),
+        Chosen::NoViableCell(none) => println!("no viable cell; the best is {}", none.best.cell),
     }
     Ok(())
 }

@@ -7,11 +7,10 @@
 
 mod curve;
 mod reason;
-mod text;
 
 use std::path::Path;
 
-use rsrs_core::diagram::choice::{DenserStart, Margin, OtherNumber};
+use rsrs_core::diagram::choice::{Choice, DenserStart, Margin, OtherNumber};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
@@ -19,8 +18,9 @@ use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
+pub use crate::answer::reason::{Edge, Why};
 use crate::best_setting::search::Search;
-use crate::best_setting::{self, Best, Subject, best, start_and_spare_text};
+use crate::best_setting::{self, Best, Subject, best};
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -71,22 +71,23 @@ pub struct Answers {
     pub denser_start: Option<DenserStart>,
     /// What other numbers of robots would.
     pub other_numbers: Vec<OtherNumber>,
-    /// The same in lines for a person.
+    /// All of the recommendation.
     #[serde(skip)]
-    alternatives: Vec<String>,
-    /// The factors that a sweep has other than those that follow from its robot, such as
-    /// `miss_factor: 5`.
+    pub choice: Choice,
+    /// The factors that a sweep has other than those that follow from its robot, by their keys.
     #[serde(skip)]
-    decided_factors: Vec<String>,
+    pub decided_factors: Vec<(&'static str, f64)>,
     /// That the settings are of a sweep of robots with another profile; not there if they are not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_profile: Option<ProfilesDiffer>,
-    /// One of each of the five questions, in the paper's order.
+    /// One of each of the five questions, in the paper's order; as JSON they are written with their reasons,
+    /// by `rsrs_render`.
+    #[serde(skip)]
     pub questions: Vec<Answer>,
 }
 
 /// The answer to one question.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Answer {
     /// The question, in the paper's words.
     pub question: &'static str,
@@ -107,8 +108,9 @@ pub struct Quantity {
     pub range: Option<Range>,
     /// The share of mills, value by value, ascending.
     pub curve: Vec<Point>,
-    /// Why the range ends where it does, in one sentence.
-    pub reason: String,
+    /// Why the range ends where it does.
+    #[serde(skip)]
+    pub why: Why,
 }
 
 /// A range of values.
@@ -218,11 +220,10 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
         b_s_low,
         n_replicates: choice.n_replicates,
         denser_start: choice.denser_start,
-        // Other numbers of robots are the first question.
-        alternatives: start_and_spare_text(&choice, options.best.wanted),
         decided_factors: decided_factors(result.source.sweep.harsher),
-        other_numbers: choice.other_numbers,
-        cell: choice.cell,
+        other_numbers: choice.other_numbers.clone(),
+        cell: choice.cell.clone(),
+        choice,
         other_profile,
         questions,
     })
@@ -230,11 +231,11 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
 
 /// The factors that were decided; the others follow from the robot. Robots that are not made worse have
 /// none.
-fn decided_factors(harsher: Harsher) -> Vec<String> {
+fn decided_factors(harsher: Harsher) -> Vec<(&'static str, f64)> {
     if harsher == HarsherFactors::NONE.into() {
         return Vec::new();
     }
-    harsher.given().map(|(factor, value)| format!("{factor}: {value}")).collect()
+    harsher.given().collect()
 }
 
 #[cfg(test)]
@@ -246,7 +247,7 @@ mod tests {
         let given = serde_json::from_str(r#"{"miss_factor": 5, "latency_extra_steps": 1}"#);
         let given: Harsher = given.expect("two factors");
 
-        assert_eq!(decided_factors(given), ["miss_factor: 5", "latency_extra_steps: 1"]);
+        assert_eq!(decided_factors(given), [("miss_factor", 5.0), ("latency_extra_steps", 1.0)]);
         assert!(decided_factors(Harsher::default()).is_empty());
         assert!(decided_factors(HarsherFactors::NONE.into()).is_empty());
     }

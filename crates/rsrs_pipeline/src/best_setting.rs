@@ -17,6 +17,7 @@ use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
+use rsrs_files::quoted;
 use rsrs_sim::sweep::{Runs, Swept};
 
 use crate::error::with_help;
@@ -26,9 +27,6 @@ use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::{ResolvedSweep, read_profile, robots_beside};
 use crate::sweep::sweep_in_memory;
-use crate::wording::shell::quoted;
-
-pub use alternatives::{start_and_spare_text, text as alternatives_text};
 
 /// Fresh runs that confirm a setting, in each world, where nothing else is asked for.
 pub const CONFIRM: u64 = 1000;

@@ -14,7 +14,7 @@ pub use attempts::attempts_in;
 pub use file::Experiment;
 pub use folder::{BAG, CampaignFolder, Finished};
 pub use manifest::Manifest;
-pub use summary::Summary;
+pub use summary::{Replaced, Row, Summary};
 
 /// An experiment of a campaign with what it is, whenever it is run.
 pub struct Item {

@@ -1,7 +1,6 @@
 //! Chooses the most robust cell of a sweep.
 
 pub mod extension;
-pub mod text;
 
 use std::path::Path;
 
@@ -21,9 +20,8 @@ use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::sweep::settling;
 use crate::sweep::source::ResolvedSweep;
-use crate::wording::{counted, percent};
 
-pub use crate::best_setting::{CONFIRM, Options, alternatives_text};
+pub use crate::best_setting::{CONFIRM, Options};
 
 /// What came of choosing.
 #[derive(Clone, Debug)]
@@ -35,12 +33,12 @@ pub enum Chosen {
 }
 
 /// What there was where nothing is viable.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct NoViableCell {
-    /// Always `None`: where a choice has its cell, there is none.
-    cell: Option<Cell>,
-    /// Why no cell is viable.
-    pub reason: String,
+    /// The share that was wanted.
+    pub wanted: f64,
+    /// Cells that might have been viable.
+    pub n_candidates: usize,
     /// The best of the cells that were confirmed.
     pub best: Choice,
     /// The cell that came most often to the wanted phase in the sweep, in the world in which that is
@@ -80,8 +78,8 @@ pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
         return Ok(Chosen::Viable(choice));
     }
     Ok(Chosen::NoViableCell(NoViableCell {
-        cell: None,
-        reason: none_viable(&choice, n_candidates, options.wanted),
+        wanted: options.wanted,
+        n_candidates,
         best_swept: BestSwept::of(&result, options)?,
         best: choice,
     }))
@@ -95,27 +93,6 @@ fn converged_s(source: &ResolvedSweep, conditions: &Conditions) -> anyhow::Resul
     let seed = confirmation_seed(source.sweep.seed);
     let runs = (0..RUNS).map(|replicate| Seed { seed, replicate });
     settling::median_time_s(conditions, source.sweep.duration_s, runs)
-}
-
-fn none_viable(best: &Choice, n_candidates: usize, wanted: f64) -> String {
-    let verb = best.behaviour().verb();
-    let measured = best.as_measured.map_or_else(String::new, |measured| {
-        format!("; as measured {}, lower bound {}", percent(measured.share), percent(measured.low))
-    });
-    let of = if n_candidates == 0 {
-        format!("no cell may {} in {} of runs; the best", verb.plain, percent(wanted))
-    } else {
-        format!("the best of {}", counted(n_candidates as u64, "candidate"))
-    };
-    format!(
-        "{of}, {}, {} in {} of {} fresh runs, lower bound {}{measured}; wanted {}",
-        best.cell,
-        verb.does,
-        percent(best.b_s),
-        best.n_replicates,
-        percent(best.b_s_low),
-        percent(wanted)
-    )
 }
 
 /// Writes a choice into a file.
@@ -143,19 +120,4 @@ impl BestSwept {
             n_replicates: milling.n,
         })
     }
-}
-
-/// What robots as measured do in the chosen cell, if that was asked.
-pub fn as_measured(choice: &Choice) -> Option<String> {
-    let measured = choice.as_measured?;
-    let share = format!(
-        "as measured, not made worse, it {} in {:.1} % of {} ({:.1} to {:.1} %)",
-        choice.behaviour().verb().does,
-        100.0 * measured.share,
-        measured.n_replicates,
-        100.0 * measured.low,
-        100.0 * measured.high
-    );
-    let warning = ": being worse helps here, so expect less of it on the floor than simulated";
-    Some(if choice.worse_is_better() { share + warning } else { share })
 }

@@ -1,17 +1,17 @@
 //! Holds recorded runs against the sweep that predicts them.
 
+pub mod at_hand;
 pub mod fixed;
 pub mod not_counted;
 pub mod prediction;
-pub mod report;
 pub mod run_matching;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use rsrs_core::comparison::CellRuns;
 use rsrs_core::comparison::left_out::{Attempts, CellAttempts};
-use rsrs_core::comparison::next_experiment::next_step;
+use rsrs_core::comparison::next_experiment::{NextStep, next_step, return_to_step_1};
+use rsrs_core::comparison::{CellRuns, Verdict};
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::quantity::Cell;
@@ -19,10 +19,10 @@ use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::statistics::share::Share;
 
+use crate::compare::at_hand::AtHand;
 use crate::compare::fixed::FixedCampaign;
-use crate::compare::not_counted::Cause;
-pub(crate) use crate::compare::prediction::Prediction;
-use crate::compare::report::{AtHand, Report, Runs};
+use crate::compare::not_counted::{Cause, LeftOutRun};
+use crate::compare::prediction::{Note, Prediction, Simulated};
 use crate::compare::run_matching::{Admitted, admit};
 use crate::error::{help_of, in_one_line};
 use crate::label::{LabelOptions, Labelled, Labeller, label_bag, label_by};
@@ -51,6 +51,40 @@ pub struct Options {
     pub other_profile: OtherProfile,
 }
 
+/// Recorded runs, held against a sweep.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// What follows from all runs together, whatever those that were left out after their start would
+    /// have come to; of a campaign whose number of runs was fixed, what its test comes to.
+    pub verdict: Verdict,
+    /// The statistics, with what they rest on.
+    pub attempts: Attempts,
+    /// The simulated runs of each cell that was compared.
+    pub simulated: Vec<Simulated>,
+    /// The runs.
+    pub runs: Runs,
+    /// Whose labels count.
+    pub labels: Labeller,
+    /// Where the campaign stands, if its number of runs was fixed before the first: the verdict rests on
+    /// its test then, and not on the evidence.
+    pub fixed: Option<FixedCampaign>,
+    /// The experiment that is most informative, or back to the robots.
+    pub next: NextStep,
+    /// The files by which it is run.
+    pub at_hand: AtHand,
+    /// What is to be noted about the choice of the cell.
+    pub note: Option<Note>,
+}
+
+/// The runs of a comparison.
+#[derive(Clone, Debug, Default)]
+pub struct Runs {
+    /// Those that count, with cell and label.
+    pub counted: Vec<(Cell, Admitted, Labelled)>,
+    /// Those that do not.
+    pub left_out: Vec<LeftOutRun>,
+}
+
 /// Compares recorded runs with the cells of a sweep that they belong to.
 ///
 /// Whether a run counts is decided by what was recorded of its ending, before any bag is labelled; one
@@ -67,7 +101,7 @@ pub struct Options {
 ///
 /// If the folder is not a sweep's; if bags are of another experiment, or cannot be read: all of them,
 /// each with its reason.
-pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
+pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Comparison> {
     let result = folder::read(folder)?;
     let prediction = Prediction::of(folder, &result)?;
     let cell = |index: usize| &result.diagram.cells[index].cell;
@@ -80,15 +114,15 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
         let of_cell = cell(run.cell);
         let counts = |cause: &Cause| *cause == Cause::RobotLost && options.with_lost_robots;
         match run.cause().filter(|(cause, _)| !counts(cause)) {
-            Some(cause) => runs.leave_out(of_cell, run, cause),
+            Some(cause) => runs.left_out.push(LeftOutRun::of(of_cell, run, cause)),
             None => match label(&run, options) {
                 Ok(labelled) => match implausible(&labelled, options) {
-                    Some(cause) => runs.leave_out(of_cell, run, cause),
+                    Some(cause) => runs.left_out.push(LeftOutRun::of(of_cell, run, cause)),
                     None => runs.counted.push((of_cell.clone(), run, labelled)),
                 },
                 Err(error) => {
                     let cause = (Cause::NotLabelled, without_bag(&run.bag, &error));
-                    runs.leave_out(of_cell, run, cause);
+                    runs.left_out.push(LeftOutRun::of(of_cell, run, cause));
                 }
             },
         }
@@ -121,16 +155,25 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
         index.and_then(|index| prediction.as_measured(index)).unwrap_or_default()
     };
     let others = not_run(&result, &prediction, deciding);
-    let next = (next_step(comparison, deciding, &others, &as_measured), at_hand);
     let share = |index| Ok(Share::milling(&prediction.of_cell(index)?.phases));
     let fixed = design.map(|design| FixedCampaign::of(design, &runs, share)).transpose()?;
-    let mut report = Report::new(&attempts, &simulated, runs, next);
-    report.labels = options.labels.to_string();
-    if let Some(fixed) = fixed {
-        report.rest_on(fixed, &attempts.counted);
-    }
-    report.notes.extend(prediction.note());
-    Ok(report)
+    // The test of a design is given once, and there is no verdict before, nor one for a cell by itself.
+    let next = match &fixed {
+        None => next_step(comparison, deciding, &others, &as_measured),
+        Some(fixed) if fixed.verdict == Verdict::Violated => return_to_step_1(&attempts.counted),
+        Some(_) => NextStep::Nothing,
+    };
+    Ok(Comparison {
+        verdict: fixed.as_ref().map_or_else(|| attempts.verdict(), |fixed| fixed.verdict),
+        attempts,
+        simulated,
+        runs,
+        labels: options.labels.clone(),
+        fixed,
+        next,
+        at_hand,
+        note: prediction.note(),
+    })
 }
 
 /// The cells of a sweep that were not run, with the simulated runs that theirs would be compared with;

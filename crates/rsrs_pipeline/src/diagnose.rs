@@ -6,14 +6,12 @@
 
 mod remedy;
 mod repair;
-mod sentence;
 mod surplus;
-mod text;
 
 use std::path::Path;
 
 use rsrs_core::diagram::DiagramCell;
-use rsrs_core::diagram::choice::{DenserStart, OtherNumber};
+use rsrs_core::diagram::choice::{Choice, DenserStart, OtherNumber};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::other_profile::OtherProfile;
@@ -21,7 +19,7 @@ use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
 use crate::best_setting::search::{Search, Tried};
-use crate::best_setting::{self, Best, Subject, alternatives_text, best, confirm};
+use crate::best_setting::{self, Best, Subject, best, confirm};
 use crate::sweep::result::SweepResult;
 
 /// What is asked.
@@ -62,17 +60,21 @@ pub struct Diagnosis {
     pub denser_start: Option<DenserStart>,
     /// What other numbers of robots would.
     pub other_numbers: Vec<OtherNumber>,
-    /// The same in lines for a person.
+    /// All of the best setting.
     #[serde(skip)]
-    alternatives: Vec<String>,
+    pub choice: Choice,
     /// The robots as measured, if they do not mill made worse.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub as_measured: Option<AsMeasured>,
-    /// Changes after which they mill, the first one first; none if they do.
+    /// Changes after which they mill, the first one first; none if they do. As JSON these and the next two
+    /// are written with a sentence each, by `rsrs_render`.
+    #[serde(skip)]
     pub causes: Vec<Cause>,
     /// Capabilities that by themselves are of no help, however good.
+    #[serde(skip)]
     pub hopeless: Vec<Hopeless>,
     /// What may be worse, if the robots mill.
+    #[serde(skip)]
     pub spare: Vec<Spare>,
 }
 
@@ -114,8 +116,6 @@ pub struct Cause {
     pub cost: Option<f64>,
     /// The setting.
     pub cell: Cell,
-    /// The change in words.
-    pub change: String,
 }
 
 /// A capability that by itself is of no help.
@@ -146,8 +146,6 @@ pub struct Spare {
     pub b_s_low: f64,
     /// The setting.
     pub cell: Cell,
-    /// In words.
-    pub text: String,
 }
 
 /// Finds out why robots do not mill.
@@ -182,9 +180,9 @@ pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> 
         n_replicates: choice.n_replicates,
         n_settings: result.diagram.cells.len(),
         denser_start: choice.denser_start,
-        alternatives: alternatives_text(&choice, options.best.wanted),
-        other_numbers: choice.other_numbers,
-        cell: choice.cell,
+        other_numbers: choice.other_numbers.clone(),
+        cell: choice.cell.clone(),
+        choice,
         as_measured: None,
         causes: Vec::new(),
         hopeless: Vec::new(),

@@ -1,7 +1,6 @@
 //! Two sweeps, cell by cell: where robots end as wanted more often in one of them than in the other.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::diagram::DiagramCell;
@@ -11,11 +10,10 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::with_help;
-use crate::picture::{CellNumbers, DiagramOptions, ShareDifference, Worlds, of_sweep};
 use crate::sweep::folder;
 use crate::sweep::result::{SweepResult, World};
+use crate::sweep::share_difference::ShareDifference;
 use crate::sweep::source::ResolvedSweep;
-use crate::wording::{counted, quantity};
 
 /// Two sweeps in one world.
 #[derive(Clone, Debug, Serialize)]
@@ -38,8 +36,9 @@ pub struct SweepDifference {
     pub n_only_to: usize,
     /// The cells that both have, in the order of the second one.
     pub cells: Vec<CellDifference>,
+    /// What the robots are to do, as a noun.
     #[serde(skip)]
-    noun: &'static str,
+    pub noun: &'static str,
 }
 
 /// One value that is not the same in two sweeps; `null` where one of them does not have it.
@@ -66,8 +65,9 @@ pub struct CellDifference {
     pub difference: f64,
     /// Whether the 95 % intervals do not overlap.
     pub moved: bool,
+    /// Both shares.
     #[serde(skip)]
-    shares: ShareDifference,
+    pub shares: ShareDifference,
 }
 
 /// Compares two sweeps.
@@ -137,46 +137,6 @@ pub fn diff(
     Ok((difference, other))
 }
 
-impl SweepDifference {
-    /// The map of the differences, as SVG.
-    ///
-    /// # Arguments
-    ///
-    /// * `common` — the second sweep, with the cells that both have.
-    /// * `options` — how it is drawn.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be drawn.
-    pub fn svg(
-        &self,
-        common: &SweepResult,
-        world: World,
-        options: DiagramOptions,
-    ) -> anyhow::Result<String> {
-        let shares: Vec<ShareDifference> = self.cells.iter().map(|cell| cell.shares).collect();
-        let [from, to] = self.names();
-        let name = format!("share of {}: {to} less {from}", self.noun);
-        let options = DiagramOptions {
-            title: Some(format!("From {from} to {to}")),
-            values: Some(CellNumbers::differences(name, &shares)),
-            worlds: Worlds::One(world),
-            ..options
-        };
-        of_sweep(common, &options)
-    }
-
-    /// The names of both folders, with the folders that they are in if they are alike.
-    fn names(&self) -> [String; 2] {
-        let name = |folder: &PathBuf| {
-            folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned()
-        };
-        let names = [&self.from, &self.to].map(name);
-        let is_alike = names[0] == names[1];
-        if is_alike { [&self.from, &self.to].map(|it| it.display().to_string()) } else { names }
-    }
-}
-
 /// The values of two sweeps and their profiles that differ; axes are compared by their cells.
 fn changed(from: &ResolvedSweep, to: &ResolvedSweep) -> anyhow::Result<Vec<Changed>> {
     let values = |source: &ResolvedSweep| -> anyhow::Result<BTreeMap<String, Value>> {
@@ -208,41 +168,5 @@ fn flatten(key: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
             }
         }
         _ => drop(into.insert(key.to_owned(), value.clone())),
-    }
-}
-
-impl fmt::Display for SweepDifference {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            out,
-            "{}: the share of {} moved beyond its 95 % interval in {}",
-            counted(self.n_cells as u64, "cell"),
-            self.noun,
-            self.n_moved
-        )?;
-        let mut moved: Vec<&CellDifference> = self.cells.iter().filter(|it| it.moved).collect();
-        moved.sort_by(|one, other| other.difference.abs().total_cmp(&one.difference.abs()));
-        for CellDifference { cell, b_s_from, b_s_to, difference, .. } in moved {
-            write!(
-                out,
-                "\n  {}: {b_s_from:.2} to {b_s_to:.2} ({difference:+.2})",
-                quantity::of_cell(cell)
-            )?;
-        }
-        let text = |value: &Value| match value {
-            Value::Null => "nothing".to_owned(),
-            Value::Array(_) => "a list".to_owned(),
-            Value::String(text) => text.clone(),
-            Value::Bool(_) | Value::Number(_) | Value::Object(_) => value.to_string(),
-        };
-        for Changed { key, from, to } in &self.changed {
-            write!(out, "\nchanged: {key} from {} to {}", text(from), text(to))?;
-        }
-        for (n, folder) in [(self.n_only_from, &self.from), (self.n_only_to, &self.to)] {
-            if n > 0 {
-                write!(out, "\n{} only in {}", counted(n as u64, "cell"), folder.display())?;
-            }
-        }
-        Ok(())
     }
 }

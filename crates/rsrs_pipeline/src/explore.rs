@@ -9,13 +9,14 @@ mod gallery;
 mod journal;
 mod search;
 mod settings;
-mod text;
 mod trial;
 
 use std::path::{Path, PathBuf};
 
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_sim::exploration::niche::Niche;
@@ -78,6 +79,30 @@ pub struct Explored {
     /// The controllers that lead to the behaviour, or to a niche of their own, most surely; those with
     /// a named behaviour first.
     pub found: Vec<FoundController>,
+    /// One run of each of them, to be drawn.
+    #[serde(skip)]
+    pub runs: Vec<ShownRun>,
+    /// Number of robots.
+    #[serde(skip)]
+    pub robots: usize,
+    /// Radius of a robot's body, in metres.
+    #[serde(skip)]
+    pub radius_m: f64,
+    /// Side of the square arena, in metres.
+    #[serde(skip)]
+    pub arena_m: f64,
+    /// What happens at its border.
+    #[serde(skip)]
+    pub walls: Walls,
+}
+
+/// A fresh run that shows what a controller does.
+#[derive(Clone, Debug)]
+pub struct ShownRun {
+    /// What the robots did.
+    pub trajectory: Trajectory,
+    /// The phase that the controller was found for; `None` for what has no name.
+    pub phase: Option<Phase>,
 }
 
 /// A controller, and what a swarm that has it does.
@@ -125,7 +150,7 @@ impl Explored {
     }
 }
 
-/// Searches for controllers, and writes a gallery of what was found.
+/// Searches for controllers, confirms what was found on fresh seeds, and writes sweeps around it.
 ///
 /// # Arguments
 ///

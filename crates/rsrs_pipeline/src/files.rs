@@ -5,13 +5,31 @@ pub mod lock_file;
 use std::fs::{File, Permissions};
 use std::io::{ErrorKind, Write};
 use std::os::unix::fs::PermissionsExt as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use rsrs_core::numerals::size;
+use rsrs_files::quoted;
 
 use crate::error::with_help;
-use crate::wording::shell::quoted;
-use crate::wording::size;
+
+/// Files as one source: all names of a few, the first of many.
+pub fn names(paths: &[&PathBuf]) -> String {
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    match &names[..] {
+        [first, .., last] if names.len() > 3 => {
+            format!("{first} to {last} ({} files)", names.len())
+        }
+        _ => names.join(", "),
+    }
+}
+
+/// The experiment file that lies here or beside the folder of a sweep, as `rsrs init` leaves it.
+pub fn experiment_file_beside(sweep: &Path) -> Option<PathBuf> {
+    let name = "experiment.yaml";
+    let parent = sweep.parent().map(|parent| parent.join(name));
+    [Some(PathBuf::from(name)), parent].into_iter().flatten().find(|it| it.is_file())
+}
 
 /// Writes one file: a reader finds the old one or the new one, whole. A link is replaced, and what it
 /// points to stays as it is; a pipe or a device is written to.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::numerals::significant;
 use rsrs_core::quantity::{Axis, OtherUnit};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::profile::{MAX_HALF_ANGLE_RAD, RobotProfile};
@@ -16,7 +17,6 @@ use serde::Serialize;
 use crate::best_setting::grid::{Floor, Reach, STEPS};
 use crate::error::with_help;
 use crate::files::write_file;
-use crate::wording::significant;
 
 /// What is given of the robots; all else is assumed, and marked so.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,12 +3,10 @@
 pub mod agreement;
 pub mod human_labels;
 pub mod implausible;
-mod text;
 
 pub use human_labels::Labeller;
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -21,6 +19,7 @@ use rsrs_core::judge::phase::{JudgeError, Phase, WINDOW_S, label_with};
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_files::quoted;
 use rsrs_fleet::record::{
     Backend, Ending, EndingKind, ExperimentRecord, LostRobot, OwnProfile, PausedRobot,
 };
@@ -30,7 +29,6 @@ use self::human_labels::{HumanLabel, JUDGE};
 use self::implausible::ImplausibleMotion;
 use crate::error::{helped, with_help};
 use crate::recorded_run::{self, PosesBy, PosesOfRun};
-use crate::wording::shell::quoted;
 
 /// A run is a part of one if it is shorter than it was set to be by more than this share of it ...
 const SHORT_SHARE: f64 = 0.02;
@@ -137,17 +135,14 @@ pub struct Labelled {
     pub own_profiles: BTreeMap<String, OwnProfile>,
 }
 
-/// What stands behind a phase that is near another one, everywhere.
-pub const LOOK_AGAIN: &str = "not settled: look again";
-
 /// What the label of a bag, as it is written, has on whether it is near another one.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 pub struct Settledness {
     /// Not there in a person's label.
     is_settled: Option<bool>,
     /// Whether poses or motions are found that cannot be; not there in a label without them.
-    #[serde(default, deserialize_with = "is_there")]
-    implausible: bool,
+    #[serde(default, rename = "implausible", deserialize_with = "is_there")]
+    pub is_implausible: bool,
 }
 
 /// That something is there, whatever it is.
@@ -155,29 +150,10 @@ fn is_there<'a, D: serde::Deserializer<'a>>(deserializer: D) -> Result<bool, D::
     serde::de::IgnoredAny::deserialize(deserializer).map(|_| true)
 }
 
-/// What stands behind the phase of a run whose poses or motions cannot be those that were commanded.
-pub const IMPLAUSIBLE: &str = "implausible: look again";
-
 impl Settledness {
     /// Whether a person should look at the run.
     pub fn is_borderline(self) -> bool {
         self.is_settled == Some(false)
-    }
-
-    /// What stands behind the phase, if anything does.
-    pub fn warning(self) -> Option<&'static str> {
-        if self.implausible {
-            return Some(IMPLAUSIBLE);
-        }
-        self.is_borderline().then_some(LOOK_AGAIN)
-    }
-}
-
-/// A phase in words, with a warning where a person should look at the run.
-pub fn marked(phase: Phase, settledness: Settledness) -> String {
-    match settledness.warning() {
-        Some(warning) => format!("{phase} ({warning})"),
-        None => phase.to_string(),
     }
 }
 
@@ -196,19 +172,10 @@ impl Labelled {
         self.certainty.as_ref().is_some_and(|certainty| !certainty.is_settled)
     }
 
-    /// The phase in words, with a warning where it is near another one.
-    pub fn phase_in_words(&self) -> String {
-        marked(self.phase, self.settledness())
-    }
-
-    /// What stands behind the phase, if anything does.
-    pub fn warning(&self) -> Option<&'static str> {
-        self.settledness().warning()
-    }
-
-    fn settledness(&self) -> Settledness {
+    /// Whether a person should look at the run, and why.
+    pub fn settledness(&self) -> Settledness {
         let is_settled = Some(!self.is_borderline());
-        Settledness { is_settled, implausible: !self.implausible.is_empty() }
+        Settledness { is_settled, is_implausible: !self.implausible.is_empty() }
     }
 
     /// A bag with the label of a person, which is one of `labels`.
@@ -347,30 +314,6 @@ impl NoLabel {
                 path.display()
             ),
             Self::Judge(error) => not_judged(path, error),
-        }
-    }
-}
-
-/// `no label: 20 s of 60`, for a picture.
-impl fmt::Display for NoLabel {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Part(RunPart { recorded_s, set_s: Some(set_s) }) => {
-                write!(out, "no label: {recorded_s:.0} s of a run of {set_s:.0}")
-            }
-            Self::Part(RunPart { recorded_s, set_s: None }) => {
-                write!(out, "no label: {recorded_s:.0} s of a run whose end is lost")
-            }
-            Self::Stopped { duration_s, ending, .. } => {
-                write!(out, "no label: {ending} after {duration_s:.0} s")
-            }
-            Self::Judge(JudgeError::TooShort { duration_s }) => {
-                write!(out, "no label: {duration_s:.0} s of {WINDOW_S:.0}")
-            }
-            Self::Judge(JudgeError::UnknownReach { .. }) => {
-                write!(out, "no label: how far a robot senses another is not known")
-            }
-            Self::Judge(error) => write!(out, "no label: {error}"),
         }
     }
 }
@@ -565,18 +508,8 @@ mod tests {
         let aborted = NoLabel::from_error(short(), Some(&ending(EndingKind::Aborted)));
         let completed = NoLabel::from_error(short(), Some(&ending(EndingKind::Completed)));
 
-        assert_eq!(aborted.to_string(), "no label: aborted after 34 s");
         let refused = aborted.refused(Path::new("bag")).to_string();
         assert!(refused.contains("aborted after 34.0 s (lost robot_2: silent"), "{refused}");
         assert_eq!(completed, NoLabel::Judge(short()));
-    }
-
-    #[test]
-    fn what_cannot_be_is_a_stronger_warning_than_a_phase_near_another_one() {
-        let of = |is_settled, implausible| Settledness { is_settled, implausible }.warning();
-
-        assert_eq!(of(Some(false), true), Some(IMPLAUSIBLE));
-        assert_eq!(of(Some(false), false), Some(LOOK_AGAIN));
-        assert_eq!((of(Some(true), false), of(None, false)), (None, None));
     }
 }

@@ -4,12 +4,12 @@
 //! [`measure`] makes trials and fits a profile to them, [`validate`] asks whether real robots stay in
 //! the simulated reach, [`sweep`] simulates a phase diagram, [`choose`] confirms its most robust cell,
 //! [`diagnose`] names what to change where there is none,
-//! [`campaign`] reads and keeps what experiments over ROS 2 leave, [`label`] names the phase of a bag, [`draw`] shows it,
-//! [`compare`] tests `B_r(E) ≥ B_s(E)`, [`report`] shows all of it on one page; [`episode`] and
-//! [`replay`] go back to single runs.
+//! [`campaign`] reads and keeps what experiments over ROS 2 leave, [`label`] names the phase of a bag,
+//! [`compare`] tests `B_r(E) ≥ B_s(E)`; [`episode`] and [`replay`] go back to single runs.
 //!
-//! A step parses no arguments, prints nothing and needs no middleware; what touches robots is
-//! `rsrs_operate`. Who watches simulations is an [`execution::Observer`], of which one does nothing. Errors are `anyhow`'s, and [`error::help_of`] is the command to type next.
+//! A step parses no arguments, prints and draws nothing and needs no middleware: what people read of its
+//! result, and pictures, are made by `rsrs_render`; what touches robots is `rsrs_operate`. Who watches
+//! simulations is an [`execution::Observer`], of which one does nothing. Errors are `anyhow`'s, and [`error::help_of`] is the command to type next.
 //!
 //! # Examples
 //!
@@ -51,7 +51,6 @@ pub mod choose;
 pub mod compare;
 pub mod diagnose;
 pub mod diff;
-pub mod draw;
 pub mod episode;
 pub mod error;
 pub mod execution;
@@ -59,17 +58,12 @@ pub mod explore;
 pub mod files;
 pub mod init;
 pub mod label;
-pub mod latex;
 pub mod measure;
-pub mod picture;
-pub mod picture_file;
 pub mod plan_experiments;
 pub mod provenance;
 pub mod recorded_run;
 pub mod replay;
-pub mod report;
 pub mod schema;
-mod swarm;
+pub mod swarm;
 pub mod sweep;
 pub mod validate;
-pub mod wording;

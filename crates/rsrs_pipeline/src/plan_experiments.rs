@@ -1,7 +1,6 @@
 //! How many real runs decide `B_r(E) ≥ B_s(E)`, asked before the first of them.
 
 pub mod fixed;
-mod text;
 
 use std::path::Path;
 
@@ -15,8 +14,7 @@ use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
 use serde::Serialize;
 
-use crate::compare::Prediction;
-use crate::compare::prediction::nothing_chosen;
+use crate::compare::prediction::{Note, Prediction, nothing_chosen};
 use crate::execution::Execution;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
@@ -61,8 +59,9 @@ pub struct PlannedExperiments {
     pub mean_runs: f64,
     /// What is decided after each number of runs.
     pub by_runs: Vec<Decided>,
-    /// What a reader must not overlook.
-    pub notes: Vec<String>,
+    /// What a reader must not overlook; as JSON it is written as a sentence, by `rsrs_render`.
+    #[serde(skip)]
+    pub note: Option<Note>,
 }
 
 /// The runs of one cell.
@@ -108,7 +107,7 @@ pub fn plan_experiments(folder: &Path, options: &Options) -> anyhow::Result<Plan
         cells: subject.rows(|position| of_cell(position as u64)),
         mean_runs,
         by_runs,
-        notes: subject.notes,
+        note: subject.note,
     })
 }
 
@@ -119,7 +118,7 @@ struct Subject {
     /// The cells, with what is known of them.
     cells: Vec<(Cell, PlannedCell)>,
     /// What a reader must not overlook.
-    notes: Vec<String>,
+    note: Option<Note>,
 }
 
 impl Subject {
@@ -138,7 +137,7 @@ impl Subject {
             behaviour: result.source.sweep.behaviour,
             seed: result.source.sweep.seed,
             cells: cells.collect::<anyhow::Result<_>>()?,
-            notes: prediction.note().into_iter().collect(),
+            note: prediction.note(),
         })
     }
 

@@ -8,6 +8,8 @@ use std::time::Duration;
 
 use anyhow::Context;
 use rsrs_bags::{Bag, BagError, Damage, TopicInfo};
+use rsrs_core::numerals::{count, counted, size};
+use rsrs_files::quoted;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::cdr;
 use rsrs_msgs::rsrs::RunLease;
@@ -16,8 +18,6 @@ use rsrs_msgs::topics::{self, Topic};
 
 pub use self::poses::{PosesBy, PosesOfRun};
 use crate::error::{helped, with_help};
-use crate::wording::shell::quoted;
-use crate::wording::{count, counted, size};
 
 /// Recorders hand over what they have every second; a file that did not grow for this long is not
 /// recorded any more.

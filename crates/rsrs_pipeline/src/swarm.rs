@@ -10,7 +10,7 @@ use rsrs_core::robot::controller::ControllerParameters;
 const SAME_RADIUS: f64 = 0.15;
 
 /// Robots on a ring, their commands, and how far their wheels follow them.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Swarm {
     /// The ring that they can form.
     pub ring: Ring,

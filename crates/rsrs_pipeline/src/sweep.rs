@@ -8,6 +8,7 @@ pub mod replicate_table;
 pub mod result;
 pub mod settling;
 pub mod shard;
+pub mod share_difference;
 pub mod source;
 
 use std::path::Path;

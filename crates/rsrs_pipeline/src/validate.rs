@@ -2,9 +2,7 @@
 //! better one.
 
 mod cause;
-mod drawings;
 pub mod file;
-mod text;
 
 use std::path::{Path, PathBuf};
 
@@ -17,12 +15,12 @@ use rsrs_core::trials::trial::{DrivenTrial, detection_trials};
 use rsrs_sim::reachable_set::{ReachOptions, smallest_factors, validate as contain};
 
 use crate::error::{helped, with_help};
+use crate::files::names;
 use crate::measure::trial_files::{Trajectories, table, trajectories};
-use crate::picture_file::PageStyle;
 use crate::provenance::Provenance;
+use crate::sweep::folder;
+use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
-use crate::sweep::{Draw, folder};
-use crate::wording::names;
 use file::{Judged, ValidationReport};
 
 /// What a simulated robot is compared with.
@@ -38,8 +36,6 @@ pub struct Options {
     pub at: Cell,
     /// How the reach is simulated; the seed is that of the sweep.
     pub reach: ReachOptions,
-    /// How the pictures are printed.
-    pub style: PageStyle,
 }
 
 /// Whether trajectories of the simulator may stand in for real ones.
@@ -51,39 +47,44 @@ pub enum StandIn {
     Allowed,
 }
 
+/// A simulated robot that was held against trials.
+pub struct Validated {
+    /// What was held against each other.
+    pub case: Case,
+    /// What came out.
+    pub answer: ValidationReport,
+    /// The sweep, if it was a folder.
+    pub swept: Option<SweepResult>,
+}
+
 /// What is held against each other.
-struct Case {
-    source: ResolvedSweep,
+pub struct Case {
+    /// The sweep.
+    pub source: ResolvedSweep,
     /// Conditions of the cells at which the simulated robot is judged; one or more.
-    conditions: Vec<Conditions>,
+    pub conditions: Vec<Conditions>,
     at: Cell,
-    trials: Vec<DrivenTrial>,
+    /// The trials.
+    pub trials: Vec<DrivenTrial>,
     /// The same from their standstills, where that is known.
     from_rest: Vec<DrivenTrial>,
-    sensor: Option<SensorMap>,
+    /// Where the sensor detects, if detections were given.
+    pub sensor: Option<SensorMap>,
     /// How far trajectories and detections are a simulator's.
-    origin: Option<TrialOrigin>,
+    pub origin: Option<TrialOrigin>,
     options: ReachOptions,
 }
 
-/// Judges the simulated robot of a sweep, and draws what it rests on.
+/// Judges the simulated robot of a sweep.
 ///
 /// # Arguments
 ///
 /// * `sweep` — a sweep file, or the folder of a sweep.
-/// * `output` — folder for `validation.json` and the pictures; `None` takes the folder of the sweep, if
-///   it is one, whose diagram then notes the answer, too.
-/// * `draw` — draws that diagram.
 ///
 /// # Errors
 ///
 /// If a file is wrong, or the sweep has several simulated robots and `at` does not name one.
-pub fn validate(
-    sweep: &Path,
-    options: &Options,
-    output: Option<&Path>,
-    draw: Draw,
-) -> anyhow::Result<ValidationReport> {
+pub fn validate(sweep: &Path, options: &Options) -> anyhow::Result<Validated> {
     let swept = if sweep.is_dir() { Some(folder::read(sweep)?) } else { None };
     let source = match &swept {
         Some(swept) => swept.source.clone(),
@@ -91,15 +92,7 @@ pub fn validate(
     };
     let case = read(&sweep.display().to_string(), source, options)?;
     let answer = judge(&case)?;
-    let beside_sweep = swept.as_ref().map(|_| sweep);
-    if let Some(folder) = output.or(beside_sweep) {
-        drawings::write(folder, &case, &answer, options.style)?;
-        answer.write(folder)?;
-    }
-    if let (Some(swept), None) = (&swept, output) {
-        draw(sweep, swept)?;
-    }
-    Ok(answer)
+    Ok(Validated { case, answer, swept })
 }
 
 /// Reads what is compared.

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
 use rsrs_pipeline::answer::{Options, REPLICATES, answer};
-use rsrs_pipeline::picture::of_answers;
+use rsrs_render::answers::{AnswersJson, text};
+use rsrs_render::picture::of_answers;
 
 use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
 use crate::page_arguments::PageArguments;
 use crate::profile_arguments::ProfileArguments;
 use crate::setting_arguments::SettingArguments;
-use crate::words::{Tone, Words};
 
 /// Answer the paper's five questions about a robot: how many, how fast, how sharply turning, how good the
 /// sensors, how alike.
@@ -70,11 +70,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         best: arguments.setting.options(arguments.b_s)?,
     };
     let answers = answer(&arguments.profile, options)?;
-    let mill = answers.behaviour.verb().plain;
-    let verdict =
-        if answers.viable { format!("they {mill}") } else { format!("they do not {mill}") };
-    let words = Words::new(&answers).tone(Tone::good_if(answers.viable), verdict);
-    report(arguments.format, &answers, words)?;
+    report(arguments.format, &AnswersJson::from(&answers), text(&answers))?;
     if let Some(picture) = picture {
         picture.write(&of_answers(&answers, picture.style())?)?;
         report_written(arguments.format, picture.path())?;

@@ -6,7 +6,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_fleet::record::{self, EndingKind};
+use rsrs_fleet::record;
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
 
@@ -16,14 +16,14 @@ use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::notes::print_note;
 use crate::profile_arguments::ProfileArguments;
-use crate::words::{Tone, Words};
 use prompt::Prompt;
+use rsrs_files::quoted;
 use rsrs_operate::campaign::{self, Campaign, Conductor, RunTarget};
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::campaign::{CampaignFolder, Summary};
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::wording::shell::quoted;
+use rsrs_render::campaign as render;
 
 /// Run many experiments one after the other, and continue where it was interrupted.
 ///
@@ -126,24 +126,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Err(interrupted(&error, arguments));
     }
     let summary = Summary::of(&folder, &items, &command(arguments))?;
-    report(arguments.format, &summary, words(&summary))?;
+    report(arguments.format, &summary, render::text(&summary))?;
     Ok(if summary.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer })
-}
-
-/// The table, in which endings that do not count and labels to look at again catch the eye.
-fn words(summary: &Summary) -> Words {
-    summary.endings().fold(Words::new(summary), |words, ended| {
-        let tone = match EndingKind::from_key(ended.ending) {
-            Some(EndingKind::Completed) => Tone::Good,
-            Some(_) => Tone::Bad,
-            None => Tone::Unclear,
-        };
-        let words = words.past(format!("\n{}", ended.experiment)).tone(tone, ended.ending);
-        match ended.warning {
-            Some(warning) => words.tone(Tone::Unclear, warning),
-            None => words,
-        }
-    })
 }
 
 fn floor(arguments: &Arguments) -> anyhow::Result<RunTarget> {

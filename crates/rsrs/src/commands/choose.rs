@@ -1,8 +1,8 @@
 //! `rsrs choose`: the most robust milling cell, confirmed.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
 use rsrs_core::quantity::Cell;
 use serde::Serialize;
 
@@ -10,13 +10,15 @@ use crate::commands::{Format, print_text, report, report_written};
 use crate::failure::Outcome;
 use crate::progress::execution;
 use crate::setting_arguments::SettingArguments;
-use crate::words::{Tone, Words};
-use rsrs_pipeline::choose::extension::{Extension, extensions};
-use rsrs_pipeline::choose::text::{NO_VIABLE_CELL, VIABLE, none_viable, viable};
+use rsrs_files::quoted;
+use rsrs_pipeline::choose::extension::extensions;
 use rsrs_pipeline::choose::{Chosen, choose, write};
 use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
 use rsrs_pipeline::sweep::folder;
-use rsrs_pipeline::wording::shell::{experiment_beside, free_beside, quoted, sweep_beside};
+use rsrs_render::choice::{NoViableCellJson, none_viable, viable, wider};
+use rsrs_render::factors;
+use rsrs_render::wording::shell::experiment_beside;
+use rsrs_render::words::Words;
 
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
 ///
@@ -68,17 +70,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             if let Some(path) = &arguments.output {
                 write(path, &choice)?;
             }
-            let wider = wider(&arguments.folder, &choice)?.map(|wider| format!("\n{wider}"));
-            let printed = viable(&choice, arguments.viable) + &wider.unwrap_or_default();
-            let words = Words::from(printed).tone(Tone::Good, VIABLE);
+            let words = viable(&choice, arguments.viable);
+            let extensions = extensions(&folder::read(&arguments.folder)?, &choice);
+            let wider = wider(&arguments.folder, &extensions);
+            let words = wider.into_iter().fold(words, Words::below);
             report_with_factors(arguments, &choice, &choice.cell, words)?;
             report_next(arguments)?;
             Ok(Outcome::Done)
         }
         Chosen::NoViableCell(none) => {
-            let words =
-                Words::from(none_viable(&none, arguments.viable)).tone(Tone::Bad, NO_VIABLE_CELL);
-            report_with_factors(arguments, &none, &none.best.cell, words)?;
+            let answer = NoViableCellJson::from(&none);
+            report_with_factors(arguments, &answer, &none.best.cell, none_viable(&none))?;
             if arguments.format == Format::Text {
                 let next = format!("next: rsrs diagnose {}", quoted(&arguments.folder));
                 print_text(next + "   # what would have to be changed")?;
@@ -107,7 +109,7 @@ fn report_with_factors<T: Serialize>(
     let replicates = REPLICATES.min(arguments.setting.confirm);
     let factors = ablate(&result.source, cell, replicates, execution(arguments.setting.threads)?)?;
     let words = match &factors {
-        Some(factors) => words.below(factors.in_words()),
+        Some(factors) => words.below(factors::text(factors)),
         None => words,
     };
     report(arguments.format, &WithFactors { answer, factors }, words)
@@ -131,28 +133,4 @@ fn report_next(arguments: &Arguments) -> anyhow::Result<()> {
         "next: rsrs plan-experiments {folder}\nthen: rsrs run {experiment} --from {folder}"
     );
     print_text(next)
-}
-
-/// The sweep that would have the chosen cell inside, if it lies at the edge of this one.
-fn wider(folder: &Path, choice: &Choice) -> anyhow::Result<Option<String>> {
-    let found = extensions(&folder::read(folder)?, choice);
-    let (possible, ends): (Vec<_>, Vec<_>) =
-        found.into_iter().partition(|extension| !extension.values.is_empty());
-    let mut lines: Vec<String> = Vec::new();
-    for Extension { axis, end, .. } in &ends {
-        lines.push(format!("  {axis} {end} is as far as these robots can go"));
-    }
-    if possible.is_empty() {
-        return Ok((!lines.is_empty()).then(|| lines.join("\n")));
-    }
-    let (sweep, next) = (sweep_beside(folder), quoted(free_beside(folder)));
-    lines.push(format!(
-        "the cell lies at the edge of the sweep; to see beyond it, put into {sweep}"
-    ));
-    for Extension { axis, values, .. } in &possible {
-        let values: Vec<String> = values.iter().map(ToString::to_string).collect();
-        lines.push(format!("  {axis}: [{}]", values.join(", ")));
-    }
-    lines.push(format!("and run: rsrs sweep {sweep} -o {next}"));
-    Ok(Some(lines.join("\n")))
 }

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use crate::bag_arguments::BagArguments;
 use crate::commands::{Format, report, report_written};
 use crate::failure::{Outcome, bad_arguments};
-use crate::verdicts;
 use rsrs_pipeline::compare::compare;
 use rsrs_pipeline::files::write_file;
-use rsrs_pipeline::latex;
+use rsrs_render::comparison::{Report, text};
+use rsrs_render::latex;
 
 /// Compare recorded runs with the sweep that predicts them: do robots mill as often as simulated?
 ///
@@ -63,7 +63,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         latex::check(path).map_err(bad_arguments)?;
     }
     let result = compare(&arguments.folder, &arguments.runs.of(&arguments.bags))?;
-    report(arguments.format, &result, verdicts::comparison(&result))?;
+    let result = Report::new(result);
+    report(arguments.format, &result, text(&result))?;
     if let Some(path) = &arguments.output {
         write_file(path, latex::verdict(&result).as_bytes())?;
         report_written(arguments.format, path)?;

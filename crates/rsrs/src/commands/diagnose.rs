@@ -9,7 +9,7 @@ use rsrs_pipeline::diagnose::{Options, diagnose};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::setting_arguments::SettingArguments;
-use crate::words::{Tone, Words};
+use rsrs_render::diagnosis::{DiagnosisJson, text};
 
 /// Find out why robots do not mill, and what would have to be changed about them.
 ///
@@ -68,8 +68,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         best: arguments.setting.options(arguments.b_s)?,
     };
     let diagnosis = diagnose(&arguments.profile, options)?;
-    let verdict = if diagnosis.viable { "nothing is wrong" } else { "something must change" };
-    let words = Words::new(&diagnosis).tone(Tone::good_if(diagnosis.viable), verdict);
-    report(arguments.format, &diagnosis, words)?;
+    report(arguments.format, &DiagnosisJson::from(&diagnosis), text(&diagnosis))?;
     Ok(if diagnosis.viable { Outcome::Done } else { Outcome::NegativeAnswer })
 }

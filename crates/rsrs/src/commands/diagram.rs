@@ -2,14 +2,9 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use rsrs_core::diagram::DiagramCell;
 use rsrs_core::quantity::{Axis, Cell};
-use rsrs_core::statistics::interval_kind::IntervalKind;
-use rsrs_core::statistics::share::Share;
 use rsrs_view::diagram::{ExperimentMark, Numbers};
-use rsrs_view::page::{Page, Table};
 
 use crate::commands::{Format, report_written};
 use crate::failure::{Outcome, bad_arguments};
@@ -19,12 +14,13 @@ use rsrs_pipeline::compare;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::Labeller;
-use rsrs_pipeline::latex;
-use rsrs_pipeline::picture::{self, CellNumber, CellNumbers, DiagramOptions, Worlds, of_sweep};
-use rsrs_pipeline::picture_file::PictureFile;
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{SweepResult, World};
-use rsrs_pipeline::validate::file;
+use rsrs_render::comparison::Report;
+use rsrs_render::latex;
+use rsrs_render::picture::page::page;
+use rsrs_render::picture::{CellNumber, CellNumbers, DiagramOptions, Worlds, of_sweep, validation};
+use rsrs_render::picture_file::PictureFile;
 
 /// Draw the phase diagram of a sweep.
 ///
@@ -134,7 +130,7 @@ impl Arguments {
             poses: None,
             other_profile: self.other.profile(),
         };
-        Ok(compare::compare(&self.folder, &options)?.marks())
+        Ok(Report::new(compare::compare(&self.folder, &options)?).marks())
     }
 }
 
@@ -173,13 +169,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         numbers: if arguments.no_numbers { Numbers::Hidden } else { Numbers::Shown },
         worlds: arguments.world.into(),
         style: arguments.page.style(),
-        validation: file::note(&arguments.folder, &result.source)?,
+        validation: validation(&arguments.folder, &result.source)?,
     };
     let svg = of_sweep(&result, &options)?;
     if let Some(picture) = picture {
         picture.write(&svg)?;
     } else {
-        write_file(&arguments.output, page(&result, arguments.world, &svg)?.as_bytes())?;
+        write_file(&arguments.output, page(&result, arguments.world.into(), &svg)?.as_bytes())?;
     }
     report_written(Format::Text, &arguments.output)?;
     Ok(Outcome::Done)
@@ -193,42 +189,4 @@ fn picture_file(arguments: &Arguments) -> anyhow::Result<PictureFile<'_>> {
         ))
     })?;
     Ok(file.styled(arguments.page.style()))
-}
-
-/// The picture on a page, with the numbers behind it and how they were made.
-fn page(result: &SweepResult, robots: Robots, svg: &str) -> anyhow::Result<String> {
-    let source = &result.source;
-    let mut page = Page::new(&format!("Phase diagram: {}", source.profile.name));
-    page.figure(svg);
-    page.heading("Cells");
-    let kind = source.sweep.interval_kind();
-    for world in Worlds::from(robots).all() {
-        let rows = result.of_world(*world)?.cells.iter().map(|entry| row(entry, kind)).collect();
-        let does = source.sweep.behaviour.verb().does;
-        let head = ["cell", "most frequent phase", does, "95 % interval", "runs"];
-        let caption = format!("Every cell of the sweep: {}", picture::robots(result, *world));
-        page.table(&Table { caption, head: head.map(str::to_owned).into(), rows });
-    }
-    page.heading("How it was made");
-    page.paragraph(&format!(
-        "Swept by rsrs {}, commit {}, seed {}.",
-        source.provenance.version, source.provenance.commit, source.sweep.seed
-    ));
-    let sweep = serde_saphyr::to_string(source).context("the sweep as YAML")?;
-    page.details("The sweep with its profile", &sweep);
-    Ok(page.finish())
-}
-
-/// How the runs of a cell ended.
-fn row(entry: &DiagramCell, kind: IntervalKind) -> Vec<String> {
-    let DiagramCell { cell, counts } = entry;
-    let milling = Share::milling(counts);
-    let interval = kind.interval(milling.hits, milling.n);
-    vec![
-        cell.to_string(),
-        counts.majority().map_or_else(String::new, |phase| phase.to_string()),
-        format!("{:.1} %", 100.0 * milling.value()),
-        format!("{:.1} to {:.1} %", 100.0 * interval.low, 100.0 * interval.high),
-        milling.n.to_string(),
-    ]
 }

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use rsrs_pipeline::diff::diff;
-use rsrs_pipeline::picture::DiagramOptions;
 use rsrs_pipeline::sweep::result::World;
+use rsrs_render::difference::{svg, text};
+use rsrs_render::picture::DiagramOptions;
 
 use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
@@ -62,9 +63,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let (difference, common) = diff(&arguments.from, &arguments.to, world)?;
     if let Some(picture) = picture {
         let options = DiagramOptions { style: picture.style(), ..DiagramOptions::default() };
-        picture.write(&difference.svg(&common, world, options)?)?;
+        picture.write(&svg(&difference, &common, world, options)?)?;
     }
-    report(arguments.format, &difference, difference.to_string())?;
+    report(arguments.format, &difference, text(&difference))?;
     if let Some(path) = &arguments.output {
         report_written(arguments.format, path)?;
     }

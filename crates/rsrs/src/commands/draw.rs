@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_pipeline::draw::svg;
 use rsrs_pipeline::label::{CutRun, LabelOptions};
+use rsrs_render::recorded_run::svg;
 
 use crate::commands::{Format, report_written};
 use crate::failure::Outcome;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::comparison::{Verdict, decided};
 use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::numerals::percent;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
@@ -22,28 +23,29 @@ use crate::failure::Outcome;
 use crate::notes::print_note;
 use crate::progress::execution;
 use crate::starter_files::StarterFiles;
-use crate::sweep_report::in_words;
-use crate::verdicts;
-use crate::words::Words;
+use rsrs_files::quoted;
 use rsrs_operate::run::RunSummary;
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_operate::run::side_by_side::{self, Completed, Experiments};
-use rsrs_pipeline::choose::{self, Chosen, NoViableCell};
+use rsrs_pipeline::choose::{self, Chosen};
 use rsrs_pipeline::compare;
 use rsrs_pipeline::compare::prediction::CHOSEN;
-use rsrs_pipeline::compare::report::Report as Comparison;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::execution::n_threads;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
-use rsrs_pipeline::picture::{self, DiagramOptions};
-use rsrs_pipeline::picture_file::{PageStyle, write_svg_and_png};
-use rsrs_pipeline::report::html;
 use rsrs_pipeline::sweep::result::SweepResult;
-use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::sweep_into;
-use rsrs_pipeline::wording::shell::quoted;
+use rsrs_render::choice::{NoViableCellJson, as_measured, in_fresh_runs, reason};
+use rsrs_render::comparison::{self, Report as Comparison};
+use rsrs_render::label::toned_phase_of;
+use rsrs_render::picture::{self, DiagramOptions};
+use rsrs_render::picture_file::{PageStyle, write_svg_and_png};
+use rsrs_render::report::html;
+use rsrs_render::settling;
+use rsrs_render::sweep::in_words;
+use rsrs_render::words::Words;
 
 /// Go through the whole loop on this machine: no robots, no LAN.
 ///
@@ -99,11 +101,11 @@ struct Summary {
 
 /// What it leaves where no cell is viable.
 #[derive(Serialize)]
-struct NothingToRun {
+struct NothingToRun<'a> {
     folder: PathBuf,
     launch_configs: PathBuf,
     sweep: PathBuf,
-    choice: NoViableCell,
+    choice: NoViableCellJson<'a>,
 }
 
 /// The whole loop, and where it leaves its results.
@@ -169,9 +171,10 @@ impl DryRun<'_> {
         };
         let choice = match choose::choose(&sweep, options)? {
             Chosen::Viable(choice) => choice,
-            Chosen::NoViableCell(choice) => {
+            Chosen::NoViableCell(none) => {
                 let next = format!("rsrs diagnose {}", quoted(&sweep));
-                let printed = format!("no viable cell: {}\nnext: {next}", choice.reason);
+                let printed = format!("no viable cell: {}\nnext: {next}", reason(&none));
+                let choice = NoViableCellJson::from(&none);
                 let nothing = NothingToRun { folder, launch_configs, sweep, choice };
                 report(self.arguments.format, &nothing, printed)?;
                 return Ok(Outcome::NegativeAnswer);
@@ -194,9 +197,9 @@ impl DryRun<'_> {
         };
         let (page, comparison) = html(&sweep, Some(&runs))?;
         let mut comparison = comparison.context("a report of runs compares them")?;
-        comparison.at_hand.experiment = quoted(&files.experiment);
+        comparison.at_hand.experiment = Some(files.experiment.clone());
         self.print("")?;
-        self.print(verdicts::comparison(&comparison))?;
+        self.print(comparison::text(&comparison))?;
         let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
         write_file(&folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
         let report = folder.join("report.html");
@@ -284,7 +287,7 @@ impl DryRun<'_> {
                 summary.duration_s,
                 summary.n_messages
             );
-            self.print(verdicts::phase(&labelled, run))?;
+            self.print(Words::from(run).then(toned_phase_of(&labelled)))?;
             summaries.push(summary);
             real.n += 1;
             real.hits += u64::from(phase == phase.behaviour().wanted());
@@ -357,7 +360,6 @@ fn is_decided(real: Share, choice: &Choice) -> anyhow::Result<bool> {
 fn measured_and_harsher(source: &ResolvedSweep) -> anyhow::Result<String> {
     let measured = &source.profile;
     let simulated = source.sweep.factors(measured).apply(measured)?;
-    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     Ok(format!(
         "profile: {}, as measured; simulated worse: spread of the gains {} to {}, missed detections \
          {} to {}, false ones {} to {}",
@@ -382,16 +384,8 @@ fn swept(result: &SweepResult) -> String {
 }
 
 fn chosen(choice: &Choice) -> String {
-    let chosen = format!(
-        "chosen: {}, which {} in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
-        choice.cell,
-        choice.behaviour().verb().does,
-        100.0 * choice.b_s,
-        choice.n_replicates,
-        100.0 * choice.b_s_low,
-        100.0 * choice.b_s_high
-    );
-    let measured = choose::as_measured(choice);
+    let chosen = format!("chosen: {}, which {}", choice.cell, in_fresh_runs(choice));
+    let measured = as_measured(choice);
     let settling = choice.settling.map(|settling| settling::text(&settling));
     [Some(chosen), measured, settling].into_iter().flatten().collect::<Vec<_>>().join("\n  ")
 }

@@ -6,6 +6,7 @@ use rsrs_core::quantity::Cell;
 use rsrs_pipeline::compare::prediction::nothing_chosen;
 use rsrs_pipeline::episode::replicate::replay;
 use rsrs_pipeline::sweep::folder::read_choice;
+use rsrs_render::episode::text;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
@@ -51,6 +52,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         None => read_choice(folder)?.ok_or_else(|| nothing_chosen(folder))?.cell,
     };
     let episode = replay(folder, &cell, *replicate, output, execution(None)?)?;
-    report(arguments.format, &episode, episode.to_string())?;
+    report(arguments.format, &episode, text(&episode))?;
     Ok(Outcome::Done)
 }

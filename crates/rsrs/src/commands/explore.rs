@@ -11,7 +11,7 @@ use rsrs_sim::exploration::space::Directions;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::progress::execution;
-use crate::words::{Tone, Words};
+use rsrs_render::explored::{draw, text};
 
 /// Explore what a swarm of these robots can do, beyond the given controller.
 ///
@@ -113,13 +113,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         execution: execution(arguments.threads)?,
     };
     let explored = explore(&arguments.profile, &arguments.output, &options)?;
-    let words = Words::new(&explored);
-    let words = match &explored.wanted {
-        Some(wanted) if !explored.is_found() => {
-            words.tone(Tone::Bad, format!("no controller surely leads to {wanted}"))
-        }
-        _ => words,
-    };
-    report(arguments.format, &explored, words)?;
+    draw(&explored)?;
+    report(arguments.format, &explored, text(&explored))?;
     Ok(if explored.is_found() { Outcome::Done } else { Outcome::NegativeAnswer })
 }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_pipeline::draw::{FilmOptions, film, kind};
 use rsrs_pipeline::files::write_file;
+use rsrs_render::recorded_run::{FilmOptions, film, kind};
 use rsrs_sim::sweep::Progress;
 
 use crate::commands::{Format, report_written};

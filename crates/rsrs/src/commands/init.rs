@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use anyhow::Context;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::contact::ContactModel;
+use rsrs_files::quoted;
 use rsrs_pipeline::error::{help_of, with_help};
 use rsrs_pipeline::init::{Robots, check_count, check_name, check_number, check_radius, init};
-use rsrs_pipeline::wording::shell::quoted;
 
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, bad_arguments};

@@ -9,8 +9,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
 use jiff::Timestamp;
+use rsrs_files::quoted;
 use rsrs_keystore::problem::{EnclaveProblem, cures};
-use rsrs_pipeline::wording::shell::quoted;
 
 use crate::failure::Outcome;
 

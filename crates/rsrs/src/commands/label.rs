@@ -12,14 +12,15 @@ use rsrs_core::robot::region::Region;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::print_note;
-use crate::verdicts;
-use crate::words::Words;
 use rsrs_pipeline::compare::run_matching::{LABEL, refuse};
 use rsrs_pipeline::label::agreement::agreement;
 use rsrs_pipeline::label::human_labels::{self, HumanLabel};
 use rsrs_pipeline::label::{CutRun, LabelOptions, Labelled, label_bag};
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::sweep::source::read_profile;
+use rsrs_render::agreement::text as agreed;
+use rsrs_render::label::text;
+use rsrs_render::words::Words;
 
 /// Label bags with the phase that their swarm settled into.
 ///
@@ -112,7 +113,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if arguments.agreement {
         return {
             let result = agreement(&arguments.bags, options)?;
-            report(arguments.format, &result, result.to_string())?;
+            report(arguments.format, &result, agreed(&result))?;
             Ok(Outcome::Done)
         };
     }
@@ -125,7 +126,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         }
     }
     if !labelled.is_empty() {
-        report(arguments.format, &labelled, words(&labelled))?;
+        report(arguments.format, &labelled, Words::lines(labelled.iter().map(text)))?;
         if arguments.format == Format::Text {
             print_note(format!("note: {ORDER_PARAMETERS}"));
         }
@@ -143,12 +144,6 @@ const ORDER_PARAMETERS: &str = "\
 rotation is 1 where all circle one way; orbit, their way around the centre over the way commanded;
   circliness, 1 for a thin ring and 0 for a filled disc, of the most that the control period allows;
   blocked, the share of time held up by others; lost, the share of robots without a neighbour in reach";
-
-/// All labels, one below the other.
-fn words(labelled: &[Labelled]) -> Words {
-    let labels = labelled.iter().map(verdicts::label);
-    labels.reduce(Words::below).unwrap_or_default()
-}
 
 /// Adds a person's label to every bag; to none if one of them is no bag or its labels do not read.
 fn add(arguments: &Arguments, label: &HumanLabel) -> anyhow::Result<Outcome> {

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::progress::execution;
-use crate::sweep_report::SweepReport;
-use rsrs_pipeline::picture;
 use rsrs_pipeline::sweep::merge::merge;
+use rsrs_render::picture;
+use rsrs_render::sweep::{SweepReport, text};
 
 /// Put the shards of a sweep together.
 ///
@@ -43,6 +43,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { shards, output, .. } = arguments;
     let result = merge(shards, output, execution(arguments.threads)?, picture::into_folder)?;
     let summary = SweepReport::of(&arguments.output, &result);
-    report(arguments.format, &summary, summary.to_string())?;
+    report(arguments.format, &summary, text(&summary))?;
     Ok(Outcome::Done)
 }

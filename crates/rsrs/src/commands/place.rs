@@ -21,7 +21,7 @@ use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::page_arguments::PageArguments;
 use rsrs_operate::run::start_poses::{StartPose, StartPoses};
-use rsrs_pipeline::picture_file::PictureFile;
+use rsrs_render::picture_file::PictureFile;
 
 /// Print start poses for the floor, as a table and a picture.
 ///

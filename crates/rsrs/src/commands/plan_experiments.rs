@@ -5,18 +5,18 @@ use std::path::PathBuf;
 use anyhow::Context;
 use rsrs_core::comparison::MARGIN;
 use rsrs_core::quantity::Cell;
+use rsrs_files::quoted;
+use rsrs_pipeline::files::experiment_file_beside;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::plan_experiments::fixed::plan_campaign;
 use rsrs_pipeline::plan_experiments::{Options, REPLICATES, WANTED, plan_experiments};
-use rsrs_pipeline::wording::shell::{
-    experiment_beside, experiment_file_beside, free_beside, quoted,
-};
+use rsrs_render::planned_experiments::{PlanJson, campaign_text, text};
+use rsrs_render::wording::shell::{experiment_beside, free_beside};
 
 use crate::bag_arguments::margin;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::progress::execution;
-use crate::words::{Tone, Words};
 
 /// Plan real runs: how many decide whether robots mill as often as simulated.
 ///
@@ -86,14 +86,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return fixed(arguments, &options);
     }
     let planned = plan_experiments(&arguments.folder, &options)?;
-    let words = Words::new(&planned);
-    let words = match planned.runs {
-        Some(_) => words,
-        None => words.tone(Tone::Bad, "not even"),
-    };
     let folder = &arguments.folder;
     let next = format!("next: rsrs run {} --from {}", experiment_beside(folder), quoted(folder));
-    report(arguments.format, &planned, words.below(next))?;
+    report(arguments.format, &PlanJson::from(&planned), text(&planned).below(next))?;
     Ok(if planned.runs.is_some() { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 
@@ -112,10 +107,7 @@ fn fixed(arguments: &Arguments, options: &Options) -> anyhow::Result<Outcome> {
     let experiment = experiment.transpose()?;
     let planned = plan_campaign(folder, options)?;
     let outcome = if planned.is_enough() { Outcome::Done } else { Outcome::NegativeAnswer };
-    let mut words = Words::new(&planned);
-    if !planned.is_enough() {
-        words = words.tone(Tone::Bad, "not even");
-    }
+    let mut words = campaign_text(&planned);
     if let Some((output, experiment)) = experiment {
         write_file(output, planned.file(output, &experiment, folder)?.as_bytes())?;
         let campaign = free_beside(&output.with_extension(""));
@@ -125,6 +117,6 @@ fn fixed(arguments: &Arguments, options: &Options) -> anyhow::Result<Outcome> {
         let next = "next: the same command with `-o CAMPAIGN.yaml`, before the first run";
         words = words.below(next);
     }
-    report(arguments.format, &planned, words)?;
+    report(arguments.format, &PlanJson::from(&planned), words)?;
     Ok(outcome)
 }

@@ -10,12 +10,11 @@ use crate::commands::{Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
-use crate::words::{Tone, Words};
 use rsrs_operate::publish::{PublishOptions, publish};
 use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::replay::{replay_into_controller, replay_into_judge, select};
-use rsrs_pipeline::wording::count;
+use rsrs_render::replay as render;
 
 /// Publish a bag on the network, or feed it to the controller or the judge.
 ///
@@ -108,9 +107,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let mirrored = |(speed, turn_rate)| ControllerParameters::mirrored(speed, turn_rate);
         let parameters = set.map(mirrored);
         let replay = replay_into_controller(&bag, parameters)?;
-        let different = format!("{} different", count(replay.n_different));
-        let words = Words::new(&replay).tone(Tone::good_if(replay.is_same()), different);
-        report(arguments.format, &replay, words)?;
+        report(arguments.format, &replay, render::into_controller(&replay))?;
         return Ok(if replay.is_same() { Outcome::Done } else { Outcome::NegativeAnswer });
     }
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
@@ -133,9 +130,7 @@ fn judge(arguments: &Arguments) -> anyhow::Result<Outcome> {
         anyhow::bail!("`--speed` and `--turn-rate` are for `--into controller`");
     }
     let replay = replay_into_judge(&arguments.bag, arguments.recorded.as_deref())?;
-    let verdict = if replay.is_same { "the same label" } else { "another label" };
-    let words = Words::new(&replay).tone(Tone::good_if(replay.is_same), verdict);
-    report(arguments.format, &replay, words)?;
+    report(arguments.format, &replay, render::into_judge(&replay))?;
     Ok(if replay.is_same { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use rsrs_pipeline::compare::report::Report as Comparison;
+use rsrs_core::numerals::{counted, size};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
-use rsrs_pipeline::report::html;
-use rsrs_pipeline::wording::{counted, size};
+use rsrs_render::comparison::Report as Comparison;
+use rsrs_render::report::html;
 use serde::Serialize;
 
 use crate::bag_arguments::BagArguments;

@@ -19,7 +19,7 @@ use crate::fleet_network::{chosen_network, other_middleware};
 use crate::interrupt::asked_to_stop;
 use crate::notes::{print_always, print_note};
 use crate::profile_arguments::ProfileArguments;
-use crate::words::{Tone, Words};
+use rsrs_files::quoted;
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_operate::run::place_command;
 use rsrs_operate::run::simulated_fleet::SimulatedFleet;
@@ -27,8 +27,8 @@ use rsrs_operate::run::start_poses::StartPoses;
 use rsrs_operate::run::{NOT_STANDING, RunSummary, on_simulated_fleet, watched};
 use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::recorded_run::gaps;
-use rsrs_pipeline::wording::shell::quoted;
+use rsrs_render::gaps;
+use rsrs_render::words::{Tone, Words};
 
 /// Run one experiment over ROS 2, and record it.
 ///
@@ -172,8 +172,9 @@ fn finish(
     record: &ExperimentRecord,
     summary: &RunSummary,
 ) -> anyhow::Result<Outcome> {
-    if let Some(unconfirmed) = summary.unconfirmed() {
-        print_always(Words::from(unconfirmed).tone(Tone::Bad, NOT_STANDING));
+    if !summary.not_standing.is_empty() {
+        let names = summary.not_standing.join(", ");
+        print_always(Words::toned(Tone::Bad, NOT_STANDING).then(format!(": {names}")));
     }
     let is_void = summary.ending == EndingKind::Void.key();
     if summary.ending != EndingKind::Completed.key() && !is_void {
@@ -199,9 +200,7 @@ fn finish(
             with_help(message, help.join("\n"))
         });
     }
-    let words = Words::from(text(summary, same));
-    let words = if is_void { words.tone(Tone::Bad, summary.ending) } else { words };
-    report(format, summary, words)?;
+    report(format, summary, text(summary, same))?;
     Ok(outcome(record, summary))
 }
 
@@ -227,16 +226,18 @@ fn next(bag: &Path, duration_s: f64) -> String {
     format!("next: rsrs draw {} -o {picture}   # {why}", quoted(bag))
 }
 
-fn text(summary: &RunSummary, same: Option<String>) -> String {
+fn text(summary: &RunSummary, same: Option<String>) -> Words {
     let bag = summary.bag.as_ref().map_or_else(String::new, |bag| bag.display().to_string());
     let pace = summary
         .real_time_factor
         .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
     let (duration_s, n_messages) = (summary.duration_s, summary.n_messages);
-    let mut lines = vec![format!("{bag}: {duration_s} s, {n_messages} messages{pace}")];
+    let mut words = Words::from(format!("{bag}: {duration_s} s, {n_messages} messages{pace}"));
     if summary.ending != EndingKind::Completed.key() {
-        lines.push(format!("{}: {}", summary.ending, summary.reason));
+        let ending = Words::toned(Tone::Bad, summary.ending);
+        words = words.below(ending.then(format!(": {}", summary.reason)));
     }
+    let mut lines: Vec<String> = Vec::new();
     lines.extend(summary.other_profile.iter().map(|differ| format!("note: {differ}")));
     lines.extend(summary.own_profiles.iter().map(|(robot, own)| format!("{robot}: {own}")));
     lines.extend(summary.lost_robots.iter().map(ToString::to_string));
@@ -247,7 +248,7 @@ fn text(summary: &RunSummary, same: Option<String>) -> String {
     lines.extend(gaps::lines(&summary.gaps));
     lines.extend(same);
     lines.extend(summary.bag.as_ref().map(|bag| next(bag, summary.duration_s)));
-    lines.join("\n")
+    lines.into_iter().fold(words, Words::below)
 }
 
 #[cfg(test)]

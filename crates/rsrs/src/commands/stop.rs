@@ -16,10 +16,10 @@ use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::fleet_network::{chosen_network, other_middleware};
 use crate::notes::print_always;
-use crate::words::{Tone, Words};
 use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::files::read_text;
+use rsrs_render::words::{Tone, Words};
 
 /// Stop every robot; return when all have acknowledged.
 ///
@@ -168,23 +168,8 @@ fn row(answer: &RobotAcknowledgement) -> RobotRow {
 
 /// A table of the robots; those that have not acknowledged catch the eye.
 fn words(word: StopCommand, summary: &StopSummary) -> Words {
-    let words = Words::from(text(word, summary));
     if summary.robots.is_empty() {
-        return words.tone(Tone::Bad, "no robot found");
-    }
-    summary.robots.iter().fold(words, |words, row| {
-        let words = words.past(format!("\n{}", row.robot));
-        words.tone(Tone::good_if(row.acknowledged), answer(row))
-    })
-}
-
-fn answer(row: &RobotRow) -> &'static str {
-    if row.acknowledged { "yes" } else { "NO" }
-}
-
-fn text(word: StopCommand, summary: &StopSummary) -> String {
-    if summary.robots.is_empty() {
-        return "no robot found".to_owned();
+        return Words::toned(Tone::Bad, "no robot found");
     }
     let longest = summary.robots.iter().map(|row| row.robot.len()).max().unwrap_or(0);
     let width = longest.max("robot".len());
@@ -192,9 +177,9 @@ fn text(word: StopCommand, summary: &StopSummary) -> String {
         StopCommand::Engage => "stands",
         StopCommand::Release => "released",
     };
-    let mut lines = vec![format!("{:width$}  {head:8}  {:>6}  reports", "robot", "after")];
+    let mut words = Words::from(format!("{:width$}  {head:8}  {:>6}  reports", "robot", "after"));
     for row in &summary.robots {
-        let answer = answer(row);
+        let answer = if row.acknowledged { "yes" } else { "NO" };
         let after = row.after_s.map_or_else(|| "-".to_owned(), |after_s| format!("{after_s:.2} s"));
         let reports = match (row.state.as_deref(), row.stop_reason.as_deref()) {
             (Some(state), Some("") | None) => state.to_owned(),
@@ -203,9 +188,13 @@ fn text(word: StopCommand, summary: &StopSummary) -> String {
             (Some(state), Some(reason)) => format!("{state}: {reason}"),
             (None, _) => "no status received".to_owned(),
         };
-        lines.push(format!("{:width$}  {answer:8}  {after:>6}  {reports}", row.robot));
+        let gap = " ".repeat("released".len() - answer.len());
+        words = words
+            .below(format!("{:width$}  ", row.robot))
+            .then_toned(Tone::good_if(row.acknowledged), answer)
+            .then(format!("{gap}  {after:>6}  {reports}"));
     }
-    lines.join("\n")
+    words
 }
 
 /// Who says which robots there are.

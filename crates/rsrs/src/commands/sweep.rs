@@ -11,15 +11,16 @@ use crate::commands::{Format, print_text, report};
 use crate::failure::Outcome;
 use crate::notes::print_always;
 use crate::progress::execution;
-use crate::sweep_report::SweepReport;
+use rsrs_core::numerals::counted;
 use rsrs_pipeline::execution::Execution;
-use rsrs_pipeline::picture;
 use rsrs_pipeline::sweep::ablation::of_barren_sweep;
 use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::shard::Shard;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::{sweep_into, sweep_shard};
-use rsrs_pipeline::wording::{columns, counted};
+use rsrs_render::columns::columns;
+use rsrs_render::sweep::{SweepReport, text};
+use rsrs_render::{picture, settling as settled};
 
 /// Simulate every cell of a sweep into a phase diagram.
 ///
@@ -102,13 +103,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let result = sweep_into(folder, &name, source, execution, picture::into_folder)?;
     let (n_edge, unsettled) = settling::at_edge(&result, execution)?;
     let place = (folder.as_path(), result.source.sweep.behaviour);
-    if let Some(warning) = settling::warning(place, n_edge, &unsettled) {
+    if let Some(warning) = settled::warning(place, n_edge, &unsettled) {
         print_always(format!("warning: {warning}"));
     }
     let mut summary = SweepReport::of(folder, &result);
     summary.unsettled_edge = unsettled;
     summary.factors = of_barren_sweep(&result, execution)?;
-    report(arguments.format, &summary, summary.to_string())?;
+    report(arguments.format, &summary, text(&summary))?;
     Ok(Outcome::Done)
 }
 

@@ -3,15 +3,13 @@
 use std::path::PathBuf;
 
 use rsrs_core::quantity::Cell;
-use rsrs_pipeline::picture;
-use rsrs_pipeline::validate::file::ValidationReport;
 use rsrs_pipeline::validate::{Options, StandIn, validate};
+use rsrs_render::validation::{text, write};
 use rsrs_sim::reachable_set::ReachOptions;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::page_arguments::PageArguments;
-use crate::words::{Tone, Words};
 
 /// Check that the simulated robot is worse than the real ones: step 2 of the method.
 ///
@@ -82,28 +80,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             tolerance_rad: arguments.tolerance_heading.unwrap_or(usual.tolerance_rad),
             ..usual
         },
-        style: arguments.page.style(),
     };
-    let output = arguments.output.as_deref();
-    let answer = validate(&arguments.sweep, &options, output, picture::into_folder)?;
-    report(arguments.format, &answer, words(&answer))?;
+    let validated = validate(&arguments.sweep, &options)?;
+    let style = arguments.page.style();
+    write(&validated, &arguments.sweep, arguments.output.as_deref(), style)?;
+    let answer = validated.answer;
+    report(arguments.format, &answer, text(&answer))?;
     Ok(if answer.is_harsher { Outcome::Done } else { Outcome::NegativeAnswer })
-}
-
-/// The answer, in which what holds and what does not catches the eye.
-fn words(answer: &ValidationReport) -> Words {
-    let ValidationReport { validation, capability_violations, sensor_violations, .. } = answer;
-    let is_contained = validation.is_contained;
-    let contained = if is_contained { "contained" } else { "NOT contained" };
-    let words = Words::new(answer).tone(Tone::good_if(is_contained), contained);
-    let words = if capability_violations.is_empty() {
-        words.tone(Tone::Good, "nowhere better")
-    } else {
-        words.tone(Tone::Bad, "capabilities in which the simulated robot is better")
-    };
-    match sensor_violations {
-        None => words.tone(Tone::Unclear, "not checked"),
-        Some(violations) if violations.is_empty() => words.tone(Tone::Good, "do not contradict"),
-        Some(_) => words.tone(Tone::Bad, "detections that contradict the simulated sensor"),
-    }
 }

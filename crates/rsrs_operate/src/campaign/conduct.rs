@@ -10,8 +10,8 @@ use rsrs_pipeline::attempt::{Attempt, NOT_JUDGED, SIMULATED_TRIES};
 use rsrs_pipeline::campaign::{BAG, CampaignFolder, Finished, Item, Manifest};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
-use rsrs_pipeline::label::{Settledness, marked};
-use rsrs_pipeline::recorded_run::gaps;
+use rsrs_pipeline::label::Settledness;
+use rsrs_render::{gaps, label};
 use rsrs_ros::session::SessionOptions;
 
 use super::plan_now;
@@ -321,7 +321,7 @@ fn in_words(attempt: &Attempt) -> String {
 /// What came of an experiment, behind its name.
 fn outcome(manifest: &Manifest, settledness: Settledness) -> String {
     match manifest.phase {
-        Some(phase) => format!(", {}", marked(phase, settledness)),
+        Some(phase) => format!(", {}", label::marked(phase.to_string(), settledness)),
         None => format!(", not judged: {}", manifest.not_judged),
     }
 }

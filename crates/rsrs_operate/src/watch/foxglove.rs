@@ -17,11 +17,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use rsrs_bags::{Bag, BagError};
+use rsrs_files::quoted;
 use rsrs_msgs::schema::schema_text;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::recorded_run;
-use rsrs_pipeline::wording::shell::quoted;
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{
     Endpoint, EndpointKind, Session, SessionError, SessionOptions, Subscription,

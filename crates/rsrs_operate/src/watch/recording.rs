@@ -8,12 +8,12 @@ use rsrs_bags::trajectory::{Needed, RecordedTrajectory};
 use rsrs_bags::{Bag, BagError};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_files::quoted;
 use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::observation::{Event, Playback, RecordedSwarm};
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_pipeline::error::{in_one_line, with_help};
 use rsrs_pipeline::recorded_run::{self, PosesOfRun};
-use rsrs_pipeline::wording::shell::quoted;
 
 use super::meaning::WatchedTopic;
 

@@ -10,7 +10,7 @@ use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::ReplicateOutcome;
 
-use super::reason::{self, Edge};
+use super::reason::{Edge, Why};
 use super::{Options, Point, Quantity, Range};
 use crate::best_setting::search::{Changes, Search};
 
@@ -76,17 +76,17 @@ pub fn quantity(
     let around = around(&curve, now, options.best.wanted);
     let range = around.map(|(first, last)| Range::of(&curve, (first, last), now));
     let at = swept.iter().position(|swept| same(swept.value, now));
-    let reason = match (around, at) {
+    let why = match (around, at) {
         (Some((first, last)), Some(at)) => {
             let edge = |outward: Vec<_>, n_inside| {
-                (n_inside < outward.len()).then(|| Edge { outward, n_inside }.sentence(axis))
+                (n_inside < outward.len()).then(|| Box::new(Edge::of(&outward, n_inside)))
             };
             let below = edge(swept[..=at].iter().rev().collect(), at - first + 1);
-            reason::of(axis, [below, edge(swept[at..].iter().collect(), last - at + 1)])
+            Why::Ends { below, above: edge(swept[at..].iter().collect(), last - at + 1) }
         }
-        (_, at) => reason::nowhere(axis, &swept, at.map(|at| &swept[at])),
+        (_, at) => Why::nowhere(&swept, at.map(|at| &swept[at])),
     };
-    Ok(Some(Quantity { axis, recommended: now, range, curve, reason }))
+    Ok(Some(Quantity { axis, recommended: now, range, curve, why }))
 }
 
 /// Runs with each value that is possible, in both worlds.

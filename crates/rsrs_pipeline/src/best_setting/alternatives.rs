@@ -3,13 +3,11 @@
 
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::diagram::choice::{Choice, DenserStart, OtherNumber};
-use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::SweepError;
 
 use super::{Best, Options, confirm};
 use crate::sweep::source::ResolvedSweep;
-use crate::wording::{count, percent};
 
 /// Radii of discs over that of the setting's.
 const SHARES: [f64; 3] = [0.8, 0.65, 0.5];
@@ -120,93 +118,5 @@ impl Setting<'_> {
             }));
         }
         Ok(numbers)
-    }
-}
-
-/// From such a share on, the others still do what is wanted of them now and then.
-const NOW_AND_THEN: f64 = 0.1;
-
-/// What the loss of a robot comes to.
-fn losing_one(less: &OtherNumber, wanted: f64, verb: Verb) -> String {
-    if less.b_s < NOW_AND_THEN {
-        return "losing one robot ends it".to_owned();
-    }
-    format!(
-        "after the loss of one robot the others {} in {} only, less than the {} that are wanted",
-        verb.plain,
-        percent(less.b_s),
-        percent(wanted)
-    )
-}
-
-/// What other starts and numbers would give, in lines for a person.
-pub fn text(choice: &Choice, wanted: f64) -> Vec<String> {
-    let lines = [start(choice, wanted), numbers(choice), spare(choice, wanted)];
-    lines.into_iter().flatten().collect()
-}
-
-/// The same without other numbers, where these are a question of their own.
-pub fn start_and_spare_text(choice: &Choice, wanted: f64) -> Vec<String> {
-    [start(choice, wanted), spare(choice, wanted)].into_iter().flatten().collect()
-}
-
-fn start(choice: &Choice, wanted: f64) -> Option<String> {
-    let is_of_help =
-        |start: &&DenserStart| !choice.is_viable(wanted) && start.b_s_low > choice.least().1;
-    let start = choice.denser_start.as_ref().filter(is_of_help)?;
-    let is_viable = start.b_s_low >= wanted;
-    Some(format!(
-        "from a denser start, with `placement_radius_m: {}` (now {:.2}) B_s is {} in {} fresh runs, lower \
-         bound {}{}",
-        start.placement_radius_m,
-        start.now_m,
-        percent(start.b_s),
-        count(start.n_replicates),
-        percent(start.b_s_low),
-        if is_viable { "; place the robots so, and sweep again" } else { "" }
-    ))
-}
-
-fn numbers(choice: &Choice) -> Option<String> {
-    let verb = choice.behaviour().verb();
-    let number =
-        |other: &OtherNumber| format!("{} {} in {}", other.robots, verb.plain, percent(other.b_s));
-    let first = choice.other_numbers.first()?;
-    let numbers: Vec<String> = choice.other_numbers.iter().map(number).collect();
-    let runs = count(first.n_replicates);
-    Some(format!("other numbers of robots, in {runs} runs: {}", numbers.join(", ")))
-}
-
-fn spare(choice: &Choice, wanted: f64) -> Option<String> {
-    let less = choice.other_numbers.iter().find(|other| Some(other.robots + 1) == choice.robots);
-    let is_a_loss = |less: &&OtherNumber| less.b_s_high < wanted.min(choice.least().1);
-    let less = less.filter(is_a_loss)?;
-    let losing = losing_one(less, wanted, choice.behaviour().verb());
-    Some(format!("{losing}; have a spare one at hand"))
-}
-
-#[cfg(test)]
-mod tests {
-    use rsrs_core::judge::behaviour::Behaviour;
-
-    use super::*;
-
-    #[test]
-    fn the_loss_of_a_robot_is_worded_by_what_the_others_still_do() {
-        let less = |b_s: f64| OtherNumber {
-            robots: 5,
-            b_s,
-            b_s_low: b_s,
-            b_s_high: b_s,
-            n_replicates: 200,
-        };
-        let verb = Behaviour::Milling.verb();
-
-        assert_eq!(losing_one(&less(0.02), 0.8, verb), "losing one robot ends it");
-        assert_eq!(
-            losing_one(&less(0.41), 0.8, verb),
-            "after the loss of one robot the others mill in 41.0 % only, less than the 80.0 % that are \
-             wanted"
-        );
     }
 }

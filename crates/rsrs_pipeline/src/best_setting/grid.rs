@@ -3,11 +3,10 @@
 use rsrs_core::conditions::Walls;
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::numerals::significant;
 use rsrs_core::quantity::{Axis, AxisValues, Cell};
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::profile::RobotProfile;
-
-use crate::wording::significant;
 
 /// Where a swarm is.
 #[derive(Clone, Copy)]

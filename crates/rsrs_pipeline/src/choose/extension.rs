@@ -2,11 +2,11 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::choice::Choice;
+use rsrs_core::numerals::significant;
 use rsrs_core::quantity::{Axis, Cell};
 use serde::Serialize;
 
 use crate::sweep::result::SweepResult;
-use crate::wording::significant;
 
 /// An axis at whose end the chosen cell lies.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -8,7 +8,7 @@ use rsrs_core::comparison::{MARGIN, Verdict};
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
-use super::report::Runs;
+use super::Runs;
 use super::run_matching::Admitted;
 use crate::error::with_help;
 

@@ -1,13 +1,14 @@
 //! Runs that do not count in a comparison, and why.
 
-use std::fmt;
 use std::path::PathBuf;
 
 use rsrs_core::quantity::Cell;
 use rsrs_fleet::record::{EndingKind, LostRobot};
 use serde::Serialize;
 
-/// Why a run does not count; its words are here and nowhere else.
+use super::run_matching::Admitted;
+
+/// Why a run does not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
@@ -56,35 +57,33 @@ impl Cause {
     pub fn is_lost_evidence(self) -> bool {
         matches!(self, Self::Incomplete | Self::NotLabelled)
     }
-
-    /// What can be done about it, beside leaving the run out; `None` if that is all.
-    pub fn option(self) -> Option<&'static str> {
-        match self {
-            Self::RobotLost => Some("`--with-lost-robots` counts such runs, too"),
-            Self::Implausible => Some("`--with-implausible` counts such runs, too"),
-            Self::Void
-            | Self::Aborted
-            | Self::Failed
-            | Self::Incomplete
-            | Self::MadeAgain
-            | Self::NotLabelled => None,
-        }
-    }
 }
 
-/// The cause in front of its reason.
-impl fmt::Display for Cause {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Void => "void",
-            Self::Aborted => "aborted",
-            Self::Failed => "failed",
-            Self::RobotLost => "went on without a robot",
-            Self::Incomplete => "not whole",
-            Self::MadeAgain => "made again",
-            Self::Implausible => "implausible",
-            Self::NotLabelled => "not labelled",
-        })
+/// A run that does not count, with the index of its cell in the diagram.
+#[derive(Clone, Debug)]
+pub struct LeftOutRun {
+    /// The index.
+    pub cell: usize,
+    /// Which run it is of those whose number was fixed.
+    pub number: Option<u64>,
+    /// The run.
+    pub not_counted: NotCounted,
+}
+
+impl LeftOutRun {
+    /// A run that does not count, and why.
+    pub fn of(cell: &Cell, run: Admitted, (cause, reason): (Cause, String)) -> Self {
+        let not_counted = NotCounted {
+            cell: cell.clone(),
+            cause,
+            ending: run.ending.as_ref().map_or("unknown", |ending| ending.kind.key()),
+            reason,
+            lost_robots: run.lost().to_vec(),
+            after_start: run.has_started,
+            bag: run.bag,
+        };
+        let number = run.record.fixed.map(|fixed| fixed.number);
+        Self { cell: run.cell, number, not_counted }
     }
 }
 

@@ -1,18 +1,41 @@
 //! How often simulated robots mill in a cell: what real runs are held against.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use rsrs_core::diagram::choice::Choice;
+use rsrs_core::diagram::choice::{AsMeasured, Choice};
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::statistics::share::Share;
+use rsrs_files::quoted;
 
-use crate::compare::report::Simulated;
 use crate::error::with_help;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
-use crate::wording::shell::quoted;
 
 /// The part of the error that the chosen cell has beside others.
 pub const CHOSEN: f64 = 0.5;
+
+/// Simulated runs of one cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Simulated {
+    /// How they ended.
+    pub phases: PhaseCounts,
+    /// Whether they are fresh ones, which did not choose the cell.
+    pub is_confirmed: bool,
+}
+
+/// What a reader of what rests on a prediction must not overlook.
+#[derive(Clone, Debug)]
+pub enum Note {
+    /// No cell was chosen in this folder of a sweep, and confirmed on fresh seeds.
+    NothingChosen(PathBuf),
+    /// In the chosen cell robots that are made worse do as is wanted more often.
+    WorseIsBetter {
+        /// The choice.
+        choice: Box<Choice>,
+        /// What robots as measured do there.
+        measured: AsMeasured,
+    },
+}
 
 /// The cells of a sweep.
 pub struct Prediction<'a> {
@@ -50,25 +73,12 @@ impl<'a> Prediction<'a> {
     }
 
     /// What is to be noted about the chosen cell, if anything.
-    pub fn note(&self) -> Option<String> {
-        let folder = self.folder.display();
+    pub fn note(&self) -> Option<Note> {
         let Some((_, choice)) = &self.chosen else {
-            return Some(format!(
-                "{folder} has no choice.json; a cell that was picked from this sweep looks better \
-                 than it is, until `{}` confirms it",
-                choose_line(self.folder)
-            ));
+            return Some(Note::NothingChosen(self.folder.to_path_buf()));
         };
         let measured = choice.as_measured.filter(|_| choice.worse_is_better())?;
-        let mill = choice.behaviour().verb().plain;
-        Some(format!(
-            "in the chosen cell, simulated robots as measured {mill} in {:.1} % of {} runs, and made \
-             worse in {:.1} %: being worse helps there, and that fewer real ones {mill} needs no other \
-             reason",
-            100.0 * measured.share,
-            measured.n_replicates,
-            100.0 * choice.b_s
-        ))
+        Some(Note::WorseIsBetter { choice: Box::new(choice.clone()), measured })
     }
 
     /// A cell's part of the error, which is fixed by the sweep and its choice, before any run: one half is that
@@ -135,6 +145,7 @@ fn choose_again(folder: &Path) -> String {
     format!("choose again: `{}`", choose_line(folder))
 }
 
-fn choose_line(folder: &Path) -> String {
+/// The command that chooses a cell and keeps it where it is looked for.
+pub fn choose_line(folder: &Path) -> String {
     format!("rsrs choose {} -o {}", quoted(folder), quoted(folder.join("choice.json")))
 }

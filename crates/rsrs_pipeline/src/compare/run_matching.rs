@@ -10,6 +10,7 @@ use rsrs_core::conditions::operator::OperatorConditions;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
+use rsrs_files::quoted;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobot, PausedRobot};
 use rsrs_sim::sweep::confirmation_seed;
@@ -19,7 +20,6 @@ use crate::compare::not_counted::Cause;
 use crate::error::{help_of, in_one_line, with_help};
 use crate::recorded_run;
 use crate::sweep::result::SweepResult;
-use crate::wording::shell::quoted;
 
 /// A bag of a run that a swept cell stands for.
 #[derive(Clone, Debug)]

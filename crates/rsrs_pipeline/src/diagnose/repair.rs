@@ -6,7 +6,6 @@ use rsrs_core::quantity::{Axis, Cell};
 use crate::best_setting::search::{Changes, Confirmed, Search, Tried, promising};
 
 use super::remedy::{Remedy, designs, imperfections};
-use super::sentence;
 use super::{Cause, Hopeless};
 
 /// What was found.
@@ -313,7 +312,6 @@ fn cause(remedy: &Remedy, (needed, confirmed): (f64, &Confirmed)) -> Cause {
         necessary: false,
         cost: None,
         cell: confirmed.cell.clone(),
-        change: sentence::change(remedy.axis, remedy.now, needed),
     }
 }
 

@@ -5,8 +5,6 @@ use crate::best_setting::search::{Changes, Search, Tried};
 use super::Spare;
 use super::remedy::savings;
 
-use super::sentence;
-
 /// Finds how much worse each capability may be while all others stay.
 ///
 /// # Arguments
@@ -47,7 +45,6 @@ pub fn spare(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Vec<Spa
             b_s: confirmed.b_s,
             b_s_low: confirmed.b_s_low,
             cell: confirmed.cell,
-            text: sentence::spare(remedy.axis, remedy.now, enough),
         });
     }
     Ok(found)

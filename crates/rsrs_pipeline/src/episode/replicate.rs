@@ -1,6 +1,5 @@
 //! One replicate of a sweep, run again.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -8,6 +7,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::settling::Settling;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{Phase, converged_s, label};
+use rsrs_core::numerals::counted;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::{RobotLost, Time};
@@ -20,8 +20,6 @@ use crate::execution::Execution;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::sweep::settling;
-use crate::wording::counted;
-use crate::wording::shell::quoted;
 
 /// One replicate of a sweep, run again into a bag.
 #[derive(Clone, Debug, Serialize)]
@@ -89,27 +87,6 @@ pub fn replay(
         n_messages: written.n_messages,
         settling: settling::of_cell(&result.source, index, execution)?,
     })
-}
-
-impl fmt::Display for Episode {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { bag, cell, replicate, seed, phase, duration_s, .. } = self;
-        let bag = bag.display();
-        write!(out, "{bag}: {phase}")?;
-        if let Some(converged_s) = self.converged_s {
-            write!(out, " from {converged_s:.0} s on")?;
-        }
-        let robots = counted(self.n_robots as u64, "robot");
-        let messages = counted(self.n_messages, "message");
-        write!(
-            out,
-            ", replicate {replicate} of {cell}, seed {seed} ({robots}, {duration_s:.0} s, {messages})"
-        )?;
-        if let Some(settling) = &self.settling {
-            write!(out, "\n  {}", settling::text(settling))?;
-        }
-        write!(out, "\nnext: rsrs label {}", quoted(&self.bag))
-    }
 }
 
 fn find(

@@ -1,12 +1,11 @@
-//! The gallery: what was found, confirmed on fresh seeds, drawn, and ready to be swept.
+//! The gallery: what was found, confirmed on fresh seeds, and ready to be swept.
 
 use std::path::PathBuf;
 
 use anyhow::Context;
-use rsrs_core::conditions::Walls;
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::numerals::percent;
 use rsrs_core::quantity::{Axis, AxisValues};
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::harsher::Harsher;
@@ -14,27 +13,18 @@ use rsrs_core::statistics::share::Share;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::confirmation_seed;
-use rsrs_view::page::Page;
-use rsrs_view::theme::Theme;
-use rsrs_view::trajectory::TrajectoryPicture;
 
 use super::folder::{Folder, PROFILE};
 use super::trial::{self, Elsewhere, Laboratory, Name, Trial};
-use super::{CONFIRM, Explored, FoundController, Options};
+use super::{CONFIRM, Explored, FoundController, Options, ShownRun};
 use crate::files::write_file;
-use crate::wording::percent;
 
-/// Pictures of a gallery at most.
+/// Controllers of a gallery at most.
 const MOST: usize = 24;
-const COLUMNS: usize = 4;
-/// Width of `gallery.png`, in pixels.
-const WIDTH_PX: u32 = 1600;
-/// How much of a run is drawn strongly, in seconds.
-const TAIL_S: f64 = 30.0;
 /// Folder of the sweeps.
 const SWEEPS: &str = "sweeps";
 
-/// Confirms what was found, and writes pictures and sweeps.
+/// Confirms what was found, and writes sweeps.
 ///
 /// # Errors
 ///
@@ -59,30 +49,38 @@ pub fn write(
     let folder = site.path.join(SWEEPS);
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("cannot make {}", folder.display()))?;
-    let (mut trials, mut found, mut runs) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut found, mut runs) = (Vec::new(), Vec::new());
     for (index, Confirmed { trial, share, shown }) in confirmed.into_iter().enumerate() {
         let elsewhere = laboratory.elsewhere(&trial, seed, options)?;
         let mut entry = describe(&trial, share, elsewhere);
+        let mut phase = None;
         if let Name::Behaviour(behaviour) = trial.name {
             let name = format!("{:02}_{}.yaml", index + 1, trial.name.key());
             let sweep = PathBuf::from(SWEEPS).join(name);
             let text = sweep_text(laboratory, (&trial, behaviour), &entry, options)?;
             write_file(&site.path.join(&sweep), text.as_bytes())?;
             entry.sweep = Some(sweep);
+            phase = Some(behaviour.wanted());
         }
         let seed = Seed { seed, replicate: shown.unwrap_or(0) };
-        runs.push(run_episode(&laboratory.judged_for(&trial)?, seed, options.duration_s)?);
+        let conditions = laboratory.judged_for(&trial)?;
+        runs.push(ShownRun {
+            trajectory: run_episode(&conditions, seed, options.duration_s)?,
+            phase,
+        });
         found.push(entry);
-        trials.push(trial);
     }
-    let gallery = Gallery { trials: &trials, found: &found, runs: &runs };
-    draw(laboratory, site, &gallery, options)?;
     Ok(Explored {
         folder: site.path.clone(),
         robot: laboratory.robot.clone(),
         wanted: options.wanted,
         n_controllers,
         found,
+        runs,
+        robots: options.robots,
+        radius_m: laboratory.radius_m(),
+        arena_m: laboratory.arena_m,
+        walls: options.walls,
     })
 }
 
@@ -194,63 +192,4 @@ fn axes(laboratory: &Laboratory, controller: ControllerParameters) -> (Axes, Vec
     };
     let swept = Axes(swept.iter().map(around).collect());
     (swept, kept.iter().copied().chain(standing).collect())
-}
-
-/// What is shown: controllers, what fresh runs of them show, and one of these runs each.
-struct Gallery<'a> {
-    trials: &'a [Trial],
-    found: &'a [FoundController],
-    runs: &'a [Trajectory],
-}
-
-/// Draws one run of each, as `gallery.svg`, `gallery.png` and `gallery.html`.
-fn draw(
-    laboratory: &Laboratory,
-    site: &Folder,
-    gallery: &Gallery,
-    options: &Options,
-) -> anyhow::Result<()> {
-    let Gallery { trials, found, runs } = *gallery;
-    let walls = if options.walls == Walls::None { "without walls" } else { "with walls" };
-    let title = format!(
-        "What {} robots of kind {} can do in {} m, {walls}",
-        options.robots, laboratory.robot, laboratory.arena_m
-    );
-    let pictures: Vec<TrajectoryPicture> = trials
-        .iter()
-        .zip(found)
-        .zip(runs)
-        .enumerate()
-        .map(|(index, ((trial, found), trajectory))| TrajectoryPicture {
-            trajectory,
-            radius_m: laboratory.radius_m(),
-            tail_s: TAIL_S,
-            phase: match trial.name {
-                Name::Behaviour(behaviour) => Some(behaviour.wanted()),
-                Name::WallFollowing | Name::Other => None,
-            },
-            lost: &[],
-            names: &[],
-            walls_m: (options.walls != Walls::None).then_some(laboratory.arena_m / 2.0),
-            title: format!("{}: {}", index + 1, found.name.replace('_', " ")),
-            subtitle: format!("{} of runs; {}", percent(found.share), found.words),
-            theme: Theme::Screen,
-        })
-        .collect();
-    let svg = rsrs_view::gallery::svg(&title, &pictures, COLUMNS)?;
-    write_file(&site.path.join("gallery.svg"), svg.as_bytes())?;
-    let png = rsrs_view::raster::png(&svg, WIDTH_PX)?;
-    write_file(&site.path.join("gallery.png"), &png)?;
-    let mut page = Page::new(&title);
-    page.paragraph(
-        "Each picture is one simulated run of a controller that was found: pale where robots were, \
-         strong where they were in the last 30 s. The share is that of fresh runs that show the same.",
-    );
-    let mut figures = Vec::new();
-    for (picture, found) in pictures.iter().zip(found) {
-        let svg = rsrs_view::trajectory::svg(picture)?;
-        figures.push((svg, super::text::caption(found, &site.path)));
-    }
-    page.figures(&figures);
-    write_file(&site.path.join("gallery.html"), page.finish().as_bytes())
 }

@@ -1,7 +1,6 @@
 //! How far the judge and people agree, and where they do not.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::judge::agreement::Agreement;
@@ -142,50 +141,4 @@ fn disagreements(seen: &[Seen]) -> Vec<Disagreement> {
 fn not_judged(seen: &[Seen]) -> Vec<NotJudged> {
     let refused = |seen: &Seen| Some((seen.bag.clone(), seen.refusal.clone()?));
     seen.iter().filter_map(refused).map(|(bag, reason)| NotJudged { bag, reason }).collect()
-}
-
-impl fmt::Display for AgreementReport {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for pair in &self.pairs {
-            writeln!(out, "{}", of_pair(pair))?;
-        }
-        if self.pairs.is_empty() {
-            writeln!(out, "no two have labelled the same bag")?;
-        }
-        match self.disagreements.len() {
-            0 => writeln!(out, "no labels disagree")?,
-            n => writeln!(out, "look again at {n} of {} bags:", self.n_bags)?,
-        }
-        for bag in &self.disagreements {
-            let labels: Vec<String> =
-                bag.labels.iter().map(|(who, phase)| format!("{phase} by {who}")).collect();
-            let distance = bag.distance.map_or_else(String::new, |distance| {
-                format!(" (the judge is {distance:.2} from another phase)")
-            });
-            writeln!(out, "  {}: {}{distance}", bag.bag.display(), labels.join(", "))?;
-        }
-        for bag in &self.not_judged {
-            writeln!(out, "not judged: {}", bag.reason)?;
-        }
-        Ok(())
-    }
-}
-
-fn of_pair(pair: &Pair) -> String {
-    let [one, other] = &pair.by;
-    let Agreement { n, n_same, share, share_interval, kappa, kappa_interval, .. } = pair.agreement;
-    let kappa = match kappa.zip(kappa_interval) {
-        Some((kappa, interval)) => format!(
-            "Cohen's kappa {kappa:.2} (95 % interval {:.2} to {:.2})",
-            interval.low, interval.high
-        ),
-        None => "no kappa, because both gave every bag the same label".to_owned(),
-    };
-    format!(
-        "{one} and {other}: {kappa}; the same label on {n_same} of {n} bags, {:.0} % \
-         ({:.0} to {:.0} %)",
-        100.0 * share,
-        100.0 * share_interval.low,
-        100.0 * share_interval.high
-    )
 }

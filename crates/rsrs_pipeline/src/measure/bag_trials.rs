@@ -17,10 +17,10 @@ use rsrs_fleet::record::{Backend, ExperimentRecord};
 use rsrs_msgs::topics;
 
 use crate::error::helped;
+use crate::files::names;
 use crate::measure::sensor_readings::{self, Readings};
 use crate::measure::trial_window::intervals_s;
 use crate::recorded_run::{self, PosesOfRun};
-use crate::wording::names;
 
 /// The trials of one bag.
 #[derive(Clone, Debug, Default)]

@@ -11,9 +11,9 @@ use rsrs_core::trials::trial::{
 };
 
 use crate::error::with_help;
+use crate::files::names;
 use crate::measure::bag_trials::{self, BagTrials};
 use crate::measure::trial_files::{Trajectories, table, trajectories};
-use crate::wording::names;
 
 /// All trials of a fit.
 pub struct Sources {

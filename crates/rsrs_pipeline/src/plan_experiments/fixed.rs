@@ -7,6 +7,8 @@ use rsrs_core::comparison::fixed::{FixedPlan, PlannedCell, plan};
 use rsrs_core::judge::behaviour::Behaviour;
 use serde::Serialize;
 
+use crate::compare::prediction::Note;
+
 use super::{Options, PlannedRuns, Subject};
 
 /// A campaign of a number of runs that is fixed before the first.
@@ -26,8 +28,9 @@ pub struct PlannedCampaign {
     /// What decides, and how probable it is.
     #[serde(flatten)]
     pub plan: FixedPlan,
-    /// What a reader must not overlook.
-    pub notes: Vec<String>,
+    /// What a reader must not overlook; as JSON it is written as a sentence, by `rsrs_render`.
+    #[serde(skip)]
+    pub note: Option<Note>,
 }
 
 impl PlannedCampaign {
@@ -106,6 +109,6 @@ pub fn plan_campaign(folder: &Path, options: &Options) -> anyhow::Result<Planned
         margin: options.margin,
         cells: subject.rows(|position| plan.runs.get(position).copied()),
         plan,
-        notes: subject.notes,
+        note: subject.note,
     })
 }

@@ -1,7 +1,6 @@
 //! Recorded detections into today's controller: does it still command what it did on the floor?
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -17,7 +16,6 @@ use serde::Serialize;
 
 use crate::error::with_help;
 use crate::recorded_run;
-use crate::wording::{count, counted};
 
 /// Recorded commands beside those of today's controller.
 #[derive(Clone, Debug, Serialize)]
@@ -259,44 +257,4 @@ fn period_ns(detections: &[(u64, bool)]) -> u64 {
         detections.windows(2).map(|pair| pair[1].0.saturating_sub(pair[0].0)).collect();
     distances.sort_unstable();
     distances.get(distances.len() / 2).copied().unwrap_or(0)
-}
-
-impl fmt::Display for ControllerReplay {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let robots = counted(self.robots.len() as u64, "robot");
-        let commands = counted(self.n_steps, "command");
-        let bag = self.bag.display();
-        write!(
-            out,
-            "{bag}: {commands} of {robots} compared, {} different",
-            count(self.n_different)
-        )?;
-        for (n, what) in [
-            (self.n_unanswered, "detection without a recorded command"),
-            (self.n_unasked, "command without a detection"),
-        ] {
-            if n > 0 {
-                let plural = what.replacen(' ', "s ", usize::from(n > 1));
-                write!(out, ", {} {plural}", count(n))?;
-            }
-        }
-        for robot in &self.robots {
-            let Some(first) = robot.first else { continue };
-            let text = |command: Command| {
-                format!("{:.3} m/s, {:.3} rad/s", command.speed_m_s, command.turn_rate_rad_s)
-            };
-            write!(
-                out,
-                "\n  {}: {} different, the first at {:.3} s: it detected {}, the recording has {}, \
-                 today's controller commands {}",
-                robot.robot,
-                count(robot.n_different),
-                first.time_s,
-                if first.detected { "something" } else { "nothing" },
-                text(first.recorded),
-                text(first.today)
-            )?;
-        }
-        Ok(())
-    }
 }

@@ -1,19 +1,17 @@
 //! A bag into today's judge: is its label still the recorded one?
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
+use rsrs_files::quoted;
 use serde::{Deserialize, Serialize};
 
 use crate::error::with_help;
 use crate::files::read_if_there;
 use crate::label::human_labels::JUDGE;
 use crate::label::{LabelOptions, Labelled, label_bag};
-use crate::wording::columns;
-use crate::wording::shell::quoted;
 
 /// The label beside a bag, as a campaign leaves it.
 const LABEL: &str = "label.json";
@@ -110,27 +108,4 @@ fn read(path: &Path, bag: &Path) -> anyhow::Result<JudgedPhase> {
         bail!("{file}: the label is by {}, expected one by the {JUDGE}", label.by);
     }
     Ok(label)
-}
-
-impl fmt::Display for JudgeReplay {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let verdict = if self.is_same { "the same label" } else { "another label" };
-        let mut rows =
-            vec![["", "phase", "rotation", "orbit", "circliness", "blocked"].map(str::to_owned)];
-        for (when, judged) in [("recorded", &self.recorded), ("today", &self.today)] {
-            let number = |of: fn(&OrderParameters) -> f64| {
-                let evidence = judged.evidence.as_ref();
-                evidence.map_or_else(|| "-".to_owned(), |it| format!("{:.3}", of(it)))
-            };
-            rows.push([
-                when.to_owned(),
-                judged.phase.to_string(),
-                number(|it| it.rotation),
-                number(|it| it.orbit),
-                number(|it| it.circliness),
-                number(|it| it.blocked),
-            ]);
-        }
-        write!(out, "{}: {verdict}\n{}", self.bag.display(), columns(&rows))
-    }
 }

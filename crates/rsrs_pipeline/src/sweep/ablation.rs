@@ -13,7 +13,6 @@ use serde::Serialize;
 use crate::execution::Execution;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
-use crate::wording::columns;
 
 /// Most runs of each variant.
 pub const REPLICATES: u64 = 200;
@@ -177,7 +176,7 @@ fn conditions(
 
 impl Ablation {
     /// The factor without which most is won, if that is more than chance.
-    fn worst(&self) -> Option<&FactorEffect> {
+    pub fn worst(&self) -> Option<&FactorEffect> {
         let worst = self
             .factors
             .iter()
@@ -185,33 +184,5 @@ impl Ablation {
         // By chance, two shares differ by less than this in 99 of 100 cases.
         let chance = 2.58 * libm::sqrt(2.0 * 0.25 / self.n_replicates as f64);
         (worst.b_s_without - self.b_s_with_all > chance).then_some(worst)
-    }
-
-    /// The report, in lines for a person.
-    pub fn in_words(&self) -> String {
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        let mut lines = vec![format!(
-            "which factor makes it worse at {} ({} runs each):\n  B_s, the share of runs that end as wanted, \
-             is {} with robots as measured, and {} with all factors of `harsher`",
-            self.cell,
-            self.n_replicates,
-            percent(self.b_s_as_measured),
-            percent(self.b_s_with_all)
-        )];
-        let row = |effect: &FactorEffect| {
-            [
-                format!("  {}", effect.factor),
-                format!("({})", effect.meaning),
-                format!("alone {}", percent(effect.b_s_alone)),
-                format!("all but this one {}", percent(effect.b_s_without)),
-            ]
-        };
-        let rows: Vec<[String; 4]> = self.factors.iter().map(row).collect();
-        lines.push(columns(&rows));
-        lines.push(match self.worst() {
-            Some(worst) => format!("  {} does most of it", worst.factor),
-            None => "  no single factor does much of it".to_owned(),
-        });
-        lines.join("\n")
     }
 }

@@ -15,12 +15,12 @@ use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::document;
 use rsrs_core::quantity::Cell;
+use rsrs_files::quoted;
 
 use crate::error::with_help;
 use crate::files::read_text;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
-use crate::wording::shell::quoted;
 
 const SWEEP: &str = "sweep.yaml";
 const CELLS: &str = "cells.csv";

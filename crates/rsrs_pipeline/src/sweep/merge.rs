@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use rsrs_files::quoted;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
 use crate::error::with_help;
@@ -12,7 +13,6 @@ use crate::sweep::folder::{self, difference};
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
 use crate::sweep::{Draw, Plan, sweep_into};
-use crate::wording::shell::quoted;
 
 /// Puts shards together into the folder that one machine would have made, byte for byte.
 ///

@@ -1,11 +1,8 @@
 //! Whether cells are settled at their duration: their runs, looked at at two thirds and at the end; and when
 //! they came to what they end in.
 
-use std::path::Path;
-
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::settling::{Settling, edge};
-use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{Phase, converged_s, label};
 use rsrs_core::quantity::Cell;
 use rsrs_sim::draw::Seed;
@@ -25,9 +22,11 @@ const LOOK_AT_EDGE: u64 = 16;
 /// A cell that is not settled.
 #[derive(Clone, Debug, Serialize)]
 pub struct Unsettled {
-    cell: Cell,
+    /// The cell.
+    pub cell: Cell,
+    /// How many of its runs change.
     #[serde(flatten)]
-    settling: Settling,
+    pub settling: Settling,
 }
 
 /// Whether one cell of a sweep is settled; `None` if its runs are too short for that.
@@ -116,38 +115,4 @@ fn of_conditions(
     let n = usize::try_from(replicates)?;
     let cells = before.chunks(n).zip(after.chunks(n));
     Ok(Some(cells.map(|(before, after)| Settling::of(before, after, from_s)).collect()))
-}
-
-/// Whether a cell is settled, in words.
-pub fn text(settling: &Settling) -> String {
-    let Settling { n_replicates, n_changed, from_s } = settling;
-    let changes = format!(
-        "{n_changed} of {n_replicates} runs change their phase in the last third, after {from_s:.0} s"
-    );
-    if settling.is_settled() {
-        return format!("settled: {changes}");
-    }
-    format!("not settled: {changes}; with a longer `duration_s`, B_s may be another")
-}
-
-/// The note on a sweep whose edge is not settled.
-///
-/// # Arguments
-///
-/// * `n_edge`, `unsettled` — as from [`at_edge`].
-pub fn warning(
-    (folder, behaviour): (&Path, Behaviour),
-    n_edge: usize,
-    unsettled: &[Unsettled],
-) -> Option<String> {
-    let worst = unsettled.iter().max_by_key(|cell| cell.settling.n_changed)?;
-    let Settling { n_replicates, n_changed, from_s } = worst.settling;
-    Some(format!(
-        "{} of {n_edge} cells at the edge of the {behaviour} region are not settled: of {}, {n_changed} of \
-         {n_replicates} runs change their phase after {from_s:.0} s; before you rely on the edge, sweep \
-         {} with a longer `duration_s`",
-        unsettled.len(),
-        worst.cell,
-        folder.join("sweep.yaml").display()
-    ))
 }

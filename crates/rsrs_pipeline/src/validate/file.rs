@@ -75,18 +75,25 @@ pub struct Turning {
     pub driving_gain: Option<Estimate>,
 }
 
-/// The note on a picture.
-#[derive(Deserialize)]
-struct StoredSummary {
+/// The part of an answer that is noted on pictures.
+#[derive(Clone, Debug, Deserialize)]
+pub struct StoredAnswer {
+    /// Which simulated robot was judged.
     #[serde(flatten)]
-    judged: Judged,
-    is_harsher: bool,
-    is_contained: bool,
-    share: f64,
-    n_trials: usize,
-    n_inside: usize,
+    pub judged: Judged,
+    /// Whether trials are contained and the simulated robot is nowhere better.
+    pub is_harsher: bool,
+    /// Whether the trials are contained.
+    pub is_contained: bool,
+    /// The share of simulated robots that the regions hold.
+    pub share: f64,
+    /// Number of trials.
+    pub n_trials: usize,
+    /// Those that are inside at every time.
+    pub n_inside: usize,
+    /// How far the trials are a simulator's; `None` if they are those of robots.
     #[serde(default)]
-    trials_of: Option<TrialOrigin>,
+    pub trials_of: Option<TrialOrigin>,
 }
 
 impl Judged {
@@ -130,7 +137,7 @@ impl ValidationReport {
     }
 }
 
-/// The note on a picture of a sweep: whether its simulator was validated.
+/// The answer that is kept in the folder of a sweep: whether its simulator was validated.
 ///
 /// # Arguments
 ///
@@ -140,37 +147,13 @@ impl ValidationReport {
 /// # Errors
 ///
 /// If there is a file that is no answer.
-pub fn note(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Option<String>> {
+pub fn stored(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Option<StoredAnswer>> {
     let path = folder.join(NAME);
     if !path.exists() {
         return Ok(None);
     }
     let text = read_text(&path)?;
-    let given: StoredSummary = serde_json::from_str(&text)
+    let given: StoredAnswer = serde_json::from_str(&text)
         .with_context(|| format!("{} is no answer of `rsrs validate`", path.display()))?;
-    Ok(given.judged.is_of(source).then(|| given.text()))
-}
-
-impl StoredSummary {
-    fn text(&self) -> String {
-        let Self { n_inside, n_trials, .. } = self;
-        let counts = format!(
-            "{n_inside} of {n_trials} trials inside the simulated {:.0} % reach",
-            self.share * 100.0
-        );
-        let at: Vec<String> =
-            self.judged.at.iter().map(|(axis, value)| format!("{axis}={value}")).collect();
-        let at = if at.is_empty() { String::new() } else { format!(" (at {})", at.join(", ")) };
-        if let Some(origin) = self.trials_of {
-            let whose = origin.whose();
-            return format!("not validated: held against trials of {whose}, {counts}{at}");
-        }
-        match (self.is_contained, self.is_harsher) {
-            (true, true) => format!("validated: {counts}{at}"),
-            (true, false) => {
-                format!("NOT validated: {counts}{at}, but the simulated robot is better in part")
-            }
-            (false, _) => format!("NOT contained: {counts}{at}"),
-        }
-    }
+    Ok(given.judged.is_of(source).then_some(given))
 }

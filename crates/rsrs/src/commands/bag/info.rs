@@ -11,11 +11,12 @@ use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use rsrs_core::numerals::{count, counted, size};
+use rsrs_files::quoted;
 use rsrs_pipeline::label::human_labels::{self, HumanLabel};
 use rsrs_pipeline::recorded_run;
-use rsrs_pipeline::wording::columns;
-use rsrs_pipeline::wording::shell::quoted;
-use rsrs_pipeline::wording::{count, counted, moment, size};
+use rsrs_render::columns::columns;
+use rsrs_render::wording::moment;
 
 /// Print what is in a bag: topics, times, the experiment, labels, and where it breaks off.
 ///

@@ -8,9 +8,10 @@ use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use rsrs_core::numerals::{count, counted, size};
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::label::human_labels;
-use rsrs_pipeline::wording::{count, counted, moment, size};
+use rsrs_render::wording::moment;
 
 /// Save what can be saved of a bag that was cut, damaged or never closed.
 ///

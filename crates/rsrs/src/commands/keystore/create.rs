@@ -1,12 +1,12 @@
 //! `rsrs keystore create`: a keystore for a fleet.
 
+use rsrs_files::quoted;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_keystore::create::{KeystoreRequest, MadeEnclave, MadeKeystore, create};
 use rsrs_keystore::members::is_keystore;
 use rsrs_keystore::problem::EnclaveProblem;
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::files::read_text;
-use rsrs_pipeline::wording::shell::quoted;
 use std::path::PathBuf;
 
 use crate::commands::keystore::{DAY, copy_lines, day, next, since_1970};

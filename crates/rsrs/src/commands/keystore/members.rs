@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use rsrs_files::quoted;
 use rsrs_keystore::check::ENDS_SOON;
 use rsrs_keystore::layout::CERTIFICATE;
 use rsrs_keystore::members::{self, ShownKeystore};
 use rsrs_keystore::problem::EnclaveProblem;
 use rsrs_pipeline::error::helped;
-use rsrs_pipeline::wording::columns;
-use rsrs_pipeline::wording::shell::quoted;
+use rsrs_render::columns::columns;
 use serde::Serialize;
 
 use super::{DAY, copy_line_of_others, copy_lines, day, next, since_1970};

@@ -1,8 +1,5 @@
 //! `rsrs measure fit`: from trials to a profile.
 
-mod text;
-
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -12,8 +9,9 @@ use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::trials::fit::{Details, Fit, Unmeasured};
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::init::{check_name, check_radius};
-use rsrs_pipeline::measure::fit::{Mixture, draw, fit_files};
+use rsrs_pipeline::measure::fit::{Mixture, fit_files};
 use rsrs_pipeline::measure::sources::Paths;
+use rsrs_render::fit::{draw, text};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
@@ -127,13 +125,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let style = arguments.page.style();
         draw(folder, &files, &arguments.name, unmeasured.radius_m, style)?;
     }
-    let mut words = text::text(&arguments.name, fitted, &files.notes);
-    for lost in &lost {
-        let factor = "with the default factors of a sweep";
-        write!(words, "\n\nwarning: {factor}, {lost}").expect("a string takes any text");
-    }
+    let words = text(&arguments.name, &files, &lost);
     let given = FitOutput { fitted, details: &fitted.details, lost_capabilities: &lost };
-    report(arguments.format, &given, &words)?;
+    report(arguments.format, &given, words)?;
     Ok(Outcome::Done)
 }
 

@@ -6,8 +6,8 @@ use rsrs_core::trials::plan::{Plan, PlanRequest};
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use rsrs_files::quoted;
 use rsrs_pipeline::measure::plan_folder::{enabled_robots, write};
-use rsrs_pipeline::wording::shell::quoted;
 
 /// List the trials that are worth running, and make the tables to fill in.
 ///

@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use rsrs_core::digest::Digest;
+use rsrs_files::quoted;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
 use super::block_file::{BlockId, decode, encode};
@@ -26,7 +27,6 @@ use crate::sweep::Draw;
 use crate::sweep::replicate_table::ReplicateTable;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
-use crate::wording::shell::quoted;
 
 /// The folder of finished blocks.
 const UNFINISHED: &str = "unfinished";

@@ -1,0 +1,68 @@
+//! Counts, shares and sizes as people read them.
+
+/// A count with commas between thousands: `87,666`.
+pub fn count(n: u64) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A count of things: `1 message`, `2 messages`.
+pub fn counted(n: u64, what: &str) -> String {
+    if n == 1 { format!("{n} {what}") } else { format!("{} {what}s", count(n)) }
+}
+
+/// A number in three significant digits, as a person would write it.
+pub fn significant(number: f64) -> f64 {
+    format!("{number:.2e}").parse().expect("a number that was written reads")
+}
+
+/// A share: `97.3 %`.
+pub fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// Two shares with their unit once: `96.1 to 98.2 %`.
+pub fn percents(low: f64, high: f64) -> String {
+    format!("{:.1} to {}", 100.0 * low, percent(high))
+}
+
+/// A difference of shares: `10 percentage points`.
+pub fn percentage_points(share: f64) -> String {
+    format!("{:.0} percentage points", 100.0 * share)
+}
+
+/// A size: `312 bytes`, `3.1 MB`.
+pub fn size(n_bytes: u64) -> String {
+    let units = [("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
+    match units.into_iter().find(|(_, unit)| n_bytes as f64 >= *unit) {
+        Some((name, unit)) => format!("{:.1} {name}", n_bytes as f64 / unit),
+        None => counted(n_bytes, "byte"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_have_commas() {
+        let texts = [0, 999, 1_000, 87_666, 1_234_567].map(count);
+
+        assert_eq!(texts, ["0", "999", "1,000", "87,666", "1,234,567"]);
+        assert_eq!((&*counted(1, "topic"), &*counted(2_000, "topic")), ("1 topic", "2,000 topics"));
+    }
+
+    #[test]
+    fn sizes_have_the_largest_unit_that_fits() {
+        let texts = [1, 312, 1_000, 3_140_000, 2_500_000_000].map(size);
+
+        assert_eq!(texts, ["1 byte", "312 bytes", "1.0 kB", "3.1 MB", "2.5 GB"]);
+    }
+}

@@ -1,0 +1,302 @@
+//! A choice as a person reads it, and other starts and numbers of robots.
+
+use std::path::Path;
+
+use rsrs_core::diagram::choice::{Choice, DenserStart, Margin, OtherNumber};
+use rsrs_core::judge::behaviour::Verb;
+use rsrs_core::numerals::{count, counted, percent, percents};
+use rsrs_core::quantity::{Axis, Cell};
+use rsrs_core::robot::harsher::tidy;
+
+use rsrs_files::quoted;
+use rsrs_pipeline::choose::extension::Extension;
+use rsrs_pipeline::choose::{BestSwept, NoViableCell};
+use serde::Serialize;
+
+use crate::settling;
+use crate::wording::shell::{free_beside, sweep_beside};
+use crate::words::{Tone, Words};
+
+/// What there was where nothing is viable, as JSON.
+#[derive(Serialize)]
+pub struct NoViableCellJson<'a> {
+    /// Always `None`: where a choice has its cell, there is none.
+    cell: Option<Cell>,
+    reason: String,
+    best: &'a Choice,
+    best_swept: &'a BestSwept,
+}
+
+impl<'a> From<&'a NoViableCell> for NoViableCellJson<'a> {
+    fn from(none: &'a NoViableCell) -> Self {
+        let (best, best_swept) = (&none.best, &none.best_swept);
+        Self { cell: None, reason: reason(none), best, best_swept }
+    }
+}
+
+/// Why no cell is viable.
+pub fn reason(none: &NoViableCell) -> String {
+    let NoViableCell { wanted, n_candidates, best, .. } = none;
+    let verb = best.behaviour().verb();
+    let measured = best.as_measured.map_or_else(String::new, |measured| {
+        format!("; as measured {}, lower bound {}", percent(measured.share), percent(measured.low))
+    });
+    let of = if *n_candidates == 0 {
+        format!("no cell may {} in {} of runs; the best", verb.plain, percent(*wanted))
+    } else {
+        format!("the best of {}", counted(*n_candidates as u64, "candidate"))
+    };
+    format!(
+        "{of}, {}, {} in {} of {} fresh runs, lower bound {}{measured}; wanted {}",
+        best.cell,
+        verb.does,
+        percent(best.b_s),
+        best.n_replicates,
+        percent(best.b_s_low),
+        percent(*wanted)
+    )
+}
+
+/// Why no cell is viable, and what other starts and numbers would give.
+pub fn none_viable(none: &NoViableCell) -> Words {
+    let first = Words::toned(Tone::Bad, "no viable cell").then(format!(": {}", reason(none)));
+    let others = indented(alternatives(&none.best, none.wanted));
+    others.into_iter().fold(first, Words::below)
+}
+
+/// A viable cell, of which a share of `wanted` was wanted: how often its runs show it, and how far it may drift.
+pub fn viable(choice: &Choice, wanted: f64) -> Words {
+    let margins = choice.margin.iter().map(|(axis, margin)| drift(choice, *axis, *margin));
+    let first = Words::toned(Tone::Good, "viable").then(format!(
+        ": {} (surely {:.0} % of its runs or more {}, made worse and as measured)",
+        choice.cell,
+        100.0 * wanted,
+        choice.behaviour().verb().plain
+    ));
+    let mut lines = vec![format!("  made worse, it {}", in_fresh_runs(choice))];
+    lines.extend(tried(choice));
+    lines.extend(as_measured(choice).map(|text| format!("  {text}")));
+    lines.extend(choice.settling.map(|settling| format!("  {}", settling::text(&settling))));
+    let did = choice.behaviour().verb().did;
+    let converged =
+        |time_s: f64| format!("  half of the runs that {did} had come to it by {time_s:.0} s");
+    lines.extend(choice.converged_s.map(converged));
+    lines.extend(indented(alternatives(choice, wanted)));
+    lines.extend(by_circliness(choice));
+    lines.extend(margins);
+    if choice.margin.values().any(|margin| margin.low > 0.0 || margin.high > 0.0) {
+        lines.push(
+            "  (by the runs of the sweep, from swept value to swept value; the margins of `rsrs answer` \
+             are of finer values and runs of their own, and may be wider or narrower)"
+                .to_owned(),
+        );
+    }
+    lines.into_iter().fold(first, Words::below)
+}
+
+/// `mills in 97.3 % of 1000 fresh runs (95 % interval 96.1 to 98.2 %)`.
+pub fn in_fresh_runs(choice: &Choice) -> String {
+    format!(
+        "{} in {} of {} fresh runs (95 % interval {})",
+        choice.behaviour().verb().does,
+        percent(choice.b_s),
+        choice.n_replicates,
+        percents(choice.b_s_low, choice.b_s_high)
+    )
+}
+
+/// How far a value may drift, and what is known beyond.
+fn drift(choice: &Choice, axis: Axis, margin: Margin) -> String {
+    let Margin { low, high } = margin;
+    let edge = choice.edge.get(&axis).copied().unwrap_or_default();
+    let value = choice.cell.get(axis).unwrap_or_default();
+    let unit = axis.unit();
+    let edges = match (edge.low, edge.high) {
+        (false, false) => String::new(),
+        (true, false) => {
+            format!("edge of the sweep: nothing was swept below {}", tidy(value - low))
+        }
+        (false, true) => {
+            format!("edge of the sweep: nothing was swept above {}", tidy(value + high))
+        }
+        (true, true) => format!(
+            "edge of the sweep: nothing was swept below {} and above {}",
+            tidy(value - low),
+            tidy(value + high)
+        ),
+    };
+    let behind = |edges: String| if edges.is_empty() { edges } else { format!("; {edges}") };
+    if low == 0.0 && high == 0.0 {
+        return match (edge.low, edge.high) {
+            (false, false) => {
+                format!(
+                    "  {axis} may not drift: the next values that were swept are not surely viable"
+                )
+            }
+            (true, true) => {
+                format!("  how far {axis} may drift is unknown: no value beside {value} was swept")
+            }
+            (true, false) => {
+                format!(
+                    "  {axis} may not drift upward: the next value is not surely viable; {edges}"
+                )
+            }
+            (false, true) => {
+                format!(
+                    "  {axis} may not drift downward: the next value is not surely viable; {edges}"
+                )
+            }
+        };
+    }
+    let low = if low == 0.0 { low.to_string() } else { format!("-{low}") };
+    format!("  {axis} may drift by {low} to +{high} {unit}{}", behind(edges))
+}
+
+/// How many cells came before this one and did not hold.
+fn tried(choice: &Choice) -> Option<String> {
+    let n_before = choice.candidates_tried?.checked_sub(1).filter(|n| *n > 0)?;
+    Some(format!("  {} ranked before it did not hold", counted(n_before, "cell")))
+}
+
+/// Lines below another one.
+pub fn indented(lines: Vec<String>) -> Vec<String> {
+    lines.into_iter().map(|line| format!("  {line}")).collect()
+}
+
+/// How `B_s` moves with the circliness from which a mill is called stable.
+fn by_circliness(choice: &Choice) -> Option<String> {
+    let [lower, stable, higher] = choice.by_circliness.as_slice() else { return None };
+    Some(format!(
+        "  a mill is stable from a circliness of {} on (0: a filled disc, 1: a thin ring); from {} on it \
+         would be {:.1} %, from {} on {:.1} %",
+        stable.stable_circliness,
+        lower.stable_circliness,
+        100.0 * lower.b_s,
+        higher.stable_circliness,
+        100.0 * higher.b_s
+    ))
+}
+
+/// The sweep that would have the chosen cell inside, if it lies at the edge of this one.
+pub fn wider(folder: &Path, found: &[Extension]) -> Vec<String> {
+    let (possible, ends): (Vec<&Extension>, Vec<&Extension>) =
+        found.iter().partition(|extension| !extension.values.is_empty());
+    let is_end = |Extension { axis, end, .. }: &&Extension| {
+        format!("  {axis} {end} is as far as these robots can go")
+    };
+    let mut lines: Vec<String> = ends.iter().map(is_end).collect();
+    if !possible.is_empty() {
+        let (sweep, next) = (sweep_beside(folder), quoted(free_beside(folder)));
+        lines.push(format!(
+            "the cell lies at the edge of the sweep; to see beyond it, put into {sweep}"
+        ));
+        lines.extend(possible.iter().map(|Extension { axis, values, .. }| {
+            let values: Vec<String> = values.iter().map(ToString::to_string).collect();
+            format!("  {axis}: [{}]", values.join(", "))
+        }));
+        lines.push(format!("and run: rsrs sweep {sweep} -o {next}"));
+    }
+    lines
+}
+
+/// What robots as measured do in the chosen cell, if that was asked.
+pub fn as_measured(choice: &Choice) -> Option<String> {
+    let measured = choice.as_measured?;
+    let share = format!(
+        "as measured, not made worse, it {} in {} of {} ({})",
+        choice.behaviour().verb().does,
+        percent(measured.share),
+        measured.n_replicates,
+        percents(measured.low, measured.high)
+    );
+    let warning = ": being worse helps here, so expect less of it on the floor than simulated";
+    Some(if choice.worse_is_better() { share + warning } else { share })
+}
+
+/// From such a share on, the others still do what is wanted of them now and then.
+const NOW_AND_THEN: f64 = 0.1;
+
+/// What the loss of a robot comes to.
+fn losing_one(less: &OtherNumber, wanted: f64, verb: Verb) -> String {
+    if less.b_s < NOW_AND_THEN {
+        return "losing one robot ends it".to_owned();
+    }
+    format!(
+        "after the loss of one robot the others {} in {} only, less than the {} that are wanted",
+        verb.plain,
+        percent(less.b_s),
+        percent(wanted)
+    )
+}
+
+/// What other starts and numbers would give.
+pub fn alternatives(choice: &Choice, wanted: f64) -> Vec<String> {
+    let lines = [start(choice, wanted), numbers(choice), spare(choice, wanted)];
+    lines.into_iter().flatten().collect()
+}
+
+/// The same without other numbers, where these are a question of their own.
+pub fn start_and_spare(choice: &Choice, wanted: f64) -> Vec<String> {
+    [start(choice, wanted), spare(choice, wanted)].into_iter().flatten().collect()
+}
+
+fn start(choice: &Choice, wanted: f64) -> Option<String> {
+    let is_of_help =
+        |start: &&DenserStart| !choice.is_viable(wanted) && start.b_s_low > choice.least().1;
+    let start = choice.denser_start.as_ref().filter(is_of_help)?;
+    let is_viable = start.b_s_low >= wanted;
+    Some(format!(
+        "from a denser start, with `placement_radius_m: {}` (now {:.2}) B_s is {} in {} fresh runs, lower \
+         bound {}{}",
+        start.placement_radius_m,
+        start.now_m,
+        percent(start.b_s),
+        count(start.n_replicates),
+        percent(start.b_s_low),
+        if is_viable { "; place the robots so, and sweep again" } else { "" }
+    ))
+}
+
+fn numbers(choice: &Choice) -> Option<String> {
+    let verb = choice.behaviour().verb();
+    let number =
+        |other: &OtherNumber| format!("{} {} in {}", other.robots, verb.plain, percent(other.b_s));
+    let first = choice.other_numbers.first()?;
+    let numbers: Vec<String> = choice.other_numbers.iter().map(number).collect();
+    let runs = count(first.n_replicates);
+    Some(format!("other numbers of robots, in {runs} runs: {}", numbers.join(", ")))
+}
+
+fn spare(choice: &Choice, wanted: f64) -> Option<String> {
+    let less = choice.other_numbers.iter().find(|other| Some(other.robots + 1) == choice.robots);
+    let is_a_loss = |less: &&OtherNumber| less.b_s_high < wanted.min(choice.least().1);
+    let less = less.filter(is_a_loss)?;
+    let losing = losing_one(less, wanted, choice.behaviour().verb());
+    Some(format!("{losing}; have a spare one at hand"))
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::judge::behaviour::Behaviour;
+
+    use super::*;
+
+    #[test]
+    fn the_loss_of_a_robot_is_worded_by_what_the_others_still_do() {
+        let less = |b_s: f64| OtherNumber {
+            robots: 5,
+            b_s,
+            b_s_low: b_s,
+            b_s_high: b_s,
+            n_replicates: 200,
+        };
+        let verb = Behaviour::Milling.verb();
+
+        assert_eq!(losing_one(&less(0.02), 0.8, verb), "losing one robot ends it");
+        assert_eq!(
+            losing_one(&less(0.41), 0.8, verb),
+            "after the loss of one robot the others mill in 41.0 % only, less than the 80.0 % that are \
+             wanted"
+        );
+    }
+}

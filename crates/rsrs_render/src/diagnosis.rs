@@ -1,0 +1,291 @@
+//! A diagnosis for people.
+
+use rsrs_core::numerals::{count, counted, percent};
+use rsrs_core::quantity::{Axis, Cell};
+use rsrs_pipeline::diagnose::{Cause, Diagnosis, Hopeless, Spare};
+use serde::Serialize;
+
+use crate::choice::{alternatives, indented};
+use crate::columns::columns;
+use crate::wording::quantity::{of_cell, quantity};
+use crate::words::{Tone, Words};
+
+/// A diagnosis as JSON.
+#[derive(Serialize)]
+pub struct DiagnosisJson<'a> {
+    #[serde(flatten)]
+    diagnosis: &'a Diagnosis,
+    causes: Vec<CauseJson<'a>>,
+    hopeless: &'a [Hopeless],
+    spare: Vec<SpareJson<'a>>,
+}
+
+/// A cause as JSON.
+#[derive(Serialize)]
+pub struct CauseJson<'a> {
+    #[serde(flatten)]
+    cause: &'a Cause,
+    /// The change in words.
+    change: String,
+}
+
+/// What may be worse, as JSON.
+#[derive(Serialize)]
+pub struct SpareJson<'a> {
+    #[serde(flatten)]
+    spare: &'a Spare,
+    /// In words.
+    text: String,
+}
+
+impl<'a> From<&'a Diagnosis> for DiagnosisJson<'a> {
+    fn from(diagnosis: &'a Diagnosis) -> Self {
+        let hopeless = &diagnosis.hopeless;
+        Self { diagnosis, causes: causes(diagnosis), hopeless, spare: spare(diagnosis) }
+    }
+}
+
+/// Changes after which robots mill, each with its sentence.
+pub fn causes(diagnosis: &Diagnosis) -> Vec<CauseJson<'_>> {
+    diagnosis.causes.iter().map(|cause| CauseJson { cause, change: change(cause) }).collect()
+}
+
+/// What may be worse, each with its sentence.
+pub fn spare(diagnosis: &Diagnosis) -> Vec<SpareJson<'_>> {
+    diagnosis.spare.iter().map(|spare| SpareJson { spare, text: saved(spare) }).collect()
+}
+
+/// All of it.
+pub fn text(diagnosis: &Diagnosis) -> Words {
+    let of = Text(diagnosis);
+    let mut lines = indented(alternatives(&diagnosis.choice, diagnosis.wanted));
+    if diagnosis.viable {
+        lines.extend(of.surplus());
+    } else {
+        lines.extend(of.changes());
+        lines.extend(of.hopeless_ones());
+        lines.extend(of.next_steps());
+    }
+    lines.into_iter().fold(of.headline(), Words::below)
+}
+
+struct Text<'a>(&'a Diagnosis);
+
+impl Text<'_> {
+    fn headline(&self) -> Words {
+        let mill = self.0.behaviour.verb().plain;
+        let (found, verdict) = if self.0.viable {
+            (mill.to_owned(), "nothing is wrong")
+        } else {
+            (format!("do not {mill} often enough"), "something must change")
+        };
+        let words = Words::from(format!("{}: these robots {found}; ", self.0.robot));
+        words.then_toned(Tone::good_if(self.0.viable), verdict).then(format!(
+            "\n  best of {}: {}\n  there they {mill} in {} of {} fresh \
+             runs, lower bound {}; wanted {}",
+            counted(self.0.n_settings as u64, "setting"),
+            self.0.cell,
+            percent(self.0.b_s),
+            count(self.0.n_replicates),
+            percent(self.0.b_s_low),
+            percent(self.0.wanted)
+        ))
+    }
+
+    fn surplus(&self) -> Vec<String> {
+        if self.0.spare.is_empty() {
+            return vec!["no capability may be noticeably worse".to_owned()];
+        }
+        let rows: Vec<[String; 2]> = (self.0.spare.iter())
+            .map(|spare| {
+                [
+                    format!("  {}", saved(spare)),
+                    self.after(spare.b_s, spare.b_s_low) + &self.elsewhere(&spare.cell),
+                ]
+            })
+            .collect();
+        vec!["what could be saved, one at a time:".to_owned(), columns(&rows)]
+    }
+
+    fn changes(&self) -> Vec<String> {
+        if self.0.causes.is_empty() {
+            return vec![
+                "no change was found that helps: not of one capability, and not of all noise with up \
+                 to three properties of the sensor, the period and the limits"
+                    .to_owned(),
+            ];
+        }
+        let alone: Vec<&Cause> = self.0.causes.iter().filter(|cause| cause.alone).collect();
+        let mut lines = Vec::new();
+        if !alone.is_empty() {
+            lines.push("any one of these suffices, with all else as it is:".to_owned());
+            let row = |cause: &&Cause| {
+                [
+                    format!("  {}{}", change(cause), cost(cause)),
+                    self.after(cause.b_s, cause.b_s_low) + &self.elsewhere(&cause.cell),
+                ]
+            };
+            let rows: Vec<[String; 2]> = alone.iter().map(row).collect();
+            lines.push(columns(&rows));
+        }
+        for set in self.sets() {
+            lines.push(format!(
+                "these suffice together ({}):",
+                self.after(set[0].b_s, set[0].b_s_low) + &self.elsewhere(&set[0].cell)
+            ));
+            lines.extend(set.iter().map(|cause| format!("  {}{}", change(cause), cost(cause))));
+        }
+        let necessary: Vec<&str> = (self.0.causes.iter())
+            .filter(|cause| cause.necessary)
+            .map(|cause| cause.capability.name())
+            .collect();
+        if !necessary.is_empty() {
+            lines.push(format!(
+                "robots that are perfect in all else would not {} either without a change of: {}",
+                self.0.behaviour.verb().plain,
+                necessary.join(", ")
+            ));
+        }
+        lines
+    }
+
+    /// Changes that need each other.
+    fn sets(&self) -> Vec<&[Cause]> {
+        let mut sets = Vec::new();
+        let mut rest = &self.0.causes[..];
+        while let Some(first) = rest.first() {
+            let (set, others) = rest.split_at((first.with.len() + 1).min(rest.len()));
+            if !first.alone {
+                sets.push(set);
+            }
+            rest = others;
+        }
+        sets
+    }
+
+    fn hopeless_ones(&self) -> Vec<String> {
+        if self.0.hopeless.is_empty() {
+            return Vec::new();
+        }
+        let row = |hopeless: &Hopeless| {
+            let Hopeless { capability, now, best, b_s } = hopeless;
+            let values =
+                format!("{} → {}", quantity(*capability, *now), quantity(*capability, *best));
+            let share = format!("{} in {}", self.0.behaviour.verb().does, percent(*b_s));
+            [format!("  {}", capability.name()), values, share]
+        };
+        let rows: Vec<[String; 3]> = self.0.hopeless.iter().map(row).collect();
+        vec!["not enough by itself, the best value of each:".to_owned(), columns(&rows)]
+    }
+
+    /// `mills in 92.1 %, lower bound 90.2 %`.
+    fn after(&self, b_s: f64, b_s_low: f64) -> String {
+        let mills = self.0.behaviour.verb().does;
+        format!("{mills} in {}, lower bound {}", percent(b_s), percent(b_s_low))
+    }
+
+    /// The setting in which something holds, if that is not the one that is named above.
+    fn elsewhere(&self, cell: &Cell) -> String {
+        if *cell == self.0.cell { String::new() } else { format!(", at {}", of_cell(cell)) }
+    }
+
+    /// The paper's order of remedies (§III step 3): less noise first, then an upgrade, then step 1 again.
+    fn next_steps(&self) -> Vec<String> {
+        let mut steps = Vec::new();
+        if let Some(measured) = &self.0.as_measured {
+            let share = format!(
+                "as measured they {} in {} (lower bound {}) at {}",
+                self.0.behaviour.verb().plain,
+                percent(measured.b_s),
+                percent(measured.b_s_low),
+                measured.cell
+            );
+            steps.push(if measured.b_s_low >= self.0.wanted {
+                format!(
+                    "make the simulated robots less worse (`harsher:` in a sweep file; `rsrs choose` \
+                     names the factor that matters): {share}"
+                )
+            } else {
+                format!("less noise in the simulation does not suffice: {share}")
+            });
+        }
+        if let Some(cause) = self.0.causes.first() {
+            let all: Vec<String> = self.0.causes[..=cause.with.len()].iter().map(change).collect();
+            steps.push(format!("upgrade the robots: {}", all.join(", and ")));
+        }
+        steps.push("then measure them again, from step 1: `rsrs measure plan`".to_owned());
+        let numbered = (1..).zip(steps).map(|(number, step)| format!("  {number}. {step}"));
+        std::iter::once("what to do, in this order:".to_owned()).chain(numbered).collect()
+    }
+}
+
+fn cost(cause: &Cause) -> String {
+    cause.cost.map_or_else(String::new, |cost| format!(" (costs {cost})"))
+}
+
+/// What is to be changed: `range 0.45 m → at least 0.66 m`.
+pub fn change(cause: &Cause) -> String {
+    changed(cause.capability, cause.now, cause.needed)
+}
+
+fn changed(axis: Axis, now: f64, needed: f64) -> String {
+    match axis {
+        Axis::SensorBearing => format!("aim the sensor {}", turn(needed)),
+        Axis::Speed | Axis::TurnRate => format!(
+            "allow a {} of {} (the limit is {})",
+            axis.name(),
+            quantity(axis, needed),
+            quantity(axis, now)
+        ),
+        Axis::SpeedGain | Axis::TurnGain => {
+            format!("{} {} → {}", axis.name(), quantity(axis, now), quantity(axis, needed))
+        }
+        _ => format!(
+            "{} {} → {} {}",
+            axis.name(),
+            quantity(axis, now),
+            if needed > now { "at least" } else { "at most" },
+            quantity(axis, needed)
+        ),
+    }
+}
+
+/// What would do as well: `range 0.75 m, 0.52 m would do`.
+fn saved(spare: &Spare) -> String {
+    let Spare { capability: axis, now, enough, .. } = spare;
+    format!("{} {}, {} would do", axis.name(), quantity(*axis, *now), quantity(*axis, *enough))
+}
+
+fn turn(by_rad: f64) -> String {
+    let side = if by_rad < 0.0 { "right" } else { "left" };
+    format!("{:.1}° to the {side}", by_rad.abs().to_degrees())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_are_what_a_laboratory_would_do() {
+        let sentences = [
+            changed(Axis::SensorBearing, 0.0, -0.0698),
+            changed(Axis::Range, 0.45, 0.66),
+            changed(Axis::FalsePositive, 0.145, 0.062),
+            changed(Axis::LatencySteps, 6.0, 1.0),
+            changed(Axis::HalfAngle, 0.6, 0.35),
+            changed(Axis::Speed, 0.05, 0.12),
+        ];
+
+        assert_eq!(
+            sentences,
+            [
+                "aim the sensor 4.0° to the right",
+                "range of the sensor 0.45 m → at least 0.66 m",
+                "false positive rate 0.145 → at most 0.062",
+                "latency of the sensor 6 steps → at most 1 step",
+                "half-angle of the sensor 0.6 rad (34.4°) → at most 0.35 rad (20.1°)",
+                "allow a speed of 0.12 m/s (the limit is 0.05 m/s)",
+            ]
+        );
+    }
+}

@@ -1,0 +1,166 @@
+//! Controllers that were found, in words and as a gallery.
+
+use std::path::{Path, PathBuf};
+
+use rsrs_core::conditions::Walls;
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::numerals::percent;
+use rsrs_core::robot::contact::ContactModel;
+use rsrs_core::robot::controller::Command;
+use rsrs_files::quoted;
+use rsrs_pipeline::explore::{Explored, FoundController};
+use rsrs_pipeline::files::write_file;
+use rsrs_view::page::Page;
+use rsrs_view::theme::Theme;
+use rsrs_view::trajectory::TrajectoryPicture;
+
+use crate::wording::shell::free_beside;
+use crate::words::{Tone, Words};
+
+const COLUMNS: usize = 4;
+/// Width of `gallery.png`, in pixels.
+const WIDTH_PX: u32 = 1600;
+/// How much of a run is drawn strongly, in seconds.
+const TAIL_S: f64 = 30.0;
+
+/// What was found, and where it is.
+pub fn text(explored: &Explored) -> Words {
+    let Explored { robot, n_controllers, wanted, found, folder, .. } = explored;
+    let mut words = Words::from(format!("{robot}: {n_controllers} controllers were tried"));
+    for (number, found) in (1..).zip(found) {
+        words = words.below(format!("\n{number:>3}. {}", line(found)));
+        words = words.below(format!("     {}", elsewhere(found)));
+        for line in commands(found) {
+            words = words.below(format!("     {line}"));
+        }
+        let sweep = found.sweep.as_ref().map(|sweep| folder.join(sweep).display().to_string());
+        words = words.below(format!("     {}", sweep.unwrap_or_else(no_sweep)));
+    }
+    if let Some(wanted) = wanted.filter(|_| !explored.is_found()) {
+        let none = format!("no controller surely leads to {wanted}");
+        words = words.below("\n").then_toned(Tone::Bad, none).then(" in half of its runs");
+    }
+    words = words.below(format!("\npictures: {}", folder.join("gallery.html").display()));
+    if let Some(first) = found.iter().find_map(|found| found.sweep.as_ref()) {
+        let sweep = folder.join(first);
+        let results = results_of(&sweep);
+        let results = if results.exists() { free_beside(&results) } else { results };
+        words = words.below(format!("next: {}", sweep_command(&sweep, &results)));
+    }
+    words
+}
+
+/// `milling: 98 % of 200 runs (95 to 99 %); circling, within reach of each other`.
+fn line(found: &FoundController) -> String {
+    let FoundController { name, words, share, share_low, share_high, n_replicates, .. } = found;
+    format!(
+        "{}: {} of {n_replicates} fresh runs (95 % interval {} to {}); {words}",
+        name.replace('_', " "),
+        percent(*share),
+        percent(*share_low),
+        percent(*share_high)
+    )
+}
+
+/// `as measured 96 %; with robots that push each other 12 %, so not with any contact`.
+fn elsewhere(found: &FoundController) -> String {
+    let FoundController { share_as_measured, other_contact, share_with_other_contact, .. } = found;
+    let touching = |contact| match contact {
+        ContactModel::Stop => "stop each other",
+        ContactModel::Push => "push each other",
+        ContactModel::None => "pass through each other",
+    };
+    let needs = if found.needs_contact { ", so not with any contact" } else { "" };
+    format!(
+        "as measured {}; with robots that {} {}{needs}",
+        percent(*share_as_measured),
+        touching(*other_contact),
+        percent(*share_with_other_contact)
+    )
+}
+
+fn commands(found: &FoundController) -> [String; 2] {
+    let [detected, undetected] = found.controller.commands();
+    let command = |Command { speed_m_s, turn_rate_rad_s }| {
+        format!("{speed_m_s} m/s, {turn_rate_rad_s} rad/s")
+    };
+    [
+        format!("something is detected: {}", command(detected)),
+        format!("nothing is detected:   {}", command(undetected)),
+    ]
+}
+
+/// Where the sweep around a controller goes: a folder of its own.
+fn results_of(sweep: &Path) -> PathBuf {
+    let name = sweep.file_stem().unwrap_or_default().display().to_string();
+    PathBuf::from(format!("results_{name}"))
+}
+
+fn sweep_command(sweep: &Path, results: &Path) -> String {
+    format!("rsrs sweep {} -o {}", quoted(sweep), quoted(results))
+}
+
+/// Why what was found has no sweep.
+fn no_sweep() -> String {
+    let behaviours = Behaviour::ALL.map(Behaviour::key).join(", ");
+    format!("no sweep: runs are judged for {behaviours}, and this is none of them")
+}
+
+/// Draws one run of each controller, as `gallery.svg`, `gallery.png` and `gallery.html` in the folder of the
+/// search.
+///
+/// # Errors
+///
+/// If a file cannot be written.
+pub fn draw(explored: &Explored) -> anyhow::Result<()> {
+    let Explored { folder, found, walls, arena_m, .. } = explored;
+    let has_walls = *walls != Walls::None;
+    let title = format!(
+        "What {} robots of kind {} can do in {arena_m} m, {} walls",
+        explored.robots,
+        explored.robot,
+        if has_walls { "with" } else { "without" }
+    );
+    let pictures: Vec<TrajectoryPicture> = (1..)
+        .zip(found.iter().zip(&explored.runs))
+        .map(|(number, (found, run))| TrajectoryPicture {
+            trajectory: &run.trajectory,
+            radius_m: explored.radius_m,
+            tail_s: TAIL_S,
+            phase: run.phase,
+            lost: &[],
+            names: &[],
+            walls_m: has_walls.then_some(arena_m / 2.0),
+            title: format!("{number}: {}", found.name.replace('_', " ")),
+            subtitle: format!("{} of runs; {}", percent(found.share), found.words),
+            theme: Theme::Screen,
+        })
+        .collect();
+    let svg = rsrs_view::gallery::svg(&title, &pictures, COLUMNS)?;
+    write_file(&folder.join("gallery.svg"), svg.as_bytes())?;
+    let png = rsrs_view::raster::png(&svg, WIDTH_PX)?;
+    write_file(&folder.join("gallery.png"), &png)?;
+    let mut page = Page::new(&title);
+    page.paragraph(
+        "Each picture is one simulated run of a controller that was found: pale where robots were, \
+         strong where they were in the last 30 s. The share is that of fresh runs that show the same.",
+    );
+    let mut figures = Vec::new();
+    for (picture, found) in pictures.iter().zip(found) {
+        let svg = rsrs_view::trajectory::svg(picture)?;
+        figures.push((svg, caption(found, folder)));
+    }
+    page.figures(&figures);
+    write_file(&folder.join("gallery.html"), page.finish().as_bytes())
+}
+
+/// Below a picture.
+fn caption(found: &FoundController, folder: &Path) -> Vec<String> {
+    let mut lines = vec![line(found), elsewhere(found)];
+    lines.extend(commands(found));
+    lines.push(found.sweep.as_ref().map_or_else(no_sweep, |sweep| {
+        let sweep = folder.join(sweep);
+        sweep_command(&sweep, &results_of(&sweep))
+    }));
+    lines
+}

@@ -1,0 +1,200 @@
+//! Labels as a person reads them.
+
+use rsrs_core::judge::certainty::Certainty;
+use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::phase::{JudgeError, WINDOW_S};
+use rsrs_core::judge::rule::Parameter;
+use rsrs_fleet::record::Backend;
+use rsrs_pipeline::label::{Labelled, NoLabel, RunPart, Settledness};
+
+use crate::words::{Tone, Words};
+
+/// What stands behind a phase that is near another one, everywhere.
+const LOOK_AGAIN: &str = "not settled: look again";
+
+/// What stands behind the phase of a run whose poses or motions cannot be those that were commanded.
+const IMPLAUSIBLE: &str = "implausible: look again";
+
+/// What stands behind a phase, if a person should look at the run.
+pub fn warning(settledness: Settledness) -> Option<&'static str> {
+    if settledness.is_implausible {
+        return Some(IMPLAUSIBLE);
+    }
+    settledness.is_borderline().then_some(LOOK_AGAIN)
+}
+
+/// A phase, with a warning where a person should look at the run.
+pub fn marked(phase: impl Into<Words>, settledness: Settledness) -> Words {
+    match warning(settledness) {
+        Some(warning) => phase.into().then(" (").then_toned(Tone::Unclear, warning).then(")"),
+        None => phase.into(),
+    }
+}
+
+/// The phase of a label, with a warning where a person should look at the run.
+pub fn phase_of(label: &Labelled) -> Words {
+    marked(label.phase.to_string(), label.settledness())
+}
+
+/// The same, where the phase has a tone, too.
+pub fn toned_phase_of(label: &Labelled) -> Words {
+    marked(toned(label), label.settledness())
+}
+
+fn toned(label: &Labelled) -> Words {
+    let phase = label.phase;
+    let tone = match warning(label.settledness()) {
+        Some(_) => Tone::Unclear,
+        None => Tone::good_if(phase == phase.behaviour().wanted()),
+    };
+    Words::toned(tone, phase.to_string())
+}
+
+/// The label, and below it what else is to be known of it.
+pub fn text(label: &Labelled) -> Words {
+    let first = Words::from(format!("{}: ", label.bag.display())).then(toned(label));
+    let mut lines: Vec<Words> = vec![first.then(evidence(label).unwrap_or_default())];
+    if let Some(backend) = label.backend.filter(|backend| *backend != Backend::Fleet) {
+        lines.push(format!("  robots moved by: {}", backend.in_words()).into());
+    }
+    for sentence in &label.why {
+        lines.push(format!("  why: {sentence}").into());
+    }
+    // How sure a phase is of poses that cannot be is of no use.
+    if let Some(certainty) = label.certainty.as_ref().filter(|_| label.implausible.is_empty()) {
+        lines.push(Words::from("  ").then(sure(certainty)));
+    }
+    for finding in &label.findings {
+        let what = if finding.is_mended() { "mended" } else { "note" };
+        lines.push(format!("  {what}: {finding}").into());
+    }
+    for found in &label.implausible {
+        lines.push(format!("  implausible (look again): {}", found.text).into());
+    }
+    for deviation in &label.misplaced {
+        lines.push(format!("  start: {deviation}").into());
+    }
+    for by_hand in &label.labels {
+        let differs = if by_hand.phase == label.phase { "" } else { "; differs" };
+        lines.push(format!("  by hand: {by_hand}{differs}").into());
+    }
+    if !label.controller_only.is_empty() {
+        lines
+            .push(format!("  lease: controller only: {}", label.controller_only.join(", ")).into());
+    }
+    for (robot, own) in &label.own_profiles {
+        lines.push(format!("  {robot}: {own}").into());
+    }
+    for lost in &label.lost_robots {
+        lines.push(format!("  {lost}").into());
+    }
+    lines.extend(label.counts_without_lost.map(|counts| {
+        Words::from(if counts {
+            "  none was lost before the judged time: by `robot_lost: abort_until_judged` of its \
+             experiment the run counts"
+        } else {
+            "  it counts only `--with-lost-robots`"
+        })
+    }));
+    for paused in &label.paused_robots {
+        lines.push(format!("  {paused}").into());
+    }
+    if let Some(ending) = label.ending {
+        let reason = label.reason.as_deref().unwrap_or_default();
+        lines.push(format!("  the run was not completed: {ending} ({reason})").into());
+    }
+    if let Some(RunPart { recorded_s, set_s }) = label.part {
+        let of = set_s.map_or_else(String::new, |set_s| format!(" of {set_s:.0} s"));
+        lines.push(
+            format!("  only a part of the run: {recorded_s:.1} s{of}; it counts nowhere").into(),
+        );
+    }
+    lines.extend(label.damage.iter().map(|damage| Words::from(format!("  {damage}"))));
+    Words::lines(lines)
+}
+
+/// What the phase rests on.
+fn evidence(label: &Labelled) -> Option<String> {
+    let (evidence, n_robots, duration_s) =
+        (label.evidence.as_ref()?, label.n_robots?, label.duration_s?);
+    let lost = match evidence.lost {
+        Some(lost) => format!("lost {lost:.2}"),
+        None => "lost unknown without the robots' reach".to_owned(),
+    };
+    let asks_for_clusters = label.phase.behaviour().rules().ask_for(Parameter::Clustered);
+    let clustered = evidence.clustered.filter(|_| asks_for_clusters);
+    let clustered = clustered.map(|share| format!(", clustered {share:.2}"));
+    let last = lost + &clustered.unwrap_or_default();
+    let order = order_parameters(evidence);
+    Some(format!(" ({n_robots} robots, {duration_s:.0} s; {order}, {last})"))
+}
+
+/// The order parameters of any swarm.
+pub fn order_parameters(evidence: &OrderParameters) -> String {
+    let OrderParameters { rotation, orbit, circliness, circliness_ceiling, blocked, .. } = evidence;
+    format!(
+        "rotation {rotation:.2}, orbit {orbit:.2}, circliness {circliness:.2} of \
+         {circliness_ceiling:.2}, blocked {blocked:.2}"
+    )
+}
+
+/// How sure a verdict is.
+fn sure(certainty: &Certainty) -> Words {
+    let settled = if certainty.is_settled {
+        Words::from("settled")
+    } else {
+        Words::toned(Tone::Unclear, LOOK_AGAIN)
+    };
+    let nearest = certainty.nearest.as_ref().map_or_else(String::new, |nearest| {
+        let parameters: Vec<&str> =
+            nearest.parameters.iter().map(|parameter| parameter.key()).collect();
+        let (phase, distance) = (nearest.becomes, nearest.distance);
+        format!("; nearest is {phase}, {distance:.2} away in {}", parameters.join(" and "))
+    });
+    let blocks = 100.0 * certainty.confidence;
+    settled.then(format!("{nearest}; {blocks:.0} % of its 10 s blocks show the same phase"))
+}
+
+/// Why a run has no label, for a picture: `no label: 20 s of 60`.
+pub fn none(none: &NoLabel) -> String {
+    match none {
+        NoLabel::Part(RunPart { recorded_s, set_s: Some(set_s) }) => {
+            format!("no label: {recorded_s:.0} s of a run of {set_s:.0}")
+        }
+        NoLabel::Part(RunPart { recorded_s, set_s: None }) => {
+            format!("no label: {recorded_s:.0} s of a run whose end is lost")
+        }
+        NoLabel::Stopped { duration_s, ending, .. } => {
+            format!("no label: {ending} after {duration_s:.0} s")
+        }
+        NoLabel::Judge(JudgeError::TooShort { duration_s }) => {
+            format!("no label: {duration_s:.0} s of {WINDOW_S:.0}")
+        }
+        NoLabel::Judge(JudgeError::UnknownReach { .. }) => {
+            "no label: how far a robot senses another is not known".to_owned()
+        }
+        NoLabel::Judge(error) => format!("no label: {error}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_is_a_stronger_warning_than_a_phase_near_another_one() {
+        let of = |label: &str| warning(serde_json::from_str(label).expect("it is a label"));
+
+        assert_eq!(of(r#"{"is_settled": false, "implausible": []}"#), Some(IMPLAUSIBLE));
+        assert_eq!(of(r#"{"is_settled": false}"#), Some(LOOK_AGAIN));
+        assert_eq!((of(r#"{"is_settled": true}"#), of("{}")), (None, None));
+    }
+
+    #[test]
+    fn a_run_that_was_stopped_early_is_not_just_too_short() {
+        let (ending, reason) = ("aborted", "lost robot_2".to_owned());
+        let stopped = NoLabel::Stopped { duration_s: 34.0, ending, reason };
+
+        assert_eq!(none(&stopped), "no label: aborted after 34 s");
+    }
+}

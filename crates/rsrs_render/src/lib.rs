@@ -1,0 +1,36 @@
+//! What a person gets of a result: every sentence, table, report and picture.
+//!
+//! The steps of `rsrs_pipeline` return plain data, and the command line and the Python package print and
+//! show them by this crate. Words are spans of which some have a tone ([`words`]); how they are coloured is
+//! here, too, and whether is not. What is written as JSON is the data itself, with its sentences where a
+//! program is to show them: types whose names end in `Json`.
+//!
+//! An error has its sentence at its type, where it comes from.
+
+pub mod agreement;
+pub mod answers;
+pub mod campaign;
+pub mod choice;
+pub mod columns;
+pub mod comparison;
+pub mod diagnosis;
+pub mod difference;
+pub mod episode;
+pub mod explored;
+pub mod factors;
+pub mod fit;
+pub mod gaps;
+pub mod label;
+pub mod latex;
+pub mod picture;
+pub mod picture_file;
+pub mod planned_experiments;
+pub mod recorded_run;
+pub mod replay;
+pub mod report;
+pub mod settling;
+pub mod sweep;
+pub mod validation;
+mod why_a_range_ends;
+pub mod wording;
+pub mod words;

@@ -1,0 +1,72 @@
+//! Bags that were replayed into today's controller and judge, in words.
+
+use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::numerals::{count, counted};
+use rsrs_core::robot::controller::Command;
+use rsrs_pipeline::replay::ControllerReplay;
+use rsrs_pipeline::replay::JudgeReplay;
+
+use crate::columns::columns;
+use crate::words::{Tone, Words};
+
+/// Whether the controller commands the same.
+pub fn into_controller(replay: &ControllerReplay) -> Words {
+    let robots = counted(replay.robots.len() as u64, "robot");
+    let commands = counted(replay.n_steps, "command");
+    let mut words =
+        Words::from(format!("{}: {commands} of {robots} compared, ", replay.bag.display()))
+            .then_toned(
+                Tone::good_if(replay.is_same()),
+                format!("{} different", count(replay.n_different)),
+            );
+    for (n, what) in [
+        (replay.n_unanswered, "detection without a recorded command"),
+        (replay.n_unasked, "command without a detection"),
+    ] {
+        if n > 0 {
+            let plural = what.replacen(' ', "s ", usize::from(n > 1));
+            words = words.then(format!(", {} {plural}", count(n)));
+        }
+    }
+    for robot in &replay.robots {
+        let Some(first) = robot.first else { continue };
+        let text = |command: Command| {
+            format!("{:.3} m/s, {:.3} rad/s", command.speed_m_s, command.turn_rate_rad_s)
+        };
+        words = words.below(format!(
+            "  {}: {} different, the first at {:.3} s: it detected {}, the recording has {}, \
+             today's controller commands {}",
+            robot.robot,
+            count(robot.n_different),
+            first.time_s,
+            if first.detected { "something" } else { "nothing" },
+            text(first.recorded),
+            text(first.today)
+        ));
+    }
+    words
+}
+
+/// Whether the judge labels it as it was labelled.
+pub fn into_judge(replay: &JudgeReplay) -> Words {
+    let verdict = if replay.is_same { "the same label" } else { "another label" };
+    let mut rows =
+        vec![["", "phase", "rotation", "orbit", "circliness", "blocked"].map(str::to_owned)];
+    for (when, judged) in [("recorded", &replay.recorded), ("today", &replay.today)] {
+        let number = |of: fn(&OrderParameters) -> f64| {
+            let evidence = judged.evidence.as_ref();
+            evidence.map_or_else(|| "-".to_owned(), |it| format!("{:.3}", of(it)))
+        };
+        rows.push([
+            when.to_owned(),
+            judged.phase.to_string(),
+            number(|it| it.rotation),
+            number(|it| it.orbit),
+            number(|it| it.circliness),
+            number(|it| it.blocked),
+        ]);
+    }
+    Words::from(format!("{}: ", replay.bag.display()))
+        .then_toned(Tone::good_if(replay.is_same), verdict)
+        .below(columns(&rows))
+}

@@ -1,0 +1,208 @@
+//! The numbers of a report: the comparison, the robots, and where everything comes from.
+
+use anyhow::Context;
+use rsrs_core::comparison::SIGNIFICANCE;
+use rsrs_core::judge::behaviour::Verb;
+use rsrs_core::numerals::{percent, percentage_points, percents};
+use rsrs_core::program;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_view::page::Table;
+use serde_json::Value;
+
+use super::Reported;
+use crate::comparison::{
+    ComparedBag, ComparedCell, Report as Comparison, cause_in_words, evidence, word,
+};
+use crate::wording::quantity;
+
+fn table<const N: usize>(caption: &str, head: [&str; N], rows: Vec<[String; N]>) -> Table {
+    Table {
+        caption: caption.to_owned(),
+        head: head.map(str::to_owned).into(),
+        rows: rows.into_iter().map(Vec::from).collect(),
+    }
+}
+
+/// All cells together, and cell by cell.
+pub fn comparison(comparison: &Comparison) -> Vec<Table> {
+    let cells = comparison.cells.iter().map(row_of_cell).collect();
+    let head = [
+        "cell",
+        "real runs",
+        "simulated runs",
+        "evidence that less often",
+        "evidence that as often",
+        "by itself",
+    ];
+    vec![
+        table("All runs together", ["what", "found"], rows_of_all(comparison)),
+        table("Cell by cell", head, cells),
+    ]
+}
+
+fn rows_of_all(comparison: &Comparison) -> Vec<[String; 2]> {
+    let pooled = &comparison.pooled;
+    let tally = comparison.tally;
+    let short = pooled.shortfall_at_most.map_or_else(
+        || "not bounded".to_owned(),
+        |short| format!("at most {}", percentage_points(short)),
+    );
+    let Verb { plain, did, .. } = comparison.behaviour().verb();
+    [
+        (did.to_owned(), format!("{} of {}", pooled.n_milled, pooled.n_real)),
+        (format!("expected if both {plain} equally often"), format!("{:.1}", pooled.n_expected)),
+        (format!("evidence that real robots {plain} less often"), evidence(pooled.e_violated)),
+        (
+            format!("evidence that they {plain} as often, but for the margin"),
+            of_claim(pooled.e_supported),
+        ),
+        ("margin".to_owned(), percentage_points(pooled.margin)),
+        ("evidence that decides".to_owned(), format!("{}", 1.0 / SIGNIFICANCE)),
+        ("less often, as far as these runs show, by".to_owned(), short),
+        (
+            "B_r, averaged over the runs, is at least".to_owned(),
+            pooled.b_r_at_least.map_or_else(String::new, |share| format!("{share:.2}, at 95 %")),
+        ),
+        ("ended as most simulated runs did".to_owned(), tally.same.to_string()),
+        (format!("closer to {}", comparison.behaviour().wanted()), tally.easier.to_string()),
+        ("further from it".to_owned(), tally.harder.to_string()),
+    ]
+    .map(|(what, found)| [what, found])
+    .into()
+}
+
+/// Evidence for a claim, if there is one.
+fn of_claim(e_supported: Option<f64>) -> String {
+    e_supported.map_or_else(|| "no claim".to_owned(), evidence)
+}
+
+fn row_of_cell(cell: &ComparedCell) -> [String; 6] {
+    let did = cell.simulated.behaviour().verb().did;
+    let share = |share: f64, low: f64, high: f64, n: u64| {
+        format!("{} of {n} {did} ({})", percent(share), percents(low, high))
+    };
+    [
+        quantity::of_cell(&cell.cell),
+        share(cell.b_r, cell.b_r_low, cell.b_r_high, cell.n_real),
+        share(cell.b_s, cell.b_s_low, cell.b_s_high, cell.n_simulated),
+        evidence(cell.e_violated),
+        of_claim(cell.e_supported),
+        word(cell.verdict).to_owned(),
+    ]
+}
+
+/// The runs that do not count; `None` if all do.
+pub fn not_counted(comparison: &Comparison) -> Option<Table> {
+    let rows: Vec<[String; 3]> = comparison
+        .not_counted
+        .iter()
+        .map(|run| {
+            [
+                run.bag.display().to_string(),
+                cause_in_words(run.cause).to_owned(),
+                run.reason.clone(),
+            ]
+        })
+        .collect();
+    let caption = "Runs that do not count";
+    (!rows.is_empty()).then(|| table(caption, ["bag", "what", "cause"], rows))
+}
+
+/// Every number of a profile with its source.
+///
+/// # Errors
+///
+/// If the profile is no plain data, which it always is.
+pub fn profile(profile: &RobotProfile) -> anyhow::Result<Table> {
+    let value = serde_json::to_value(profile).context("the profile as data")?;
+    let mut rows = Vec::new();
+    let parts = value.as_object().into_iter().flatten();
+    for (key, value) in parts.filter(|(key, _)| !["name", "provenance"].contains(&key.as_str())) {
+        flatten(key, value, &mut rows);
+    }
+    let rows = rows.into_iter().map(|(key, value)| {
+        let source = source_of(profile, &key);
+        [key, value, source]
+    });
+    let caption = format!("{}: {}", profile.name, profile.provenance.source);
+    Ok(table(&caption, ["quantity", "value", "source"], rows.collect()))
+}
+
+/// The values of a document by the dotted paths of their keys; entries of lists are numbered from 0.
+fn flatten(path: &str, value: &Value, rows: &mut Vec<(String, String)>) {
+    match value {
+        Value::Object(parts) => {
+            for (key, value) in parts {
+                flatten(&format!("{path}.{key}"), value, rows);
+            }
+        }
+        Value::Array(entries) => {
+            for (index, value) in entries.iter().enumerate() {
+                flatten(&format!("{path}.{index}"), value, rows);
+            }
+        }
+        Value::String(text) => rows.push((path.to_owned(), text.clone())),
+        Value::Null | Value::Bool(_) | Value::Number(_) => {
+            rows.push((path.to_owned(), value.to_string()));
+        }
+    }
+}
+
+/// Where a number comes from: what is stated of it, or of what it is a part of.
+fn source_of(profile: &RobotProfile, key: &str) -> String {
+    let numbers = &profile.provenance.numbers;
+    let is_of = |(path, _): &(&String, &String)| {
+        key.strip_prefix(path.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    let longest = numbers.iter().filter(is_of).max_by_key(|(path, _)| path.len());
+    longest.map_or_else(String::new, |(_, source)| source.clone())
+}
+
+/// What made the report, the sweep and every run.
+pub fn provenance(of: &Reported) -> Table {
+    let Reported { folder, result, comparison, .. } = of;
+    let source = &result.source;
+    let made_by = |version: &str, commit: &str| format!("rsrs {version}, commit {commit}");
+    let mut rows = vec![
+        ["report".to_owned(), made_by(program::VERSION, program::commit())],
+        ["sweep".to_owned(), made_by(&source.provenance.version, &source.provenance.commit)],
+        ["folder of the sweep".to_owned(), folder.display().to_string()],
+        ["seed of the sweep".to_owned(), source.sweep.seed.to_string()],
+        ["digest of the sweep".to_owned(), source.digest()],
+        ["digest of the profile".to_owned(), source.provenance.profile_digest.clone()],
+    ];
+    rows.extend(
+        comparison.map(|comparison| ["labels of the runs".to_owned(), comparison.labels.clone()]),
+    );
+    let runs = comparison.iter().flat_map(|comparison| &comparison.bags);
+    rows.extend(runs.map(|run: &ComparedBag| {
+        let of = &run.record.provenance;
+        let made_by = made_by(&of.version, &of.commit);
+        [run.name(), format!("{made_by}; conditions {}", of.conditions_digest)]
+    }));
+    table("Where it comes from", ["what", "from"], rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_of_a_profile_is_in_its_table_with_its_source() {
+        let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+        let flockbot = RobotProfile::parse("flockbot.yaml", text).unwrap();
+
+        let table = profile(&flockbot).unwrap();
+
+        let row = |key: &str| table.rows.iter().find(|row| row[0] == key).expect("it is there");
+        assert_eq!(
+            row("actuation.speed.gain_by_command.0.commanded_m_s")[1..],
+            ["0.025", "tab:speed1"]
+        );
+        assert_eq!(row("computation.period_s")[1], "0.13");
+        let numbers = table.rows.iter().filter(|row| row[1].parse::<f64>().is_ok());
+        for row in numbers {
+            assert!(!row[2].is_empty(), "{} has no source", row[0]);
+        }
+    }
+}

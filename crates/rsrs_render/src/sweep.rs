@@ -1,0 +1,113 @@
+//! The report on a finished sweep.
+
+use std::path::{Path, PathBuf};
+
+use rsrs_core::diagram::adaptive::Knowledge;
+use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::judge::phase::Phase;
+use rsrs_pipeline::compare::prediction::choose_line;
+use rsrs_pipeline::sweep::ablation::Ablation;
+use rsrs_pipeline::sweep::knowledge;
+use rsrs_pipeline::sweep::result::SweepResult;
+use rsrs_pipeline::sweep::settling::Unsettled;
+use serde::Serialize;
+
+use crate::factors;
+
+/// A finished sweep.
+#[derive(Clone, Debug, Serialize)]
+pub struct SweepReport {
+    folder: PathBuf,
+    cells: usize,
+    /// Of each cell; of an adaptive sweep, those it begins with.
+    replicates: u64,
+    /// Replicates of all cells.
+    runs: u64,
+    phases: Vec<(Phase, usize)>,
+    /// How cells ended, of an adaptive sweep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    adaptive: Option<Endings>,
+    /// Cells at the edge of the milling region whose runs were not given enough time.
+    pub unsettled_edge: Vec<Unsettled>,
+    /// Which factors make the best cell worse; not there if some cell mills in most runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub factors: Option<Ablation>,
+    /// Of each run, in seconds.
+    #[serde(skip)]
+    duration_s: f64,
+    /// The fewest and the most replicates of a cell.
+    #[serde(skip)]
+    runs_of_a_cell: (u64, u64),
+}
+
+/// How many cells of an adaptive sweep ended how.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Endings {
+    settled: usize,
+    narrow: usize,
+    exhausted: usize,
+}
+
+impl SweepReport {
+    /// Reports a finished sweep.
+    ///
+    /// # Arguments
+    ///
+    /// * `folder` — where it is.
+    pub fn of(folder: &Path, result: &SweepResult) -> Self {
+        let sweep = &result.source.sweep;
+        let runs = || result.diagram.cells.iter().map(|entry| PhaseCounts::total(&entry.counts));
+        Self {
+            folder: folder.to_path_buf(),
+            cells: result.diagram.cells.len(),
+            replicates: sweep.replicates,
+            runs: runs().sum(),
+            phases: result.diagram.majorities(),
+            adaptive: endings(result),
+            unsettled_edge: Vec::new(),
+            factors: None,
+            duration_s: sweep.duration_s,
+            runs_of_a_cell: (runs().min().unwrap_or(0), runs().max().unwrap_or(0)),
+        }
+    }
+}
+
+/// What came out, where it is, and what comes next.
+pub fn text(report: &SweepReport) -> String {
+    let SweepReport { cells, replicates, runs, duration_s, runs_of_a_cell: (least, most), .. } =
+        report;
+    let replicates = match &report.adaptive {
+        None => format!("{replicates} replicates of {duration_s} s"),
+        Some(Endings { settled, narrow, exhausted }) => format!(
+            "{least} to {most} replicates of {duration_s} s, {runs} in all ({settled} cells settled, \
+             {narrow} narrow, {exhausted} at the most)"
+        ),
+    };
+    let folder = report.folder.display();
+    let mut lines = vec![
+        format!("{cells} cells × {replicates}: {}", in_words(&report.phases)),
+        format!("{folder}/diagram.svg"),
+        format!("{folder}/cells.csv"),
+        format!("{folder}/replicates.parquet"),
+    ];
+    lines.extend(report.factors.as_ref().map(factors::text));
+    lines.push(format!("next: {}", choose_line(&report.folder)));
+    lines.join("\n")
+}
+
+/// How many cells have which phase: `54 stable milling, 3 dispersion`.
+pub fn in_words(phases: &[(Phase, usize)]) -> String {
+    let found = phases.iter().filter(|(_, n)| *n > 0);
+    let words: Vec<String> = found.map(|(phase, n)| format!("{n} {phase}")).collect();
+    words.join(", ")
+}
+
+fn endings(result: &SweepResult) -> Option<Endings> {
+    let knowledge = knowledge(result)?;
+    let n = |sought| knowledge.iter().filter(|found| **found == sought).count();
+    Some(Endings {
+        settled: n(Knowledge::Settled),
+        narrow: n(Knowledge::Narrow),
+        exhausted: n(Knowledge::Exhausted),
+    })
+}
