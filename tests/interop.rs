@@ -227,6 +227,8 @@ fn check_before(before: &Value) {
         "speed",
         "speed_max",
         "stamp_from_clock",
+        "table",
+        "transition_key",
         "turn_rate",
         "turn_rate_max",
         "undetected_speed",

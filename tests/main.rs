@@ -15,6 +15,7 @@ mod choosing;
 mod cli;
 mod command;
 mod compare;
+mod controllers;
 mod deploy;
 mod diagnosing;
 mod drawing;

@@ -77,7 +77,7 @@ impl RunKey {
         let key = words.iter().fold(mix(self.seed.seed ^ KEY_SALT), |key, word| {
             mix(key.wrapping_mul(KEY_FACTOR) ^ *word)
         });
-        Key { low: key as u32, high: (key >> 32) as u32 }
+        Key::from_bits(key)
     }
 }
 
@@ -98,6 +98,16 @@ pub fn threshold(probability: f64) -> u32 {
 }
 
 impl Key {
+    /// Both words as one number, low word last: as a parameter of a node has it.
+    pub fn bits(self) -> u64 {
+        u64::from(self.high) << 32 | u64::from(self.low)
+    }
+
+    /// The key of these [`Self::bits`].
+    pub fn from_bits(bits: u64) -> Self {
+        Self { low: bits as u32, high: (bits >> 32) as u32 }
+    }
+
     /// A whole number, uniform below 2^24.
     ///
     /// # Source

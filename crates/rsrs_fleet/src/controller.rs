@@ -5,7 +5,9 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
-use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction, decide};
+use rsrs_core::draw::Key;
+use rsrs_core::robot::controller::state_machine::{Memory, Program};
+use rsrs_core::robot::controller::{self, Command, Reaction};
 
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
@@ -46,10 +48,12 @@ pub enum Event {
 }
 
 /// What a controller is set to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// `v` and `ω`.
-    pub parameters: ControllerParameters,
+    /// What decides.
+    pub controller: controller::Controller,
+    /// Key of the draws of its transitions, if it has states.
+    pub transition_key: Key,
     /// Whether commands carry the stamp of the simulator's clock (lockstep) or wall-clock time.
     pub stamp: Stamp,
     /// Whether it decides, or is being measured; in the digest of its parameters.
@@ -86,6 +90,11 @@ pub enum Action {
 pub struct Controller {
     robot: String,
     settings: Settings,
+    /// What decides, ready to run, and its name in leases and statuses.
+    program: Program,
+    digest: u64,
+    /// Where it is in this run.
+    memory: Memory,
     bound: Option<Binding>,
     /// Detections that wait for their step's clock, and clocks that wait for their detection.
     detections: VecDeque<bool>,
@@ -116,6 +125,9 @@ impl Controller {
     pub fn new(robot: &str, settings: Settings) -> Self {
         Self {
             robot: robot.to_owned(),
+            program: settings.controller.program(),
+            digest: settings.controller.digest_with(settings.reaction),
+            memory: Memory::default(),
             settings,
             bound: None,
             detections: VecDeque::new(),
@@ -160,8 +172,8 @@ impl Controller {
     }
 
     /// What the controller is set to.
-    pub fn settings(&self) -> Settings {
-        self.settings
+    pub fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Whether parameters may change: not while a run holds them.
@@ -197,8 +209,10 @@ impl Controller {
             }
             Event::Lease(lease) => self.on_lease(&lease, now),
             Event::Parameters(settings) => {
+                self.program = settings.controller.program();
+                self.digest = settings.controller.digest_with(settings.reaction);
                 self.settings = settings;
-                self.forget_steps();
+                self.begin();
                 self.beat.hurry();
             }
             // What waited for the end of its silence.
@@ -227,9 +241,20 @@ impl Controller {
                 },
             };
             self.detections.pop_front();
-            let command = decide(detected, self.settings.parameters);
+            let command = self.decide(detected, now);
             actions.push(Action::Command { command, stamp_ns });
         }
+    }
+
+    /// The command for a detection. In lockstep each step is one of the run; elsewhere a robot that does not
+    /// move yet stays at the start.
+    #[expect(clippy::fn_params_excessive_bools, reason = "binary is what the sensor is")]
+    fn decide(&mut self, detected: bool, now: Duration) -> Command {
+        let is_of_run =
+            self.settings.stamp == Stamp::Clock || self.state(now) == RobotState::Moving;
+        let mut start = Memory::default();
+        let memory = if is_of_run { &mut self.memory } else { &mut start };
+        self.program.decide(detected, memory, self.settings.transition_key)
     }
 
     fn is_silent(&self, now: Duration) -> bool {
@@ -250,7 +275,7 @@ impl Controller {
             .as_ref()
             .is_some_and(|bound| bound.epoch == lease.epoch && bound.run_id == lease.run_id);
         if new_run {
-            self.forget_steps();
+            self.begin();
         }
         if new_run || same_run {
             self.bound = Some(Binding {
@@ -262,10 +287,11 @@ impl Controller {
         }
     }
 
-    /// Steps of an earlier run must not be paired with those of the next.
-    fn forget_steps(&mut self) {
+    /// Steps and states of an earlier run are none of the next.
+    fn begin(&mut self) {
         self.detections.clear();
         self.clocks.clear();
+        self.memory = Memory::default();
     }
 
     fn state(&self, now: Duration) -> RobotState {
@@ -295,7 +321,7 @@ impl Controller {
             counter: self.beat.counter(),
             epoch: self.bound.as_ref().map_or(0, |bound| bound.epoch),
             run_id,
-            parameter_digest: self.settings.parameters.digest_with(self.settings.reaction),
+            parameter_digest: self.digest,
             state,
             stop_cause,
             stop_reason,
@@ -306,12 +332,20 @@ impl Controller {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_core::robot::controller::ControllerParameters;
+    use rsrs_core::robot::controller::state_machine::StateMachine;
+
     use super::*;
     use crate::message::Echo;
 
     fn controller(stamp: Stamp) -> Controller {
-        let parameters = ControllerParameters::mirrored(0.15, 0.75);
-        Controller::new("robot_1", Settings { parameters, stamp, reaction: Reaction::ToDetections })
+        let settings = Settings {
+            controller: ControllerParameters::mirrored(0.15, 0.75).into(),
+            transition_key: Key::from_bits(0),
+            stamp,
+            reaction: Reaction::ToDetections,
+        };
+        Controller::new("robot_1", settings)
     }
 
     fn commands(actions: &[Action]) -> Vec<(f64, Option<u64>)> {
@@ -326,8 +360,8 @@ mod tests {
 
     #[test]
     fn a_controller_that_was_left_on_a_constant_command_has_another_digest() {
-        let deciding = controller(Stamp::Wall).settings();
-        let constant = Settings { reaction: Reaction::Constant, ..deciding };
+        let deciding = controller(Stamp::Wall).settings().clone();
+        let constant = Settings { reaction: Reaction::Constant, ..deciding.clone() };
 
         let digest = |settings| {
             let actions =
@@ -336,8 +370,49 @@ mod tests {
             status.parameter_digest
         };
 
-        assert_eq!(digest(deciding), deciding.parameters.digest());
+        assert_eq!(digest(deciding.clone()), deciding.controller.digest());
         assert_ne!(digest(constant), digest(deciding));
+    }
+
+    /// A robot that drives for two periods, and then turns for one.
+    fn with_states(stamp: Stamp) -> Controller {
+        let json = r#"{"rows":[
+            {"state":"drive","command":{"speed_m_s":0.2,"turn_rate_rad_s":0.0},
+             "next":[{"state":"turn","probability":1.0,"after_periods":2}]},
+            {"state":"turn","command":{"speed_m_s":0.0,"turn_rate_rad_s":1.0},
+             "next":[{"state":"drive","probability":1.0,"after_periods":0}]}]}"#;
+        let machine = StateMachine::from_json(json).unwrap();
+        let settings = controller(stamp).settings().clone();
+        let controller = controller::Controller::Machine(machine);
+        Controller::new("robot_1", Settings { controller, ..settings })
+    }
+
+    #[test]
+    fn a_controller_with_states_begins_anew_with_each_run() {
+        let mut controller = with_states(Stamp::Wall);
+        let lease = |epoch, state| {
+            Event::Lease(Lease {
+                run_id: format!("run {epoch}"),
+                epoch,
+                state,
+                parameter_digest: 0,
+                robots: vec![Echo { robot: "robot_1".to_owned(), counter: 1 }],
+            })
+        };
+        let now = Duration::ZERO;
+        let turns = |controller: &mut Controller, n: usize| -> Vec<f64> {
+            let answer = |_| commands(&controller.on_event(Event::Detection(false), now))[0].0;
+            (0..n).map(answer).collect()
+        };
+
+        assert_eq!(turns(&mut controller, 4), [0.0; 4], "who belongs to no run stays at the start");
+        controller.on_event(lease(1, LeaseState::Armed), now);
+        assert_eq!(turns(&mut controller, 4), [0.0; 4], "nor does time pass before it moves");
+        controller.on_event(lease(1, LeaseState::Running), now);
+        assert_eq!(turns(&mut controller, 5), [0.0, 0.0, 1.0, 0.0, 0.0]);
+        controller.on_event(lease(2, LeaseState::Armed), now);
+        controller.on_event(lease(2, LeaseState::Running), now);
+        assert_eq!(turns(&mut controller, 3), [0.0, 0.0, 1.0]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod recording;
 
+use rsrs_core::conditions::controller_table::ControllerSource;
 use rsrs_core::conditions::start_file::StartPlacement;
 use rsrs_core::conditions::{MOST_DURATION_S, Settings};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
@@ -20,6 +21,10 @@ pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};
 pub struct ExperimentFile {
     /// Path of the fleet file, relative to this file.
     pub fleet: String,
+    /// Path of the robots' controller, relative to this file (default: that of the sweep that its cell is from, else two
+    /// commands over one detection).
+    #[serde(default)]
+    pub controller: Option<ControllerSource>,
     /// The cell to run; the command line may give another.
     pub cell: Option<Cell>,
     /// In place of `cell`: the folder of a sweep whose `choice.json` has it, relative to this file.
@@ -278,17 +283,22 @@ impl ExperimentFile {
     ///
     /// # Errors
     ///
-    /// [`CellRefused`] if the cell holds a capability or another placement, or lacks the speed, the
-    /// turning rate or the number of robots.
+    /// [`CellRefused`] if the cell holds a capability or another placement, or lacks the number of
+    /// robots or, without a table, speed or turning rate.
     pub fn settings(&self, cell: &Cell) -> Result<Settings, CellRefused> {
         if let Some(axis) = cell.axes().into_iter().find(|axis| axis.is_capability()) {
             return Err(CellRefused::Capability { axis });
         }
-        let required = [Axis::Speed, Axis::TurnRate, Axis::Robots];
-        if let Some(axis) = required.into_iter().find(|axis| cell.get(*axis).is_none()) {
+        // A table has commands, and its numbers have values.
+        let required: &[Axis] = match self.controller {
+            Some(_) => &[Axis::Robots],
+            None => &[Axis::Speed, Axis::TurnRate, Axis::Robots],
+        };
+        if let Some(axis) = required.iter().copied().find(|axis| cell.get(*axis).is_none()) {
             return Err(CellRefused::Missing { axis });
         }
-        let mut settings = Settings::default().with_cell(cell);
+        let controller = self.controller.as_ref().and_then(ControllerSource::table).cloned();
+        let mut settings = Settings { controller, ..Settings::default() }.with_cell(cell);
         let StartPlacement::DiscFacingOut { radius_m: expected_m } = self.placement else {
             settings.placement = self.placement.placement();
             return match cell.get(Axis::PlacementRadius) {

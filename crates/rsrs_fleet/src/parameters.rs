@@ -38,6 +38,10 @@ pub mod controller {
     pub const CONSTANT: &str = "constant";
     /// Interval of the robot's detections, in seconds; also the gate's.
     pub const PERIOD: &str = super::gate::PERIOD;
+    /// The table of a controller with states, as JSON; empty for two commands over one detection.
+    pub const TABLE: &str = "table";
+    /// Key of the draws of its transitions, of this run and robot.
+    pub const TRANSITION_KEY: &str = "transition_key";
     /// Who holds the lease: [`LEASE_GATE`] or [`LEASE_CONTROLLER`].
     pub const LEASE: &str = "lease";
     /// The robot has a gate of ours in front of its wheels.

@@ -126,8 +126,9 @@ pub struct CellFacts {
     pub replay: Option<Replay>,
     /// What the replay shows, or why there is none.
     pub caption: String,
-    /// What stands behind the address of the simulator's page for this cell, without its source.
-    pub address: String,
+    /// What stands behind the address of the simulator's page for this cell, without its source; `None` of a
+    /// controller that the page does not have.
+    pub address: Option<String>,
 }
 
 /// How the runs of one cell ended in one world.

@@ -104,8 +104,12 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
         })
         .unzip();
     let declared = declared.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let limits: BTreeMap<String, [f64; 2]> = (declared.iter())
+        .map(|node| (format!("{}/{}", node.namespace, node.name), parameters::limits(node)))
+        .collect();
     let changed = received.clone();
-    let server = ParameterServer::start(session, declared, move |node, _| {
+    let server = ParameterServer::start(session, declared, move |node, changes| {
+        limits.get(node).map_or(Ok(()), |limits| parameters::check_table(changes, *limits))?;
         changed
             .send(Input::ParametersOf(node.to_owned()))
             .map_err(|_closed| "the node is shutting down".to_owned())

@@ -2,12 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
+use rsrs_core::draw::Key;
+use rsrs_core::robot::controller::state_machine::StateMachine;
+use rsrs_core::robot::controller::{Command, Controller, ControllerParameters, Reaction};
 use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
-use rsrs_fleet::controller::{Controller, Settings, Stamp};
+use rsrs_fleet::controller::{Controller as Node, Settings, Stamp};
 use rsrs_fleet::parameters::controller::{
     CMD_VEL_TYPE, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, NODE, PERIOD, SPEED,
-    SPEED_MAX, STAMP_FROM_CLOCK, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED, UNDETECTED_TURN_RATE,
+    SPEED_MAX, STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED,
+    UNDETECTED_TURN_RATE,
 };
 use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_ros::parameters::{
@@ -15,7 +18,7 @@ use rsrs_ros::parameters::{
 };
 
 /// The names of all parameters of a controller.
-pub const NAMES: [&str; 12] = [
+pub const NAMES: [&str; 14] = [
     SPEED,
     UNDETECTED_SPEED,
     SPEED_MAX,
@@ -28,6 +31,8 @@ pub const NAMES: [&str; 12] = [
     CONSTANT,
     LEASE,
     PERIOD,
+    TABLE,
+    TRANSITION_KEY,
 ];
 
 /// Greatest safe values where no start value is given: those of the Flockbot.
@@ -122,6 +127,7 @@ pub fn declare(
     parameters.push(constant(robot, given.remove(CONSTANT))?);
     parameters.push(lease(robot, given.remove(LEASE))?);
     parameters.push(period(robot, given.remove(PERIOD))?);
+    parameters.extend(of_table(robot, [given.remove(TABLE), given.remove(TRANSITION_KEY)])?);
     match given.into_keys().next() {
         Some(name) => Err(StartValueError::Unknown { robot: robot.to_owned(), name }),
         None => {
@@ -179,6 +185,79 @@ fn period(
     let mut descriptor = Descriptor::new(PERIOD, ParameterKind::Double, description);
     descriptor.read_only = true;
     Ok((descriptor, ParameterValue::Double(value)))
+}
+
+/// The table of a controller with states, and the key of its draws: none until a runner sets them.
+fn of_table(
+    robot: &str,
+    [table, key]: [Option<ParameterValue>; 2],
+) -> Result<[(Descriptor, ParameterValue); 2], StartValueError> {
+    let is_none = |text: &ParameterValue| *text == ParameterValue::String(String::new());
+    if let Some(found) = table.filter(|text| !is_none(text)) {
+        return not_allowed(robot, TABLE, found, "none at the start: a runner sets it");
+    }
+    let key = key.unwrap_or(ParameterValue::Integer(0));
+    if !matches!(key, ParameterValue::Integer(_)) {
+        return not_allowed(robot, TRANSITION_KEY, key, "an integer");
+    }
+    let text = "Table of a controller with states, as JSON, in place of speeds and turning rates; empty \
+                for none.";
+    let draws = "Key of the draws of the table's transitions, of one robot in one run.";
+    Ok([
+        (
+            Descriptor::new(TABLE, ParameterKind::String, text),
+            ParameterValue::String(String::new()),
+        ),
+        (Descriptor::new(TRANSITION_KEY, ParameterKind::Integer, draws), key),
+    ])
+}
+
+/// Refuses a table that cannot run, or commands more than the node's limits: `speed_max` and
+/// `turn_rate_max`.
+///
+/// # Errors
+///
+/// What is wrong with it, in words.
+pub fn check_table(
+    changes: &[(String, ParameterValue)],
+    [speed_max_m_s, turn_rate_max_rad_s]: [f64; 2],
+) -> Result<(), String> {
+    let set = changes.iter().find(|(name, _)| name == TABLE).map(|(_, value)| value);
+    let Some(machine) = set.and_then(machine) else { return Ok(()) };
+    let fastest = Controller::Machine(machine?).fastest();
+    for (found, most, unit) in [
+        (fastest.speed_m_s, speed_max_m_s, "m/s"),
+        (fastest.turn_rate_rad_s, turn_rate_max_rad_s, "rad/s"),
+    ] {
+        if found > most {
+            return Err(format!(
+                "`{TABLE}` commands {found} {unit}, expected at most {most} {unit}"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The greatest commands of a node, as it was declared.
+pub fn limits(declared: &NodeParameters) -> [f64; 2] {
+    [SPEED_MAX, TURN_RATE_MAX].map(|name| {
+        let is_it = |(descriptor, _): &&(Descriptor, ParameterValue)| descriptor.name == name;
+        match declared.parameters.iter().find(is_it) {
+            Some((_, ParameterValue::Double(most))) => *most,
+            other => unreachable!("{name} was declared as a double, found {other:?}"),
+        }
+    })
+}
+
+/// The machine of a table; `None` where there is no table.
+fn machine(table: &ParameterValue) -> Option<Result<StateMachine, String>> {
+    match table {
+        ParameterValue::String(text) if !text.is_empty() => Some(
+            StateMachine::from_json(text)
+                .map_err(|error| format!("`{TABLE}` is no table: {error}")),
+        ),
+        _ => None,
+    }
 }
 
 fn constant(
@@ -243,13 +322,21 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
     let command =
         |speed, turn_rate| Command { speed_m_s: double(speed), turn_rate_rad_s: double(turn_rate) };
     let detected = command(SPEED, TURN_RATE);
-    let parameters = if is_set(MIRRORED) {
-        ControllerParameters::mirrored(detected.speed_m_s, detected.turn_rate_rad_s)
+    let table = server.get(node, TABLE).as_ref().and_then(machine);
+    let controller = if let Some(machine) = table {
+        Controller::Machine(machine.expect("a table is checked before it is set"))
+    } else if is_set(MIRRORED) {
+        ControllerParameters::mirrored(detected.speed_m_s, detected.turn_rate_rad_s).into()
     } else {
-        ControllerParameters::of(detected, command(UNDETECTED_SPEED, UNDETECTED_TURN_RATE))
+        ControllerParameters::of(detected, command(UNDETECTED_SPEED, UNDETECTED_TURN_RATE)).into()
+    };
+    let transition_key = match server.get(node, TRANSITION_KEY) {
+        Some(ParameterValue::Integer(bits)) => Key::from_bits(bits.cast_unsigned()),
+        other => unreachable!("{TRANSITION_KEY} was declared as an integer, found {other:?}"),
     };
     Settings {
-        parameters,
+        controller,
+        transition_key,
         stamp: if from_clock { Stamp::Clock } else { Stamp::Wall },
         reaction: reaction(server, node),
     }
@@ -265,21 +352,16 @@ pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
 /// # Panics
 ///
 /// If the node's parameters were not declared by [`declare`].
-pub fn controller(
-    server: &ParameterServer,
-    node: &str,
-    robot: &str,
-    transport: Transport,
-) -> Controller {
+pub fn controller(server: &ParameterServer, node: &str, robot: &str, transport: Transport) -> Node {
     let settings = settings(server, node);
     let period_s = match server.get(node, PERIOD) {
         Some(ParameterValue::Double(period_s)) => period_s,
         other => unreachable!("{PERIOD} was declared as a double, found {other:?}"),
     };
     if server.get(node, LEASE) == Some(ParameterValue::String(LEASE_CONTROLLER.to_owned())) {
-        Controller::holding_lease(robot, settings, command_timeout(period_s, transport))
+        Node::holding_lease(robot, settings, command_timeout(period_s, transport))
     } else {
-        Controller::new(robot, settings)
+        Node::new(robot, settings)
     }
 }
 
@@ -334,6 +416,30 @@ mod tests {
         let error = declare("robot_1", given("lease", nobody)).unwrap_err();
 
         assert!(error.to_string().contains("expected `gate` or `controller`"), "{error}");
+    }
+
+    #[test]
+    fn a_table_that_cannot_run_or_commands_too_much_is_refused() {
+        let check = |table: &str| {
+            let table = ParameterValue::String(table.to_owned());
+            check_table(&[(TABLE.to_owned(), table)], [0.3, 2.5])
+        };
+        let table = |state: &str, speed: f64| {
+            format!(
+                r#"{{"rows":[{{"state":"a","command":{{"speed_m_s":{speed},"turn_rate_rad_s":0.5}},
+                "next":[{{"state":"{state}","probability":1.0,"after_periods":1}}]}}]}}"#
+            )
+        };
+
+        assert_eq!(check(""), Ok(()));
+        assert_eq!(check(&table("a", -0.3)), Ok(()));
+        let refused = check(&table("b", 0.1)).unwrap_err();
+        assert_eq!(refused, "`table` is no table: row 1: unknown state `b`; did you mean `a`?");
+        let refused = check(&table("a", -0.4)).unwrap_err();
+        assert_eq!(refused, "`table` commands 0.4 m/s, expected at most 0.3 m/s");
+        assert!(check("{}").is_err());
+        let at_start = given("table", ParameterValue::String("{}".to_owned()));
+        assert!(declare("robot_1", at_start).is_err(), "no run has set it");
     }
 
     #[test]

@@ -2,12 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
+use rsrs_core::draw::Seed;
+use rsrs_core::robot::controller::state_machine::{self, StateMachine};
+use rsrs_core::robot::controller::{Command, Controller, ControllerParameters, Reaction};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::LeaseHolder;
 use rsrs_fleet::parameters::controller::{
     self, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, SPEED, SPEED_MAX,
-    STAMP_FROM_CLOCK, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED, UNDETECTED_TURN_RATE,
+    STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED,
+    UNDETECTED_TURN_RATE,
 };
 use rsrs_fleet::parameters::{GateSettings, Value, gate, simulator};
 use rsrs_fleet::runner::Target;
@@ -27,7 +30,7 @@ pub async fn configure(
     target: &Target,
 ) -> Result<(), String> {
     let (node, values) = match target {
-        Target::Robot(name) => (controller(name), of_controller(plan)),
+        Target::Robot(name) => (controller(name), of_controller(plan, name)),
         Target::Simulator => (simulator::FULL_NAME.to_owned(), of_simulator(plan)),
     };
     client.set_atomically(&node, &values).await.map_err(|error| error.to_string())
@@ -55,6 +58,8 @@ pub async fn read_back(
         LEASE,
         SPEED_MAX,
         TURN_RATE_MAX,
+        TABLE,
+        TRANSITION_KEY,
     ];
     let values = client.get(&controller(robot), &names).await;
     match values.map_err(|error| error.to_string())?.as_slice() {
@@ -68,24 +73,32 @@ pub async fn read_back(
             ParameterValue::String(holder),
             ParameterValue::Double(speed_max_m_s),
             ParameterValue::Double(turn_rate_max_rad_s),
+            ParameterValue::String(table),
+            key @ ParameterValue::Integer(_),
         ] => {
             check_lease(holder, lease)?;
             if lease == LeaseHolder::Controller {
                 check_limits([*speed_max_m_s, *turn_rate_max_rad_s], plan.limits_of(robot))?;
             }
             let command = |speed_m_s, turn_rate_rad_s| Command { speed_m_s, turn_rate_rad_s };
-            let controller = if *is_mirrored {
-                ControllerParameters::mirrored(*speed_m_s, *turn_rate_rad_s)
+            let controller: Controller = if !table.is_empty() {
+                let machine = StateMachine::from_json(table);
+                Controller::Machine(machine.map_err(|error| format!("`{TABLE}`: {error}"))?)
+            } else if *is_mirrored {
+                ControllerParameters::mirrored(*speed_m_s, *turn_rate_rad_s).into()
             } else {
                 let undetected = command(*undetected_m_s, *undetected_rad_s);
-                ControllerParameters::of(command(*speed_m_s, *turn_rate_rad_s), undetected)
+                ControllerParameters::of(command(*speed_m_s, *turn_rate_rad_s), undetected).into()
             };
+            if *key != transition_key(plan, robot) {
+                return Err(format!("`{TRANSITION_KEY}` is not the one that was set"));
+            }
             let reaction = if *is_constant { Reaction::Constant } else { Reaction::ToDetections };
             Ok(controller.digest_with(reaction))
         }
         other => Err(format!(
-            "{} are {other:?}, expected doubles, `{MIRRORED}` and `{CONSTANT}` as bools, and `{LEASE}` as a \
-             string",
+            "{} are {other:?}, expected doubles, `{MIRRORED}` and `{CONSTANT}` as bools, `{LEASE}` and \
+             `{TABLE}` as strings, and `{TRANSITION_KEY}` as an integer",
             names.join(", ")
         )),
     }
@@ -163,9 +176,28 @@ fn controller(robot: &str) -> String {
     format!("/{robot}/{}", controller::NODE)
 }
 
-fn of_controller(plan: &Plan) -> Vec<(String, ParameterValue)> {
-    let controller = plan.record.conditions.controller.parameters();
-    let controller = controller.expect("a plan has two commands over one detection");
+/// Key of the draws of a robot's transitions in the run, as a parameter.
+fn transition_key(plan: &Plan, robot: &str) -> ParameterValue {
+    let record = &plan.record;
+    let place = record.robots.iter().position(|name| name == robot).unwrap_or_default();
+    let seed = Seed { seed: record.seed, replicate: record.replicate };
+    let key = state_machine::transition_key(seed, record.conditions.controller.digest(), place);
+    ParameterValue::Integer(key.bits().cast_signed())
+}
+
+/// The table of a controller with states; empty for any other.
+fn table(controller: &Controller) -> ParameterValue {
+    ParameterValue::String(match controller {
+        Controller::Parameters(_) => String::new(),
+        Controller::Machine(machine) => machine.to_json(),
+    })
+}
+
+fn of_controller(plan: &Plan, robot: &str) -> Vec<(String, ParameterValue)> {
+    let set = &plan.record.conditions.controller;
+    // Beside a table, speeds and turning rates are nobody's.
+    let standing = ControllerParameters::mirrored(0.0, 0.0);
+    let controller = set.parameters().unwrap_or(standing);
     let [detected, undetected] = controller.commands();
     let lockstep = plan.record.time == Time::Lockstep;
     let double = |name: &str, value| (name.to_owned(), ParameterValue::Double(value));
@@ -176,6 +208,8 @@ fn of_controller(plan: &Plan) -> Vec<(String, ParameterValue)> {
         double(UNDETECTED_SPEED, undetected.speed_m_s),
         double(UNDETECTED_TURN_RATE, undetected.turn_rate_rad_s),
         (STAMP_FROM_CLOCK.to_owned(), ParameterValue::Bool(lockstep)),
+        (TABLE.to_owned(), table(set)),
+        (TRANSITION_KEY.to_owned(), transition_key(plan, robot)),
     ]
 }
 

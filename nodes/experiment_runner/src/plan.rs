@@ -20,6 +20,7 @@ use rsrs_fleet::parameters::{GateSettings, of_gate};
 use rsrs_fleet::placement::{PlaceCheck, WantedStart};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
 
+mod controller;
 mod profiles;
 mod recording;
 mod run_id;
@@ -107,14 +108,14 @@ impl Plan {
         let beside = request.experiment.parent().unwrap_or(Path::new(""));
         let (cell, swept) = cell(request, &experiment, beside)?;
         let starts = starts::read(&mut experiment.placement, beside)?;
-        let of_cell = || format!("cell `{cell}`");
-        let mut settings = settings(&experiment, &cell, swept.as_ref()).with_context(of_cell)?;
-
         let fleet_path = beside.join(&experiment.fleet);
         let (fleet_name, fleet_text) = read(&fleet_path)?;
         let fleet = FleetFile::parse(&fleet_name, &fleet_text).map_err(Helpful::from)?;
         let of_fleet = Measured::of_fleet(&fleet, &fleet_path)?;
-        let first = Conditions::resolve(&of_fleet.profile, &settings);
+        let table = controller::read(&mut experiment, swept.as_ref(), (beside, &of_fleet.profile))?;
+        let of_cell = || format!("cell `{cell}`");
+        let mut settings = settings(&experiment, &cell, swept.as_ref()).with_context(of_cell)?;
+        let first = Conditions::resolve(&of_fleet.profile, &settings).map_err(Helpful::from);
         let n_robots = match &starts {
             None => first?.robots,
             Some(table) => first.with_context(|| table.name.clone())?.robots,
@@ -161,7 +162,10 @@ impl Plan {
         Ok(Self {
             record,
             bag,
-            files: profiles.with_files([text, fleet_text], starts.map(|table| table.text)),
+            files: profiles.with_files(
+                [text, fleet_text],
+                [("starts.csv", starts.map(|table| table.text)), ("controller.yaml", table)],
+            ),
             poses: Poses::Required,
             place_check: request.place_check,
             recording,

@@ -1,6 +1,7 @@
 //! A controller as a table: what a person writes in a file, and what it comes to on a robot.
 
 mod check;
+mod source;
 mod value;
 
 use std::collections::BTreeMap;
@@ -14,6 +15,7 @@ use crate::robot::controller::{Command, Controller};
 use crate::robot::wheels::Wheels;
 
 pub use check::{Place, TableError, TableFlaw, TableProblem};
+pub use source::ControllerSource;
 pub use value::{Next, Value};
 
 /// A controller's table: rows in order, of which the first that matches counts.

@@ -9,7 +9,7 @@ use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-use crate::conditions::controller_table::{ControllerTable, TableFlaw};
+use crate::conditions::controller_table::{ControllerSource, ControllerTable, TableFlaw};
 use crate::conditions::limits::BeyondLimits;
 use crate::conditions::start_file::StartPlacement;
 use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
@@ -22,7 +22,6 @@ use crate::robot::harsher::{Harsher, HarsherFactors, NotHarsher};
 use crate::robot::profile::RobotProfile;
 use crate::statistics::interval_kind::IntervalKind;
 
-pub use controller::SweptController;
 pub use digest::OtherSweep;
 
 /// A sweep as written by a person: YAML with units in its keys.
@@ -34,7 +33,7 @@ pub struct SweepFile {
     /// Path of the robots' controller, relative to the sweep file; without it, two commands over one detection, whose speeds
     /// and turning rates are axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub controller: Option<SweptController>,
+    pub controller: Option<ControllerSource>,
     /// How the simulated robot is worse; each factor has a default.
     #[serde(default)]
     pub harsher: Harsher,
@@ -309,10 +308,7 @@ impl SweepFile {
 
     /// The table of the controller, once it has been read; `None` where the file names none.
     pub fn table(&self) -> Option<&ControllerTable> {
-        match &self.controller {
-            Some(SweptController::Table(table)) => Some(table),
-            Some(SweptController::File(_)) | None => None,
-        }
+        self.controller.as_ref().and_then(ControllerSource::table)
     }
 
     /// The conditions of every cell, in the order of [`Self::all_cells`].

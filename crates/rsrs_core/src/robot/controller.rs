@@ -133,7 +133,7 @@ impl Controller {
             Self::Parameters(parameters) => parameters.digest_with(reaction),
             Self::Machine(machine) => {
                 let mut digest = Digest::new("state_machine");
-                digest.text(&serde_json::to_string(machine).expect("a machine is plain data"));
+                digest.text(&machine.to_json());
                 digest.word(u64::from(reaction == Reaction::Constant));
                 digest.value()
             }

@@ -150,7 +150,8 @@ impl LeaseGate {
 
 #[cfg(test)]
 mod tests {
-    use rsrs_core::robot::controller::{ControllerParameters, Reaction};
+    use rsrs_core::draw::Key;
+    use rsrs_core::robot::controller::{self, ControllerParameters, Reaction};
 
     use super::super::{Controller, Settings, Stamp};
     use super::*;
@@ -159,7 +160,8 @@ mod tests {
     use crate::timing::LEASE_DURATION;
 
     const SETTINGS: Settings = Settings {
-        parameters: ControllerParameters::mirrored(0.15, 0.75),
+        controller: controller::Controller::Parameters(ControllerParameters::mirrored(0.15, 0.75)),
+        transition_key: Key { low: 0, high: 0 },
         stamp: Stamp::Wall,
         reaction: Reaction::ToDetections,
     };
@@ -202,7 +204,7 @@ mod tests {
                 run_id: "run".to_owned(),
                 epoch: 1,
                 state,
-                parameter_digest: SETTINGS.parameters.digest(),
+                parameter_digest: SETTINGS.controller.digest(),
                 robots: vec![echo],
             })
         }
@@ -329,8 +331,8 @@ mod tests {
         let mut robot = Robot1::new();
         robot.drive();
 
-        let parameters = ControllerParameters::mirrored(0.1, 0.75);
-        let settings = Settings { parameters, ..SETTINGS };
+        let controller = ControllerParameters::mirrored(0.1, 0.75).into();
+        let settings = Settings { controller, ..SETTINGS };
 
         assert_eq!(robot.after(5, Event::Parameters(settings)), [ZERO]);
         assert_eq!(robot.after(5, Event::Detection(true)), [ZERO]);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
 use rsrs_fleet::e_stop::Locks;
@@ -136,7 +137,12 @@ fn run_id(runner: usize) -> String {
 /// A controller whose process starts now.
 fn new_controller(robot: usize, scenario: &Scenario, now_ms: u64) -> Controller {
     let stamp = stamp(scenario.body);
-    let settings = Settings { parameters: DEFAULTS, stamp, reaction: Reaction::ToDetections };
+    let settings = Settings {
+        controller: DEFAULTS.into(),
+        transition_key: Key::from_bits(0),
+        stamp,
+        reaction: Reaction::ToDetections,
+    };
     let controller = if scenario.controller_only[robot] {
         Controller::holding_lease(&name(robot), settings, COMMAND_TIMEOUT)
     } else {

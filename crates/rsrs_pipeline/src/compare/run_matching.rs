@@ -282,8 +282,15 @@ impl<'a> RunMatcher<'a> {
 
     /// The values of a run on the swept axes.
     fn cell(&self, run: &OperatorConditions) -> Cell {
-        let settings =
-            self.diagram.axes.iter().filter_map(|axis| Some((*axis, run.setting(*axis)?)));
+        // A table that is two commands is recorded as those, and its numbers are in the cell that has them.
+        let is_its = |swept: &OperatorConditions| swept.controller == run.controller;
+        let same = self.operator_conditions.iter().position(is_its);
+        let number = |axis: Axis| match axis {
+            Axis::Number(_) => self.diagram.cells[same?].cell.get(axis),
+            _ => None,
+        };
+        let settings = (self.diagram.axes.iter())
+            .filter_map(|axis| Some((*axis, run.setting(*axis).or_else(|| number(*axis))?)));
         Cell::new(settings.chain(self.capabilities.iter().copied()))
             .expect("the axes of a sweep are distinct, and numbers in JSON finite")
     }

@@ -114,7 +114,7 @@ fn given<'a>(schema: &'a Value, root: &'a Value) -> &'a Value {
 fn collect(schema: &Value, root: &Value, prefix: &str, rows: &mut Vec<Row>) {
     let Some(properties) = schema["properties"].as_object() else { return };
     // Axes have a table of their own.
-    let has_axes = properties.contains_key(Axis::PolygonScale.key());
+    let has_axes = properties.contains_key(Axis::SensorBearing.key());
     let is_axis = |key: &str| has_axes && Axis::ALL.iter().any(|axis| axis.key() == key);
     let required = schema["required"].as_array();
     let is_required = |key: &str| required.is_some_and(|keys| keys.iter().any(|it| it == key));
@@ -180,7 +180,7 @@ fn kind(schema: &Value, root: &Value) -> String {
     let there = types.and_then(|types| types.iter().find(|kind| **kind != "null"));
     match there.unwrap_or(&schema["type"]).as_str() {
         Some("array") => format!("list of: {}", kind(given(&schema["items"], root), root)),
-        Some("object") if schema["properties"][Axis::PolygonScale.key()].is_object() => {
+        Some("object") if schema["properties"][Axis::SensorBearing.key()].is_object() => {
             "axes".to_owned()
         }
         Some("object") => "map".to_owned(),

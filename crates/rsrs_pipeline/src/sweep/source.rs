@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::conditions::controller_table::ControllerTable;
+use rsrs_core::conditions::controller_table::{ControllerSource, ControllerTable};
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
-use rsrs_core::diagram::sweep_file::{SweepFile, SweptController};
+use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::document;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
@@ -67,9 +67,9 @@ impl ResolvedSweep {
             let starts = read_start_table(&beside.join(path), *headings)?;
             sweep.placement = Some(StartPlacement::Given { starts: starts.starts });
         }
-        if let Some(SweptController::File(path)) = &sweep.controller {
+        if let Some(ControllerSource::File(path)) = &sweep.controller {
             let table = read_controller(&beside.join(path), &profile)?;
-            sweep.controller = Some(SweptController::Table(table));
+            sweep.controller = Some(ControllerSource::Table(table));
         }
         sweep.harsher = Harsher::from(sweep.factors(&profile));
         let provenance = Provenance::of(&profile);

@@ -79,6 +79,9 @@ fn facts_of(
     worlds.extend(measured.and_then(|diagram: &PhaseDiagram| {
         Some(world(of, "robots as measured", diagram.find(&entry.cell)?))
     }));
+    // The page has no tables.
+    let is_on_page = result.source.sweep.controller.is_none();
+    let of_page = |replicate| is_on_page.then(|| address(&entry.cell, replicate));
     let mut facts = CellFacts {
         name: quantity::of_cell(&entry.cell),
         is_chosen: of.choice.is_some_and(|choice| choice.cell == entry.cell),
@@ -86,12 +89,12 @@ fn facts_of(
         runs: runs.map(|(run, _)| run).collect(),
         replay: None,
         caption: "The sweep has too many cells for a replay of each.".to_owned(),
-        address: address(&entry.cell, 0),
+        address: of_page(0),
     };
     if let Some(sampling) = sampling {
         let typical = Typical::of(of, entry, conditions)?;
         facts.caption = typical.in_words(of, entry, sampling);
-        facts.address = address(&entry.cell, typical.replicate);
+        facts.address = of_page(typical.replicate);
         facts.replay = Some(typical.replay(conditions, sampling));
     }
     Ok(facts)

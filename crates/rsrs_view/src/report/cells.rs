@@ -117,9 +117,11 @@ fn facts(page: &ReportPage, (index, cell): (usize, &CellFacts), replay: Option<u
             h3 { (cell.name) @if cell.is_chosen { " " span.chosen { "chosen cell" } } }
             div.numbers {
                 p.caption { (cell.caption) }
-                p.scripted hidden {
-                    button.simulate type="button" data-address=(cell.address) {
-                        "Simulate it, and change it"
+                @if let Some(address) = &cell.address {
+                    p.scripted hidden {
+                        button.simulate type="button" data-address=(address) {
+                            "Simulate it, and change it"
+                        }
                     }
                 }
                 @for world in &cell.worlds { div.world { (shares(world)) } }

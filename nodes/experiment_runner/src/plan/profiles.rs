@@ -120,15 +120,15 @@ impl Profiles {
     pub(super) fn with_files(
         &self,
         [experiment, fleet]: [String; 2],
-        starts: Option<String>,
+        more: [(&'static str, Option<String>); 2],
     ) -> Vec<(String, String)> {
         let of_run = [
             ("experiment.yaml", experiment),
             ("fleet.yaml", fleet),
             ("profile.yaml", self.fleet.text.clone()),
         ];
-        let starts = starts.map(|starts| ("starts.csv", starts));
-        let of_run = of_run.into_iter().chain(starts).map(|(name, text)| (name.to_owned(), text));
+        let more = more.into_iter().filter_map(|(name, text)| Some((name, text?)));
+        let of_run = of_run.into_iter().chain(more).map(|(name, text)| (name.to_owned(), text));
         let own = self.own.iter().map(|(robot, own)| (file_of(robot), own.text.clone()));
         of_run.chain(own).collect()
     }
@@ -229,7 +229,10 @@ mod tests {
         assert_eq!(measured.robot_at(1).true_positive.to_bits(), 0.5_f64.to_bits());
         assert_eq!(measured.period_s.to_bits(), 0.13_f64.to_bits(), "a world has one period");
         let names: Vec<String> = profiles
-            .with_files(["e", "f"].map(str::to_owned), None)
+            .with_files(
+                ["e", "f"].map(str::to_owned),
+                [("starts.csv", None), ("controller.yaml", None)],
+            )
             .into_iter()
             .map(|it| it.0)
             .collect();

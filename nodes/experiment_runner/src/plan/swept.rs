@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::conditions::operator::{OperatorConditions, controller_values};
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::diagram::sweep_file::{OtherSweep, SweepFile};
@@ -68,6 +69,8 @@ pub struct SweptCell {
     pub cell: Cell,
     /// What must be the same.
     pub operator_conditions: OperatorConditions,
+    /// The table of its controller, if that has states.
+    pub table: Option<ControllerTable>,
     /// How the sweep's robots are worse than the measured ones.
     pub factors: HarsherFactors,
     /// Capabilities of the sweep's robots in this cell, where the sweep fixes or varies them.
@@ -129,11 +132,14 @@ impl SweptCell {
         let cell =
             Cell::new(controller_values(&conditions.controller).into_iter().chain([robots]))?;
         let operator_conditions = OperatorConditions::of(conditions, sweep.duration_s);
+        // Where the table is two commands, the cell has them.
+        let table = sweep.table().filter(|_| conditions.controller.parameters().is_none()).cloned();
         let values = sweep.fixed.values.iter().copied().chain(swept.iter());
         let mut axes = diagram.axes.iter().copied();
         Ok(Self {
             cell,
             operator_conditions,
+            table,
             factors: sweep.factors(&profile),
             capabilities: values.filter(|(axis, _)| axis.is_capability()).collect(),
             profile_digest: profile.digest(),

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::Reaction;
 use rsrs_fleet::controller::Settings;
 use rsrs_fleet::message::{LeaseState, RobotState};
@@ -229,7 +230,8 @@ impl Fleet {
                     ));
                 }
                 let settings = Settings {
-                    parameters: WANTED,
+                    controller: WANTED.into(),
+                    transition_key: Key::from_bits(0),
                     stamp: stamp(self.scenario.body),
                     reaction: Reaction::ToDetections,
                 };

@@ -1,5 +1,6 @@
 //! Controllers, with the parameters that runs set and meddlers try to.
 
+use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Action, Event, Settings};
 use rsrs_fleet::runner::Target;
@@ -48,8 +49,8 @@ impl Fleet {
                 Ok(())
             }
             Message::Get => {
-                let parameters = self.controllers[robot].settings().parameters;
-                let digest = if is_liar { WANTED.digest() } else { parameters.digest() };
+                let set = &self.controllers[robot].settings().controller;
+                let digest = if is_liar { WANTED.digest() } else { set.digest() };
                 self.send(Node::Controller(robot), from, Message::GetAnswer(target, digest));
                 Ok(())
             }
@@ -115,7 +116,7 @@ impl Fleet {
     /// A controller that holds the lease has thought.
     fn check_controller(&mut self, robot: usize) -> Result<(), String> {
         let settings = self.controllers[robot].settings();
-        let digest = settings.parameters.digest_with(settings.reaction);
+        let digest = settings.controller.digest_with(settings.reaction);
         let epoch = self.gate(robot).epoch();
         let (oracle, now_ms) = (&mut self.oracles[robot], self.now_ms);
         oracle.controller(digest, now_ms, now_ms);
@@ -143,7 +144,8 @@ impl Fleet {
         }
         let parameters = ControllerParameters { speed_m_s: 0.1, ..WANTED };
         let settings = Settings {
-            parameters,
+            controller: parameters.into(),
+            transition_key: Key::from_bits(0),
             stamp: stamp(self.scenario.body),
             reaction: Reaction::ToDetections,
         };

@@ -1,0 +1,50 @@
+//! The controller's table that an experiment names, or the sweep that its cell is from.
+
+use std::path::Path;
+
+use rsrs_core::conditions::controller_table::{ControllerSource, ControllerTable};
+use rsrs_core::help::{Help, Helpful};
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_fleet::experiment::ExperimentFile;
+
+use super::read as read_file;
+use super::swept::SweptCell;
+
+/// A controller beside a sweep, which has its own.
+#[derive(Debug, thiserror::Error)]
+#[error("the experiment names a `controller`, and its cell is from a sweep, which has its own")]
+struct ControllerTwice;
+
+impl Help for ControllerTwice {
+    fn help(&self) -> Option<String> {
+        Some("leave `controller` out, or give the cell without the sweep".to_owned())
+    }
+}
+
+/// Puts the table in the place of its path; where the experiment names none, that of the sweep, if it needs one.
+///
+/// # Returns
+///
+/// The text of a file that was read, which goes into the bag.
+///
+/// # Errors
+///
+/// If the file cannot be read, or is no controller of these robots.
+pub fn read(
+    experiment: &mut ExperimentFile,
+    swept: Option<&SweptCell>,
+    (beside, robot): (&Path, &RobotProfile),
+) -> anyhow::Result<Option<String>> {
+    if let Some(swept) = swept {
+        if experiment.controller.is_some() {
+            return Err(Helpful::from(ControllerTwice).into());
+        }
+        experiment.controller = swept.table.clone().map(ControllerSource::Table);
+        return Ok(None);
+    }
+    let Some(ControllerSource::File(path)) = &experiment.controller else { return Ok(None) };
+    let (name, text) = read_file(&beside.join(path))?;
+    let table = ControllerTable::parse(&name, &text, robot).map_err(Helpful::from)?;
+    experiment.controller = Some(ControllerSource::Table(table));
+    Ok(Some(text))
+}
