@@ -75,3 +75,38 @@ fn a_controller_with_states_over_ros_2_in_lockstep_is_the_replicate_to_the_bit()
     assert_eq!(code(&replay), 0, "{}{}", stdout(&replay), stderr(&replay));
     assert!(stdout(&replay).contains(" 0 different"), "{}", stdout(&replay));
 }
+
+#[test]
+fn a_search_goes_through_the_numbers_of_a_table_and_leaves_sweeps_of_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let [profile, table] =
+        ["launch_configs/profiles/flockbot.yaml", TABLE].map(|file| repository().join(file));
+    let [profile, table] = [&profile, &table].map(|path| path.to_str().expect("it is text"));
+    let search = |output: &str| {
+        let options = ["--controllers", "12", "--replicates", "2", "--duration", "70"];
+        let asked = ["explore", profile, "--controller", table, "--robots", "4", "-o", output];
+        typed(folder.path(), &[&asked[..], &options].concat())
+    };
+
+    let found = search("gallery");
+
+    assert_eq!(code(&found), 0, "{}{}", stdout(&found), stderr(&found));
+    let read = |name: &str| {
+        std::fs::read_to_string(folder.path().join("gallery").join(name)).expect("it is written")
+    };
+    let trials = read("trials.jsonl");
+    assert_eq!(trials.lines().count(), 12);
+    assert!(trials.lines().all(|line| line.contains(r#""numbers":{"dwell_s":"#)), "{trials}");
+    assert!(stdout(&found).contains("dwell_s: "), "{}", stdout(&found));
+    assert!(read("controller.yaml").contains("lose_interest"));
+    let sweeps = std::fs::read_dir(folder.path().join("gallery/sweeps")).expect("it is made");
+    for sweep in sweeps.flatten() {
+        let text = std::fs::read_to_string(sweep.path()).expect("it is text");
+        assert!(text.contains("controller: ../controller.yaml"), "{text}");
+        assert!(text.contains("controller.dwell_s"), "{text}");
+    }
+    let again = search("gallery");
+    assert_eq!(stdout(&again), stdout(&found), "and goes on where it was");
+    let forward = ["explore", profile, "--controller", table, "--forward", "-o", "other"];
+    assert_eq!(code(&typed(folder.path(), &forward)), 2);
+}

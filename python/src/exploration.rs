@@ -140,6 +140,7 @@ pub fn explore_all(
     work(py, threads, &progress, |execution| {
         let options = Options {
             wanted,
+            controller: None,
             robots,
             arena_m,
             walls,

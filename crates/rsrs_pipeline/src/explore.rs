@@ -9,16 +9,18 @@ mod gallery;
 mod journal;
 mod search;
 mod settings;
+mod space;
 mod trial;
 
 use std::path::{Path, PathBuf};
 
 use rsrs_core::conditions::Walls;
+use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::contact::ContactModel;
-use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::controller::Controller;
 use rsrs_sim::exploration::niche::Niche;
 use rsrs_sim::exploration::space::Directions;
 use serde::Serialize;
@@ -34,6 +36,8 @@ use trial::Laboratory;
 pub struct Options<'a> {
     /// A behaviour, or all that differ.
     pub wanted: Option<Behaviour>,
+    /// The table whose numbers are searched, checked for these robots; `None` for two commands.
+    pub controller: Option<&'a ControllerTable>,
     /// Number of robots; at least 1.
     pub robots: usize,
     /// Side of the square arena, in metres; `None` is six times a robot's reach.
@@ -115,7 +119,7 @@ pub struct FoundController {
     /// In fewer words.
     pub niche: Niche,
     /// The controller.
-    pub controller: ControllerParameters,
+    pub controller: Controller,
     /// Its number among those that were tried.
     pub number: usize,
     /// Share of fresh runs that show the behaviour, or end in the niche.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS, explore};
-use rsrs_pipeline::sweep::source::robots_beside;
+use rsrs_pipeline::sweep::source::{read_controller, read_profile, robots_beside};
 use rsrs_sim::exploration::space::Directions;
 
 use crate::commands::{Format, report};
@@ -36,6 +36,9 @@ pub struct Arguments {
     /// Behaviour to search for (default: all that differ).
     #[arg(long, value_parser = super::behaviours())]
     behaviour: Option<Behaviour>,
+    /// A controller's table, whose numbers are searched within their bounds in place of two commands.
+    #[arg(long, value_name = "FILE", conflicts_with = "forward")]
+    controller: Option<PathBuf>,
     /// Number of robots (default: that of `fleet.yaml` beside the profile, or 9).
     #[arg(long, value_name = "N")]
     robots: Option<usize>,
@@ -96,8 +99,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let robots = arguments
         .robots
         .map_or_else(|| Ok(robots_beside(&arguments.profile)?.unwrap_or(ROBOTS)), anyhow::Ok)?;
+    let table = match &arguments.controller {
+        Some(file) => Some(read_controller(file, &read_profile(&arguments.profile)?)?),
+        None => None,
+    };
     let options = Options {
         wanted: arguments.behaviour,
+        controller: table.as_ref(),
         robots,
         arena_m: arguments.arena,
         walls: match arguments.walls {

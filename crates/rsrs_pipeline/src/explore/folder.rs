@@ -13,6 +13,8 @@ use crate::files::{read_text, write_file};
 
 /// Name of the profile in the folder.
 pub const PROFILE: &str = "profile.yaml";
+/// Name of the controller's table in the folder, where its numbers are searched.
+pub const CONTROLLER: &str = "controller.yaml";
 const SETTINGS: &str = "exploration.yaml";
 const JOURNAL: &str = "trials.jsonl";
 const LOCK: &str = ".lock";
@@ -45,7 +47,11 @@ impl Folder {
                 "wait for it, or give this one another folder",
             ));
         };
-        for (name, text) in [(PROFILE, &profile), (SETTINGS, &written)] {
+        let table = settings.controller.as_ref().map(serde_saphyr::to_string).transpose();
+        let table = table.context("the controller as YAML")?;
+        let files =
+            [(PROFILE, Some(&profile)), (SETTINGS, Some(&written)), (CONTROLLER, table.as_ref())];
+        for (name, text) in files.into_iter().filter_map(|(name, text)| Some((name, text?))) {
             let file = path.join(name);
             if !file.exists() {
                 write_file(&file, text.as_bytes())?;

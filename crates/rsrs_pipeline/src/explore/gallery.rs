@@ -3,18 +3,18 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
+use rsrs_core::conditions::controller_table::ControllerSource;
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::numerals::percent;
-use rsrs_core::quantity::{Axis, AxisValues};
-use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::quantity::Axis;
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::confirmation_seed;
 
-use super::folder::{Folder, PROFILE};
+use super::folder::{CONTROLLER, Folder, PROFILE};
 use super::trial::{self, Elsewhere, Laboratory, Name, Trial};
 use super::{CONFIRM, Explored, FoundController, Options, ShownRun};
 use crate::files::write_file;
@@ -115,7 +115,7 @@ fn describe(trial: &Trial, share: Share, elsewhere: Elsewhere) -> FoundControlle
         name: trial.name.key().to_owned(),
         words: trial.niche.in_words(),
         niche: trial.niche,
-        controller: trial.controller,
+        controller: trial.controller.clone(),
         number: trial.number,
         share: share.value(),
         share_low: interval.low,
@@ -136,13 +136,16 @@ fn sweep_text(
     found: &FoundController,
     options: &Options,
 ) -> anyhow::Result<String> {
-    let (axes, mut values) = axes(laboratory, trial.controller);
+    let (axes, mut values) = axes(laboratory, trial);
     values.push((Axis::Robots, options.robots as f64));
     values.push((Axis::Arena, laboratory.arena_m));
     values.extend(laboratory.placement_m.map(|radius_m| (Axis::PlacementRadius, radius_m)));
     let sweep = SweepFile {
         profile: format!("../{PROFILE}"),
-        controller: None,
+        controller: laboratory
+            .space
+            .table()
+            .map(|_| ControllerSource::File(format!("../{CONTROLLER}"))),
         harsher: Harsher::default(),
         behaviour,
         axes,
@@ -165,8 +168,8 @@ fn sweep_text(
 }
 
 /// The two numbers of a controller that are swept, around their values, and the others.
-fn axes(laboratory: &Laboratory, controller: ControllerParameters) -> (Axes, Vec<(Axis, f64)>) {
-    let mut values = rsrs_core::conditions::operator::controller_values(&controller.into());
+fn axes(laboratory: &Laboratory, trial: &Trial) -> (Axes, Vec<(Axis, f64)>) {
+    let mut values = laboratory.values(&trial.point);
     // Where nothing is detected is where robots are most of the time.
     values.sort_by_key(|(axis, _)| match axis {
         Axis::UndetectedSpeed => 0,
@@ -174,22 +177,10 @@ fn axes(laboratory: &Laboratory, controller: ControllerParameters) -> (Axes, Vec
         Axis::Speed => 2,
         _ => 3,
     });
-    let (moving, standing): (Vec<_>, Vec<_>) =
-        values.into_iter().partition(|(_, value)| *value != 0.0);
+    let is_swept = |(axis, value): &(Axis, f64)| matches!(axis, Axis::Number(_)) || *value != 0.0;
+    let (moving, standing): (Vec<_>, Vec<_>) = values.into_iter().partition(is_swept);
     let (swept, kept) = moving.split_at(moving.len().min(2));
-    let around = |(axis, value): &(Axis, f64)| {
-        let [least, most] = match axis {
-            Axis::Speed | Axis::UndetectedSpeed => laboratory.space.speed_m_s,
-            _ => laboratory.space.turn_rate_rad_s,
-        };
-        let amount = |factor: f64| ((value.abs() * factor).clamp(least, most) * 1e3).round() / 1e3;
-        let mut near: Vec<f64> =
-            [0.6, 0.8, 1.2, 1.4].map(|factor| amount(factor).copysign(*value)).to_vec();
-        near.push(*value);
-        near.sort_by(f64::total_cmp);
-        near.dedup();
-        (*axis, AxisValues(near))
-    };
+    let around = |(axis, value): &(Axis, f64)| (*axis, laboratory.space.around(*axis, *value));
     let swept = Axes(swept.iter().map(around).collect());
     (swept, kept.iter().copied().chain(standing).collect())
 }

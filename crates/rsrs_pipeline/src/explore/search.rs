@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_sim::exploration::archive::{Archive, Elite};
 use rsrs_sim::exploration::evolution_strategy::EvolutionStrategy;
-use rsrs_sim::exploration::space::{N_NUMBERS, Point};
+use rsrs_sim::exploration::space::Point;
 use rsrs_sim::sweep::{Progress, confirmation_seed};
 
 use super::Options;
@@ -114,12 +114,12 @@ impl Tried<'_, '_> {
 
 /// Whether two points are one; to the bit, as they are repeated exactly.
 fn same(one: &Point, other: &Point) -> bool {
-    one.map(f64::to_bits) == other.map(f64::to_bits)
+    one.iter().map(|it| it.to_bits()).eq(other.iter().map(|it| it.to_bits()))
 }
 
 fn offer(archive: &mut Archive, trials: &[Trial]) {
     for trial in trials {
-        let elite = Elite { point: trial.point, number: trial.number, share: trial.share };
+        let elite = Elite { point: trial.point.clone(), number: trial.number, share: trial.share };
         archive.offer(trial.niche, elite);
     }
 }
@@ -127,9 +127,10 @@ fn offer(archive: &mut Archive, trials: &[Trial]) {
 /// Fills the archive from its own controllers.
 fn illuminate(tried: &mut Tried) -> anyhow::Result<Archive> {
     let mut archive = Archive::default();
+    let n_numbers = tried.laboratory.space.n_numbers();
     let mut generation = 0;
     while tried.n_left() > 0 {
-        let points = archive.propose(GENERATION, tried.options.seed, generation);
+        let points = archive.propose((GENERATION, n_numbers), tried.options.seed, generation);
         offer(&mut archive, tried.try_out(&points)?);
         generation += 1;
     }
@@ -139,18 +140,18 @@ fn illuminate(tried: &mut Tried) -> anyhow::Result<Archive> {
 /// Follows the evolution strategy, from the best of some anywhere, and from others again.
 fn optimise(tried: &mut Tried) -> anyhow::Result<Archive> {
     let mut archive = Archive::default();
+    let n_numbers = tried.laboratory.space.n_numbers();
     let seed = tried.options.seed;
     let mut beginning = 0;
     while tried.n_left() > 0 {
-        let anywhere = Archive::default().propose(FIRST, seed, u64::MAX - beginning);
+        let anywhere = Archive::default().propose((FIRST, n_numbers), seed, u64::MAX - beginning);
         let trials = tried.try_out(&anywhere)?;
         offer(&mut archive, trials);
         let best = trials.iter().max_by(|one, other| one.fitness.total_cmp(&other.fitness));
         let Some(best) = best else { break };
         let mut strategy = EvolutionStrategy::new(&best.point, STEP, seed ^ beginning);
         while strategy.step() > LEAST_STEP && tried.n_left() > 0 {
-            let points: Vec<Point> =
-                strategy.sample().iter().map(|point| as_point(point)).collect();
+            let points: Vec<Point> = strategy.sample();
             let trials = tried.try_out(&points)?;
             offer(&mut archive, trials);
             if trials.len() < points.len() {
@@ -166,11 +167,6 @@ fn optimise(tried: &mut Tried) -> anyhow::Result<Archive> {
         beginning += 1;
     }
     Ok(archive)
-}
-
-fn as_point(coordinates: &[f64]) -> Point {
-    let coordinates: &[f64; N_NUMBERS] = coordinates.try_into().expect("as many as the mean has");
-    *coordinates
 }
 
 /// How far a point is outside the space; it costs, so that the search stays in it.

@@ -1,6 +1,7 @@
 //! What a search follows from, as it is written down.
 
 use rsrs_core::conditions::Walls;
+use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::judge::behaviour::Behaviour;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +15,9 @@ pub struct Settings {
     /// The behaviour that is searched for; not there for all that differ.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub behaviour: Option<Behaviour>,
+    /// The table whose numbers are searched; not there for two commands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<ControllerTable>,
     /// Number of robots.
     pub robots: usize,
     /// Side of the arena, in metres.
@@ -37,6 +41,7 @@ impl Settings {
         use rsrs_sim::exploration::space::Directions;
         Self {
             behaviour: options.wanted,
+            controller: options.controller.cloned(),
             robots: options.robots,
             arena_m: laboratory.arena_m,
             walls: options.walls,

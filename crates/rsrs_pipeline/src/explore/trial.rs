@@ -1,13 +1,12 @@
 //! Controllers on trial: simulated, judged, and described.
 
-use rsrs_core::conditions::operator::controller_values;
 use rsrs_core::conditions::{Conditions, ConditionsError, Settings};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::rule::{Needs, Rules};
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::contact::ContactModel;
-use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::region::Region;
@@ -17,6 +16,7 @@ use rsrs_sim::exploration::space::{ControllerSpace, Point};
 use rsrs_sim::sweep::{ReplicateOutcome, Runs, Swept, Watch, check, sweep};
 use serde::{Deserialize, Serialize};
 
+use super::space::Space;
 use super::{CONFIRM, Options};
 use crate::error::with_help;
 
@@ -29,7 +29,7 @@ pub struct Trial {
     /// Where it was proposed.
     pub point: Point,
     /// The controller.
-    pub controller: ControllerParameters,
+    pub controller: Controller,
     /// The niche of most of its runs.
     pub niche: Niche,
     /// Share of its runs in this niche.
@@ -67,8 +67,8 @@ impl Name {
 pub struct Laboratory {
     /// The robots' name.
     pub robot: String,
-    /// What they may be commanded.
-    pub space: ControllerSpace,
+    /// What is searched.
+    pub space: Space,
     /// Side of the arena, in metres.
     pub arena_m: f64,
     /// Radius of the disc in which robots start where it is not that of their range, in metres: they fit
@@ -127,6 +127,7 @@ impl Laboratory {
             values,
             walls: options.walls,
             behaviour: options.wanted.unwrap_or_default(),
+            controller: options.controller.cloned(),
             ..Settings::default()
         };
         let runs = Runs {
@@ -135,7 +136,16 @@ impl Laboratory {
             duration_s: options.duration_s,
             n_threads: options.execution.n_threads,
         };
-        let space = ControllerSpace::of(measured, options.directions);
+        let space = match options.controller {
+            Some(table) if table.numbers.is_empty() => {
+                return Err(with_help(
+                    "the controller has no numbers, so there is nothing to search",
+                    "name some under `numbers`, and use them in its rows",
+                ));
+            }
+            Some(table) => Space::Table(table.clone()),
+            None => Space::Commands(ControllerSpace::of(measured, options.directions)),
+        };
         let laboratory = Self {
             robot: measured.name.clone(),
             space,
@@ -146,7 +156,7 @@ impl Laboratory {
             settings,
             runs,
         };
-        let conditions = laboratory.conditions(laboratory.space.controller(&[1.0; 4]))?;
+        let conditions = laboratory.conditions(&vec![1.0; laboratory.space.n_numbers()])?;
         check(&[conditions], runs)?;
         Ok(laboratory)
     }
@@ -161,21 +171,23 @@ impl Laboratory {
         self.simulated.body.radius_m
     }
 
-    /// The world of a controller.
-    pub fn conditions(
-        &self,
-        controller: ControllerParameters,
-    ) -> Result<Conditions, ConditionsError> {
-        self.conditions_of(&self.simulated, controller)
+    /// The world of the controller at a point.
+    pub fn conditions(&self, point: &[f64]) -> Result<Conditions, ConditionsError> {
+        self.conditions_of(&self.simulated, point)
+    }
+
+    /// What is set at a point.
+    pub fn values(&self, point: &[f64]) -> Vec<(Axis, f64)> {
+        self.space.values(point, (&self.measured, &self.settings))
     }
 
     fn conditions_of(
         &self,
         robots: &RobotProfile,
-        controller: ControllerParameters,
+        point: &[f64],
     ) -> Result<Conditions, ConditionsError> {
         let mut settings = self.settings.clone();
-        settings.values.extend(controller_values(&controller.into()));
+        settings.values.extend(self.values(point));
         Conditions::resolve(robots, &settings)
     }
 
@@ -194,12 +206,8 @@ impl Laboratory {
         points: &[Point],
         options: &Options,
     ) -> anyhow::Result<Vec<Trial>> {
-        let controllers: Vec<ControllerParameters> =
-            points.iter().map(|point| self.space.controller(point)).collect();
-        let conditions = controllers
-            .iter()
-            .map(|controller| self.conditions(*controller))
-            .collect::<Result<Vec<_>, _>>()?;
+        let conditions =
+            points.iter().map(|point| self.conditions(point)).collect::<Result<Vec<_>, _>>()?;
         let swept = finished(sweep(&conditions, self.runs, unseen(options))?)?;
         let replicates = usize::try_from(self.runs.replicates).expect("runs fit into memory");
         let trial = |index: usize| {
@@ -208,8 +216,8 @@ impl Laboratory {
             let (niche, share) = most_frequent(conditions, outcomes);
             Trial {
                 number: first + index,
-                point: points[index],
-                controller: controllers[index],
+                point: points[index].clone(),
+                controller: conditions.controller.clone(),
                 niche,
                 share,
                 name: name(conditions, outcomes),
@@ -299,7 +307,7 @@ impl Laboratory {
         robots: &RobotProfile,
         trial: &Trial,
     ) -> Result<Conditions, ConditionsError> {
-        let mut conditions = self.conditions_of(robots, trial.controller)?;
+        let mut conditions = self.conditions_of(robots, &trial.point)?;
         if let Name::Behaviour(behaviour) = trial.name {
             conditions.behaviour = behaviour;
         }

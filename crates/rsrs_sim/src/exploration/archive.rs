@@ -7,7 +7,7 @@ use super::niche::Niche;
 use super::space::{Point, anywhere};
 
 /// A controller and what became of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Elite {
     /// The controller, as a point of its space.
     pub point: Point,
@@ -48,8 +48,8 @@ impl Archive {
     }
 
     /// The controllers by niche.
-    pub fn elites(&self) -> impl ExactSizeIterator<Item = (Niche, Elite)> + '_ {
-        self.elites.iter().map(|(niche, elite)| (*niche, *elite))
+    pub fn elites(&self) -> impl ExactSizeIterator<Item = (Niche, &Elite)> + '_ {
+        self.elites.iter().map(|(niche, elite)| (*niche, elite))
     }
 
     /// Points to be tried next: anywhere in the space as long as the archive is empty, and from then on
@@ -57,17 +57,24 @@ impl Archive {
     ///
     /// # Arguments
     ///
-    /// * `n` — how many.
+    /// * `n`, `n_numbers` — how many, with so many coordinates each.
     /// * `seed`, `generation` — of their draws.
-    pub fn propose(&self, n: usize, seed: u64, generation: u64) -> Vec<Point> {
+    pub fn propose(
+        &self,
+        (n, n_numbers): (usize, usize),
+        seed: u64,
+        generation: u64,
+    ) -> Vec<Point> {
         let mut draws = Draws::new(seed, generation);
         let elites: Vec<&Elite> = self.elites.values().collect();
         let propose = |_| {
             if elites.is_empty() || draws.uniform() < ANEW {
-                return anywhere(&mut draws);
+                return anywhere(&mut draws, n_numbers);
             }
             let parent = elites[draws.below(elites.len())];
-            parent.point.map(|coordinate| (coordinate + MUTATION * draws.normal()).clamp(-1.0, 1.0))
+            let mut mutated =
+                |coordinate: &f64| (coordinate + MUTATION * draws.normal()).clamp(-1.0, 1.0);
+            parent.point.iter().map(&mut mutated).collect()
         };
         (0..n).map(propose).collect()
     }
@@ -88,25 +95,25 @@ mod tests {
     #[test]
     fn a_niche_keeps_the_surest_controller_and_of_equals_the_first() {
         let mut archive = Archive::default();
-        let elite = |number, share| Elite { point: [0.0; 4], number, share };
+        let elite = |number, share| Elite { point: vec![0.0; 4], number, share };
 
         let taken = [(1, 0.5), (2, 0.5), (3, 0.9), (4, 0.6)]
             .map(|(number, share)| archive.offer(NICHE, elite(number, share)));
 
         assert_eq!(taken, [true, false, true, false]);
-        assert_eq!(archive.elites().next(), Some((NICHE, elite(3, 0.9))));
+        assert_eq!(archive.elites().next(), Some((NICHE, &elite(3, 0.9))));
     }
 
     #[test]
     fn proposals_stay_in_the_box_and_follow_from_seed_and_generation() {
         let mut archive = Archive::default();
-        archive.offer(NICHE, Elite { point: [0.9, -0.9, 0.0, 1.0], number: 0, share: 1.0 });
+        archive.offer(NICHE, Elite { point: vec![0.9, -0.9, 0.0, 1.0], number: 0, share: 1.0 });
 
-        let proposed = archive.propose(500, 7, 3);
+        let proposed = archive.propose((500, 4), 7, 3);
 
         assert!(proposed.iter().flatten().all(|coordinate| coordinate.abs() <= 1.0));
-        assert_eq!(proposed, archive.propose(500, 7, 3));
-        assert_ne!(proposed, archive.propose(500, 7, 4));
+        assert_eq!(proposed, archive.propose((500, 4), 7, 3));
+        assert_ne!(proposed, archive.propose((500, 4), 7, 4));
         let is_near = |point: &&Point| (point[0] - 0.9).abs() < 0.46 && point[2].abs() < 0.46;
         assert!(proposed.iter().filter(is_near).count() > 400);
     }

@@ -6,11 +6,11 @@ use rsrs_core::robot::wheels::Wheels;
 
 use super::Draws;
 
-/// Numbers of a controller: speed and turning rate where something is detected, and where nothing is.
+/// Numbers of a binary controller: speed and turning rate where something is detected, and where nothing is.
 pub const N_NUMBERS: usize = 4;
 
-/// A point of the search; coordinates from -1 to 1.
-pub type Point = [f64; N_NUMBERS];
+/// A point of the search: a coordinate from -1 to 1 for each number of a controller.
+pub type Point = Vec<f64>;
 
 /// The commands that robots can carry out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,8 +49,13 @@ impl ControllerSpace {
     }
 
     /// The controller at a point; what lies outside the box is that on its border.
-    pub fn controller(&self, point: &Point) -> ControllerParameters {
-        let [speed, turn_rate, undetected_speed, undetected_turn_rate] = *point;
+    ///
+    /// # Panics
+    ///
+    /// If the point has not [`N_NUMBERS`] coordinates.
+    pub fn controller(&self, point: &[f64]) -> ControllerParameters {
+        let [speed, turn_rate, undetected_speed, undetected_turn_rate] =
+            <[f64; N_NUMBERS]>::try_from(point).expect("a coordinate for each number");
         let command = |speed: f64, turn_rate: f64| {
             self.within_wheels(Command {
                 speed_m_s: self.speed(speed),
@@ -103,9 +108,9 @@ fn at_most(value: f64, least: f64) -> f64 {
     if rounded.abs() < least { 0.0 } else { rounded }
 }
 
-/// A point anywhere in the box.
-pub(super) fn anywhere(draws: &mut Draws) -> Point {
-    std::array::from_fn(|_| 2.0 * draws.uniform() - 1.0)
+/// A point anywhere in the box of so many numbers.
+pub(super) fn anywhere(draws: &mut Draws, n_numbers: usize) -> Point {
+    (0..n_numbers).map(|_| 2.0 * draws.uniform() - 1.0).collect()
 }
 
 #[cfg(test)]
@@ -132,7 +137,7 @@ mod tests {
             let space = ControllerSpace::of(profile, directions);
             for step in 0..2000 {
                 let mut draws = Draws::new(1, step);
-                let controller = space.controller(&anywhere(&mut draws));
+                let controller = space.controller(&anywhere(&mut draws, N_NUMBERS));
 
                 assert_eq!(profile.check_limits(&controller.into()), Ok(()), "{controller:?}");
                 let is_forward = controller.commands().iter().all(|one| one.speed_m_s >= 0.0);
