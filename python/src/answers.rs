@@ -9,9 +9,7 @@ use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_pipeline::choose::{CONFIRM, Chosen, NoViableCell, Options, write};
 use rsrs_pipeline::execution::Execution;
 use rsrs_pipeline::{answer, diagnose};
-use rsrs_render::answers::{AnswersJson, questions};
 use rsrs_render::choice::{NoViableCellJson, none_viable, reason, viable};
-use rsrs_render::diagnosis::{DiagnosisJson, causes, change, spare};
 use rsrs_render::picture::of_answers;
 use rsrs_render::picture_file::PageStyle;
 use rsrs_render::{answers, diagnosis};
@@ -223,7 +221,7 @@ impl Answers {
     /// The five questions, each with its quantities, their ranges and curves.
     #[getter]
     fn questions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &questions(&self.0))
+        to_python(py, &answers::questions(&self.0))
     }
     /// All curves as a picture.
     fn picture(&self) -> PyResult<Picture> {
@@ -234,7 +232,7 @@ impl Answers {
     }
     /// All of it, under the names of `rsrs answer --format json`.
     fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &AnswersJson::from(&self.0))
+        to_python(py, &answers::json(&self.0))
     }
     fn __repr__(&self) -> String {
         let answer::Answers { robot, viable, cell, b_s, b_s_low, behaviour, .. } = &self.0;
@@ -331,22 +329,24 @@ impl Diagnosis {
     /// Changes after which the robots would do, the first one first; empty if they do.
     #[getter]
     fn causes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &causes(&self.0))
+        to_python(py, &diagnosis::causes(&self.0))
     }
     /// What may be worse, if the robots do.
     #[getter]
     fn spare<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &spare(&self.0))
+        to_python(py, &diagnosis::spare(&self.0))
     }
     /// All of it, under the names of `rsrs diagnose --format json`.
     fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &DiagnosisJson::from(&self.0))
+        to_python(py, &diagnosis::json(&self.0))
     }
     fn __repr__(&self) -> String {
         let diagnose::Diagnosis { robot, viable, causes, .. } = &self.0;
         let verdict = match (viable, causes.first()) {
             (true, _) => "nothing is wrong".to_owned(),
-            (false, Some(cause)) => format!("something must change, first {}", change(cause)),
+            (false, Some(cause)) => {
+                format!("something must change, first {}", diagnosis::change(cause))
+            }
             (false, None) => "something must change".to_owned(),
         };
         format!("Diagnosis({robot}: {verdict})")

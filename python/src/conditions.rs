@@ -150,11 +150,16 @@ impl PyConditions {
     }
     fn __repr__(&self) -> String {
         let Conditions { robots, controller, period_s, behaviour, .. } = &self.conditions;
-        let (seen, not) = (decide(true, *controller), decide(false, *controller));
-        format!(
-            "Conditions({robots} robots, {behaviour}; {} m/s and {} rad/s where something is detected, {} m/s \
-             and {} rad/s where nothing is; period {period_s} s)",
-            seen.speed_m_s, seen.turn_rate_rad_s, not.speed_m_s, not.turn_rate_rad_s
-        )
+        let decides = match controller.parameters() {
+            Some(parameters) => {
+                let (seen, not) = (decide(true, parameters), decide(false, parameters));
+                format!(
+                    "{} m/s and {} rad/s where something is detected, {} m/s and {} rad/s where nothing is",
+                    seen.speed_m_s, seen.turn_rate_rad_s, not.speed_m_s, not.turn_rate_rad_s
+                )
+            }
+            None => "a controller with states".to_owned(),
+        };
+        format!("Conditions({robots} robots, {behaviour}; {decides}; period {period_s} s)")
     }
 }

@@ -454,7 +454,8 @@ impl SweepResult {
             values: values.map_err(|error| raised(&error))?,
             numbers: if numbers { Numbers::Shown } else { Numbers::Hidden },
             worlds,
-            validation: picture::validation(self.path(), &self.result.source).map_err(|error| raised(&error))?,
+            validation: picture::validation(self.path(), &self.result.source)
+                .map_err(|error| raised(&error))?,
             ..DiagramOptions::default()
         };
         let svg = py.detach(|| picture::of_sweep(&self.result, &options));

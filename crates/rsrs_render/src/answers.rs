@@ -1,5 +1,7 @@
 //! The five answers as a person reads them.
 
+use std::collections::BTreeMap;
+
 use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::numerals::{count, percent};
 use rsrs_core::quantity::Axis;
@@ -7,45 +9,23 @@ use rsrs_pipeline::answer::{Answers, Quantity, Range};
 use serde::Serialize;
 
 use crate::choice::start_and_spare;
+use crate::json::with;
 use crate::why_a_range_ends::sentence;
 use crate::wording::quantity::{named, of_cell, quantity, span};
 use crate::words::{Tone, Words};
 
 /// The answers as JSON.
-#[derive(Serialize)]
-pub struct AnswersJson<'a> {
-    #[serde(flatten)]
-    answers: &'a Answers,
-    questions: Vec<AnswerJson<'a>>,
+pub fn json(answers: &Answers) -> impl Serialize {
+    with(answers, "questions", questions(answers))
 }
 
-/// The answer to one question, as JSON.
-#[derive(Serialize)]
-pub struct AnswerJson<'a> {
-    question: &'static str,
-    quantities: Vec<QuantityJson<'a>>,
-}
-
-#[derive(Serialize)]
-struct QuantityJson<'a> {
-    #[serde(flatten)]
-    quantity: &'a Quantity,
-    /// Why the range ends where it does, in one sentence.
-    reason: String,
-}
-
-impl<'a> From<&'a Answers> for AnswersJson<'a> {
-    fn from(answers: &'a Answers) -> Self {
-        Self { answers, questions: questions(answers) }
-    }
-}
-
-/// The questions, with the reason of each range.
-pub fn questions(answers: &Answers) -> Vec<AnswerJson<'_>> {
-    let with_reason = |quantity| QuantityJson { quantity, reason: sentence(quantity) };
-    let questions = answers.questions.iter().map(|answer| AnswerJson {
-        question: answer.question,
-        quantities: answer.quantities.iter().map(with_reason).collect(),
+/// The questions as JSON, with the reason of each range.
+pub fn questions(answers: &Answers) -> Vec<impl Serialize> {
+    let questions = answers.questions.iter().map(|answer| {
+        let quantities = answer.quantities.iter();
+        let quantities = quantities.map(|quantity| with(quantity, "reason", sentence(quantity)));
+        let question = BTreeMap::from([("question", answer.question)]);
+        with(question, "quantities", quantities.collect::<Vec<_>>())
     });
     questions.collect()
 }

@@ -110,46 +110,31 @@ fn drift(choice: &Choice, axis: Axis, margin: Margin) -> String {
     let Margin { low, high } = margin;
     let edge = choice.edge.get(&axis).copied().unwrap_or_default();
     let value = choice.cell.get(axis).unwrap_or_default();
-    let unit = axis.unit();
-    let edges = match (edge.low, edge.high) {
-        (false, false) => String::new(),
-        (true, false) => {
-            format!("edge of the sweep: nothing was swept below {}", tidy(value - low))
-        }
-        (false, true) => {
-            format!("edge of the sweep: nothing was swept above {}", tidy(value + high))
-        }
-        (true, true) => format!(
-            "edge of the sweep: nothing was swept below {} and above {}",
-            tidy(value - low),
-            tidy(value + high)
-        ),
-    };
-    let behind = |edges: String| if edges.is_empty() { edges } else { format!("; {edges}") };
-    if low == 0.0 && high == 0.0 {
-        return match (edge.low, edge.high) {
-            (false, false) => {
-                format!(
-                    "  {axis} may not drift: the next values that were swept are not surely viable"
-                )
-            }
-            (true, true) => {
-                format!("  how far {axis} may drift is unknown: no value beside {value} was swept")
-            }
-            (true, false) => {
-                format!(
-                    "  {axis} may not drift upward: the next value is not surely viable; {edges}"
-                )
-            }
-            (false, true) => {
-                format!(
-                    "  {axis} may not drift downward: the next value is not surely viable; {edges}"
-                )
-            }
-        };
+    let ends = [(edge.low, "below", value - low), (edge.high, "above", value + high)];
+    let ends = ends.into_iter().filter(|(is_end, _, _)| *is_end);
+    let ends: Vec<String> = ends.map(|(_, side, end)| format!("{side} {}", tidy(end))).collect();
+    let edges = format!("; edge of the sweep: nothing was swept {}", ends.join(" and "));
+    let edges = if ends.is_empty() { "" } else { &edges };
+    if low != 0.0 || high != 0.0 {
+        let (unit, low) =
+            (axis.unit(), if low == 0.0 { "0".to_owned() } else { format!("-{low}") });
+        return format!("  {axis} may drift by {low} to +{high} {unit}{edges}");
     }
-    let low = if low == 0.0 { low.to_string() } else { format!("-{low}") };
-    format!("  {axis} may drift by {low} to +{high} {unit}{}", behind(edges))
+    let way = match (edge.low, edge.high) {
+        (false, false) => {
+            return format!(
+                "  {axis} may not drift: the next values that were swept are not surely viable"
+            );
+        }
+        (true, true) => {
+            return format!(
+                "  how far {axis} may drift is unknown: no value beside {value} was swept"
+            );
+        }
+        (true, false) => "upward",
+        (false, true) => "downward",
+    };
+    format!("  {axis} may not drift {way}: the next value is not surely viable{edges}")
 }
 
 /// How many cells came before this one and did not hold.
@@ -168,12 +153,12 @@ fn by_circliness(choice: &Choice) -> Option<String> {
     let [lower, stable, higher] = choice.by_circliness.as_slice() else { return None };
     Some(format!(
         "  a mill is stable from a circliness of {} on (0: a filled disc, 1: a thin ring); from {} on it \
-         would be {:.1} %, from {} on {:.1} %",
+         would be {}, from {} on {}",
         stable.stable_circliness,
         lower.stable_circliness,
-        100.0 * lower.b_s,
+        percent(lower.b_s),
         higher.stable_circliness,
-        100.0 * higher.b_s
+        percent(higher.b_s)
     ))
 }
 

@@ -7,52 +7,24 @@ use serde::Serialize;
 
 use crate::choice::{alternatives, indented};
 use crate::columns::columns;
+use crate::json::with;
 use crate::wording::quantity::{of_cell, quantity};
 use crate::words::{Tone, Words};
 
 /// A diagnosis as JSON.
-#[derive(Serialize)]
-pub struct DiagnosisJson<'a> {
-    #[serde(flatten)]
-    diagnosis: &'a Diagnosis,
-    causes: Vec<CauseJson<'a>>,
-    hopeless: &'a [Hopeless],
-    spare: Vec<SpareJson<'a>>,
+pub fn json(diagnosis: &Diagnosis) -> impl Serialize {
+    let changed = with(diagnosis, "causes", causes(diagnosis));
+    with(with(changed, "hopeless", &diagnosis.hopeless), "spare", spare(diagnosis))
 }
 
-/// A cause as JSON.
-#[derive(Serialize)]
-pub struct CauseJson<'a> {
-    #[serde(flatten)]
-    cause: &'a Cause,
-    /// The change in words.
-    change: String,
+/// Changes after which robots mill as JSON, each with its sentence.
+pub fn causes(diagnosis: &Diagnosis) -> Vec<impl Serialize> {
+    diagnosis.causes.iter().map(|cause| with(cause, "change", change(cause))).collect()
 }
 
-/// What may be worse, as JSON.
-#[derive(Serialize)]
-pub struct SpareJson<'a> {
-    #[serde(flatten)]
-    spare: &'a Spare,
-    /// In words.
-    text: String,
-}
-
-impl<'a> From<&'a Diagnosis> for DiagnosisJson<'a> {
-    fn from(diagnosis: &'a Diagnosis) -> Self {
-        let hopeless = &diagnosis.hopeless;
-        Self { diagnosis, causes: causes(diagnosis), hopeless, spare: spare(diagnosis) }
-    }
-}
-
-/// Changes after which robots mill, each with its sentence.
-pub fn causes(diagnosis: &Diagnosis) -> Vec<CauseJson<'_>> {
-    diagnosis.causes.iter().map(|cause| CauseJson { cause, change: change(cause) }).collect()
-}
-
-/// What may be worse, each with its sentence.
-pub fn spare(diagnosis: &Diagnosis) -> Vec<SpareJson<'_>> {
-    diagnosis.spare.iter().map(|spare| SpareJson { spare, text: saved(spare) }).collect()
+/// What may be worse as JSON, each with its sentence.
+pub fn spare(diagnosis: &Diagnosis) -> Vec<impl Serialize> {
+    diagnosis.spare.iter().map(|spare| with(spare, "text", saved(spare))).collect()
 }
 
 /// All of it.

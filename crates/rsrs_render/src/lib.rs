@@ -3,7 +3,7 @@
 //! The steps of `rsrs_pipeline` return plain data, and the command line and the Python package print and
 //! show them by this crate. Words are spans of which some have a tone ([`words`]); how they are coloured is
 //! here, too, and whether is not. What is written as JSON is the data itself, with its sentences where a
-//! program is to show them: types whose names end in `Json`.
+//! program is to show them.
 //!
 //! An error has its sentence at its type, where it comes from.
 
@@ -20,6 +20,7 @@ pub mod explored;
 pub mod factors;
 pub mod fit;
 pub mod gaps;
+mod json;
 pub mod label;
 pub mod latex;
 pub mod picture;

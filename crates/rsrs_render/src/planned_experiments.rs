@@ -11,29 +11,15 @@ use serde::Serialize;
 
 use crate::columns::columns;
 use crate::comparison::{as_often_as_simulated, note_in_words};
+use crate::json::with;
 use crate::words::{Tone, Words};
 
 /// So many lines of the table show how the probability grows.
 const LINES: usize = 8;
 
-/// A plan as JSON.
-#[derive(Serialize)]
-pub struct PlanJson<'a, T> {
-    #[serde(flatten)]
-    plan: &'a T,
-    notes: Vec<String>,
-}
-
-impl<'a> From<&'a PlannedExperiments> for PlanJson<'a, PlannedExperiments> {
-    fn from(plan: &'a PlannedExperiments) -> Self {
-        Self { plan, notes: plan.note.iter().map(note_in_words).collect() }
-    }
-}
-
-impl<'a> From<&'a PlannedCampaign> for PlanJson<'a, PlannedCampaign> {
-    fn from(plan: &'a PlannedCampaign) -> Self {
-        Self { plan, notes: plan.note.iter().map(note_in_words).collect() }
-    }
+/// A plan as JSON, with its note.
+pub fn json<T: Serialize>(plan: &T, note: Option<&Note>) -> impl Serialize {
+    with(plan, "notes", note.map(note_in_words).into_iter().collect::<Vec<String>>())
 }
 
 /// A plan with a look after every run.

@@ -22,35 +22,30 @@ use crate::words::{Tone, Words};
 /// All of an answer.
 pub fn text(answer: &ValidationReport) -> Words {
     let validation = &answer.validation;
-    let mut blocks: Vec<String> = Vec::new();
-    if let Some(origin) = answer.trials_of {
+    let mut blocks = vec![headline(validation)];
+    blocks.extend(answer.trials_of.map(|origin| {
         let whose = origin.whose();
-        blocks.push(format!("note: the trials are those of {whose}: nothing is validated by them"));
-    }
-    blocks.push(robots(validation));
+        format!("note: the trials are those of {whose}: nothing is validated by them").into()
+    }));
+    blocks.push(robots(validation).into());
     let (constant, changing): (Vec<usize>, Vec<usize>) =
         (0..validation.tubes.len()).partition(|index| validation.tubes[*index].command.is_some());
-    blocks.extend(constant.into_iter().map(|index| tube(validation, index)));
+    blocks.extend(constant.into_iter().map(|index| tube(validation, index).into()));
     if !changing.is_empty() {
-        let lines: Vec<String> =
-            changing.into_iter().map(|index| changing_tube(validation, index)).collect();
-        blocks.push(lines.join("\n"));
+        let lines = changing.into_iter().map(|index| changing_tube(validation, index));
+        blocks.push(Words::lines(lines));
     }
-    let outside: Vec<String> = validation.outside().map(outside).collect();
-    if !outside.is_empty() {
-        blocks.push(format!("outside:\n{}", outside.join("\n")));
+    if validation.outside().next().is_some() {
+        blocks.push(validation.outside().map(outside).fold("outside:".into(), Words::below));
     }
     if !validation.is_contained {
-        blocks.push(remedy(answer));
+        blocks.push(remedy(answer).into());
     }
-    let blocks = blocks.into_iter().map(Words::from);
-    let warnings = answer.lost_capabilities.iter().map(|lost| format!("warning: {lost}").into());
-    let blocks = std::iter::once(headline(validation))
-        .chain(blocks)
-        .chain([capabilities(answer)])
-        .chain(warnings)
-        .chain([sensor(answer)]);
-    blocks.reduce(|above, block| above.then("\n\n").then(block)).unwrap_or_default()
+    blocks.push(capabilities(answer));
+    let warning = |lost| format!("warning: {lost}").into();
+    blocks.extend(answer.lost_capabilities.iter().map(warning));
+    blocks.push(sensor(answer));
+    blocks.into_iter().reduce(|above, block| above.then("\n\n").then(block)).unwrap_or_default()
 }
 
 fn headline(validation: &Validation) -> Words {

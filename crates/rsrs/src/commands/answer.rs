@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
 use rsrs_pipeline::answer::{Options, REPLICATES, answer};
-use rsrs_render::answers::{AnswersJson, text};
+use rsrs_render::answers::{json, text};
 use rsrs_render::picture::of_answers;
 
 use crate::commands::{Format, report, report_written};
@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         best: arguments.setting.options(arguments.b_s)?,
     };
     let answers = answer(&arguments.profile, options)?;
-    report(arguments.format, &AnswersJson::from(&answers), text(&answers))?;
+    report(arguments.format, &json(&answers), text(&answers))?;
     if let Some(picture) = picture {
         picture.write(&of_answers(&answers, picture.style())?)?;
         report_written(arguments.format, picture.path())?;

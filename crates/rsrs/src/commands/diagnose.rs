@@ -9,7 +9,7 @@ use rsrs_pipeline::diagnose::{Options, diagnose};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::setting_arguments::SettingArguments;
-use rsrs_render::diagnosis::{DiagnosisJson, text};
+use rsrs_render::diagnosis::{json, text};
 
 /// Find out why robots do not mill, and what would have to be changed about them.
 ///
@@ -68,6 +68,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         best: arguments.setting.options(arguments.b_s)?,
     };
     let diagnosis = diagnose(&arguments.profile, options)?;
-    report(arguments.format, &DiagnosisJson::from(&diagnosis), text(&diagnosis))?;
+    report(arguments.format, &json(&diagnosis), text(&diagnosis))?;
     Ok(if diagnosis.viable { Outcome::Done } else { Outcome::NegativeAnswer })
 }

@@ -10,7 +10,7 @@ use rsrs_pipeline::files::experiment_file_beside;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::plan_experiments::fixed::plan_campaign;
 use rsrs_pipeline::plan_experiments::{Options, REPLICATES, WANTED, plan_experiments};
-use rsrs_render::planned_experiments::{PlanJson, campaign_text, text};
+use rsrs_render::planned_experiments::{campaign_text, json, text};
 use rsrs_render::wording::shell::{experiment_beside, free_beside};
 
 use crate::bag_arguments::margin;
@@ -88,7 +88,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let planned = plan_experiments(&arguments.folder, &options)?;
     let folder = &arguments.folder;
     let next = format!("next: rsrs run {} --from {}", experiment_beside(folder), quoted(folder));
-    report(arguments.format, &PlanJson::from(&planned), text(&planned).below(next))?;
+    let words = text(&planned).below(next);
+    report(arguments.format, &json(&planned, planned.note.as_ref()), words)?;
     Ok(if planned.runs.is_some() { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 
@@ -117,6 +118,6 @@ fn fixed(arguments: &Arguments, options: &Options) -> anyhow::Result<Outcome> {
         let next = "next: the same command with `-o CAMPAIGN.yaml`, before the first run";
         words = words.below(next);
     }
-    report(arguments.format, &PlanJson::from(&planned), words)?;
+    report(arguments.format, &json(&planned, planned.note.as_ref()), words)?;
     Ok(outcome)
 }
