@@ -78,7 +78,7 @@ pub enum Axis {
 
 /// What is known of a quantity, besides its physics.
 struct Row {
-    /// That of a number of a table has the axis in it, and stands for none.
+    /// Whose row it is; of no meaning in the row of a table's number, which its own axis holds.
     axis: Axis,
     key: &'static str,
     name: &'static str,
