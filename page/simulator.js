@@ -586,7 +586,8 @@
       };
       return { show };
     };
-    order_rows = ORDER[swarm.behaviour].map(row_of);
+    const bounded = swarm.bounds.map(({ key }) => key);
+    order_rows = (ORDER[swarm.behaviour] || bounded).map(row_of);
     const row = body.insertRow();
     row.className = "strip";
     row.innerHTML = '<th scope="row">phase</th><td></td><td><canvas aria-hidden="true"></canvas></td><td></td>';
@@ -715,15 +716,16 @@
         : { kind: start.value, width_m: side_m, height_m: side_m };
       update();
     });
-    const digits = (take) => ({ target }) => {
-      if (/^\d{1,19}$/.test(target.value)) take(String(BigInt(target.value)));
-      else show_settings();
+    const digits = (name, take) => ({ target }) => {
+      if (/^\d{1,19}$/.test(target.value)) return take(String(BigInt(target.value)));
+      show_settings();
+      say(`a ${name} is a whole number from 0 on, of at most 19 digits; it is still ${target.value}`);
     };
-    row.querySelector("#seed").addEventListener("change", digits((seed) => {
+    row.querySelector("#seed").addEventListener("change", digits("seed", (seed) => {
       state.seed = seed;
       update();
     }));
-    row.querySelector("#replicate").addEventListener("change", digits(set_replicate));
+    row.querySelector("#replicate").addEventListener("change", digits("replicate", set_replicate));
     row.querySelector("#robots-are").addEventListener("change", ({ target }) => {
       state.as_measured = target.value === "as_measured";
       update();
@@ -792,7 +794,17 @@
     element("robots-are").value = state.as_measured ? "as_measured" : "worse";
     element("seed").value = swarm.seed;
     element("replicate").value = state.replicate;
-    element("robot").textContent = `Robots of the profile “${swarm.name}”.`;
+    element("robot").textContent = `Robots of the profile “${swarm.name}”${made_worse()}.`;
+  }
+
+  // What a sweep makes worse, and by how much; not what somebody has set.
+  function made_worse() {
+    if (state.as_measured) return ", as measured";
+    const measured = JSON.parse(asked("describe", scene({ as_measured: true }))).values;
+    const is_worse = (key) => Math.abs(swarm.values[key] - measured[key]) > 1e-9;
+    const worse = Object.keys(measured).filter(is_worse)
+      .map((key) => `${with_unit(key, swarm.values[key])} (measured ${number(measured[key], 6)})`);
+    return worse.length > 0 ? `, made worse: ${worse.join(", ")}` : "";
   }
 
   // The diagram.
@@ -1025,6 +1037,20 @@
     },
   };
 
+  // A phase of a behaviour that is not built in looks as that of milling in its place.
+  function know_phase({ key, title, colour }, place) {
+    if (key in phase_of) return;
+    const alike = facts.phases[place];
+    const own = alike.colour;
+    phase_of[key] = { ...alike, key, title, colour: colour || own };
+    phase_of[key].symbol = alike.symbol.replaceAll(own, phase_of[key].colour);
+    add_symbol(phase_of[key]);
+  }
+  function add_symbol({ key, symbol: marks }) {
+    element("symbols").insertAdjacentHTML(
+      "beforeend", `<symbol id="symbol-${key}" viewBox="-9 -9 18 18">${marks}</symbol>`);
+  }
+
   // Takes the state over everywhere.
   function update({ keeps_address = false } = {}) {
     let description;
@@ -1049,6 +1075,7 @@
       is_mirrored: conditions.controller.undetected === undefined,
     };
     swarm.reach_m = Math.max(...swarm.outline_m.map(([x, y]) => Math.hypot(x, y)));
+    swarm.phase_entries.forEach(know_phase);
     if (!had || had.behaviour !== swarm.behaviour) lay_out_order();
     show_settings();
     restart();
@@ -1176,8 +1203,7 @@
   }
 
   async function main() {
-    element("symbols").innerHTML = facts.phases
-      .map(({ key, symbol: marks }) => `<symbol id="symbol-${key}" viewBox="-9 -9 18 18">${marks}</symbol>`).join("");
+    facts.phases.forEach(add_symbol);
     pace.innerHTML = PACES.map((times) => `<option value="${times}"${times === 10 ? " selected" : ""}>${times}×</option>`).join("");
     floor.follow_theme();
     play(is_playing);

@@ -280,7 +280,7 @@ fn so_many_campaigns_are_decided_as_was_planned() {
     let n_runs = usize::try_from(runs).expect("few");
     let is_decided = |campaign: &&[Phase]| {
         (1..=campaign.len()).any(|n| {
-            let mills = campaign[..n].iter().filter(|phase| **phase == Phase::StableMilling);
+            let mills = campaign[..n].iter().filter(|phase| **phase == Phase::STABLE_MILLING);
             let real = Share { hits: mills.count() as u64, n: n as u64 };
             let test = PooledTest::new(&[TestedCell { real, simulated, part: 0.5 }], MARGIN);
             test.is_supported(enough()) || test.is_violated(enough())

@@ -266,7 +266,7 @@ fn the_label_from_a_bag_is_the_label_in_memory() {
     assert_eq!(counts.values().sum::<usize>(), n_episodes);
     assert_eq!(
         counts.len(),
-        Behaviour::Milling.phases().len(),
+        Behaviour::MILLING.phases().len(),
         "every phase should occur: {counts:?}"
     );
 }

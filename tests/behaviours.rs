@@ -19,7 +19,7 @@ struct Case {
     turns: &'static str,
 }
 
-const CASES: [Case; 2] = [
+const CASES: [Case; 3] = [
     Case {
         behaviour: "aggregation",
         phases: ["aggregated", "partly_aggregated", "not_aggregated"],
@@ -32,7 +32,25 @@ const CASES: [Case; 2] = [
         controller: "speed_m_s: -0.279, turn_rate_rad_s: -1.221, undetected_speed_m_s: -0.237",
         turns: "[2.2, 2.431]",
     },
+    Case {
+        behaviour: "gathering.yaml",
+        phases: ["gathered", "gathering", "scattered"],
+        controller: "speed_m_s: 0.175, turn_rate_rad_s: -1.239, undetected_speed_m_s: 0.037",
+        turns: "[-2.5, -2.088]",
+    },
 ];
+
+/// A behaviour that nobody compiled in.
+const GATHERING: &str = "\
+name: gathering
+words: {noun: gathering, swarm: a gathering swarm, verb: [gather, gathers, gathered]}
+phases: [{key: gathered}, {key: gathering, colour: '#56b4e9'}, {key: scattered}]
+rules:
+  - {phase: gathered, when: {clustered: {at_least: 0.75}}}
+  - {phase: gathering, when: {clustered: {at_least: 0.4}}}
+otherwise: scattered
+not_lasting: gathering
+";
 
 fn workplace(case: &Case) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -49,7 +67,11 @@ fn workplace(case: &Case) -> tempfile::TempDir {
          seed: 3\nsimulator: {{time: lockstep, profile: measured}}\n",
         configs.join("fleets/nine_virtual.yaml").display()
     );
-    for (name, text) in [("sweep.yaml", sweep), ("experiment.yaml", experiment)] {
+    for (name, text) in [
+        ("sweep.yaml", sweep.as_str()),
+        ("experiment.yaml", &experiment),
+        ("gathering.yaml", GATHERING),
+    ] {
         std::fs::write(folder.path().join(name), text).expect("the folder is writable");
     }
     folder
@@ -167,4 +189,93 @@ fn a_mirrored_controller_drives_forward_and_any_other_either_way() {
         assert_eq!(code(&refused), 1);
         assert!(stderr(&refused).contains(expected), "{}", stderr(&refused));
     }
+}
+
+#[test]
+fn a_behaviour_of_a_file_is_in_the_results_as_a_whole_and_its_colours_are_in_pictures() {
+    let folder = workplace(&CASES[2]);
+    let place = folder.path();
+    for arguments in
+        [["sweep", "sweep.yaml", "-o", "out"].as_slice(), &["diagram", "out", "-o", "out.svg"]]
+    {
+        let output = rsrs(place, arguments);
+        assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    }
+    std::fs::remove_file(place.join("gathering.yaml")).expect("it was there");
+
+    let chosen = rsrs(place, &["choose", "out", "--confirm", "100"]);
+    assert_eq!(code(&chosen), 0, "{}{}", stdout(&chosen), stderr(&chosen));
+    assert!(stdout(&chosen).contains("it gathers in"), "{}", stdout(&chosen));
+    let picture = std::fs::read_to_string(place.join("out.svg")).expect("it was written");
+    assert!(picture.contains("Phases of a gathering swarm"));
+    let other = std::fs::read_to_string(place.join("out/sweep.yaml")).expect("it is there");
+    std::fs::write(place.join("other.yaml"), other.replace("0.75", "0.7")).expect("it is writable");
+    let other = rsrs(place, &["sweep", "other.yaml", "-o", "out"]);
+    assert_eq!(code(&other), 1, "another bound is another sweep: {}", stdout(&other));
+}
+
+#[test]
+fn in_the_words_of_the_paper_a_mill_that_is_not_round_is_stable_if_nobody_touches() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let place = folder.path();
+    let configs = repository().join("launch_configs");
+    let share = |behaviour: &str, out: &str| {
+        let sweep = format!(
+            "profile: {}\nbehaviour: {behaviour}\naxes: {{speed_m_s: [0.25], turn_rate_rad_s: [0.5]}}\n\
+             fixed: {{robots: 9, placement_radius_m: 0.825}}\nreplicates: 100\nduration_s: 300\nseed: 1\n",
+            configs.join("profiles/flockbot.yaml").display()
+        );
+        std::fs::write(place.join("sweep.yaml"), sweep).expect("the folder is writable");
+        let swept = rsrs(place, &["sweep", "sweep.yaml", "-o", out]);
+        assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+        let cells =
+            std::fs::read_to_string(place.join(out).join("cells.csv")).expect("it is there");
+        let row: Vec<f64> = cells
+            .lines()
+            .nth(1)
+            .map(|row| row.split(',').take(4).flat_map(str::parse).collect())
+            .expect("a row");
+        row[3] / row[2]
+    };
+
+    let of_paper = configs.join("behaviours/paper_milling.yaml");
+    let built_in = share("milling", "built_in");
+    let of_the_paper = share(&of_paper.display().to_string(), "of_paper");
+
+    assert!(built_in < 0.1 && of_the_paper > 0.4, "{built_in} {of_the_paper}");
+}
+
+#[test]
+fn what_makes_no_behaviour_is_refused_with_its_place_and_a_cure() {
+    let folder = workplace(&CASES[2]);
+    let place = folder.path();
+    let refused = [
+        (
+            "when: {clustered: {at_least: 0.4}}",
+            "when: {clusterd: {at_least: 0.4}}",
+            "did you mean `clustered`?",
+        ),
+        ("at_least: 0.4", "at_least: 0.8", "rule 2, of `gathering`, never decides"),
+        ("otherwise: scattered", "otherwise: scatered", "did you mean `scattered`?"),
+        ("{key: scattered}", "{key: dispersion}", "`dispersion` is built in, as a part of milling"),
+        ("'#56b4e9'", "blue", "`blue` is no colour"),
+        ("otherwise: scattered\n", "", "missing key `otherwise`"),
+        ("clustered: {at_least: 0.4}", "", "always holds"),
+        ("at_least: 0.75", "at_least: .nan", "expected a number from 0 on"),
+    ];
+    for (right, wrong, expected) in refused {
+        let mut text = GATHERING.replace(right, wrong);
+        if wrong == "{key: dispersion}" {
+            text = text.replace("otherwise: scattered", "otherwise: dispersion");
+        }
+        std::fs::write(place.join("gathering.yaml"), text).expect("the folder is writable");
+        let output = rsrs(place, &["sweep", "sweep.yaml", "-o", "out"]);
+        let text = stderr(&output);
+        assert!(code(&output) == 1 && text.contains(expected), "{right}: {text}");
+        assert!(text.contains("gathering.yaml"), "{text}");
+        assert!(!place.join("out").exists());
+    }
+    std::fs::remove_file(place.join("gathering.yaml")).expect("it was there");
+    let gone = rsrs(place, &["sweep", "sweep.yaml", "-o", "out"]);
+    assert!(stderr(&gone).contains("cannot read"), "{}", stderr(&gone));
 }

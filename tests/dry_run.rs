@@ -199,7 +199,7 @@ fn the_default_dry_run_ends_with_a_verdict() {
         let mut real = Share::default();
         let mut decided = campaign.iter().zip(1..).filter_map(|(run, n)| {
             real.n += 1;
-            real.hits += u64::from(run.phase == Phase::StableMilling);
+            real.hits += u64::from(run.phase == Phase::STABLE_MILLING);
             let test = PooledTest::new(&[TestedCell { real, simulated, part: 0.5 }], MARGIN);
             let verdict = decide(test.log_e());
             (verdict != Verdict::Undecided).then_some((n, verdict))

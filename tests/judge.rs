@@ -74,7 +74,7 @@ fn seen_by(tracker: Tracker, folder: &Path, index: usize) -> (Phase, bool, bool)
     let episode = episode(&conditions, (index / CELLS.len()) as u64);
     let bodies = conditions.bodies();
     let verdict = label(&episode, &bodies).expect("it is long enough");
-    let certainty = Certainty::of(&verdict, &Behaviour::Milling.rules());
+    let certainty = Certainty::of(&verdict, &Behaviour::MILLING.rules());
     let bag = folder.join(index.to_string());
     tracker.record(&bag, &episode, index as u64);
     let opened = Bag::open(&bag).expect("it is a bag");
@@ -122,7 +122,7 @@ fn a_tracker_leaves_at_least_98_of_100_settled_labels_as_they_are() {
     println!("{phases:?}");
     assert_eq!(
         phases.len(),
-        Behaviour::Milling.phases().len(),
+        Behaviour::MILLING.phases().len(),
         "every phase should occur: {phases:?}"
     );
     assert!(all.share_kept() >= 0.98, "{:.3} of settled labels are kept", all.share_kept());

@@ -64,7 +64,7 @@ fn draw(truth: &[PhaseCounts], counts: &mut [PhaseCounts], (more, seed): (&[u64]
         let n = counts[cell].total();
         for replicate in n..n + more {
             let mut place = mix(mix(seed << 32 | cell as u64) ^ replicate) % TRUTH;
-            let phase = Phase::ALL.into_iter().find(|phase| {
+            let phase = Phase::BUILT_IN.into_iter().find(|phase| {
                 let n = truth[cell].get(*phase);
                 let is_here = place < n;
                 place = place.saturating_sub(n);
@@ -107,7 +107,7 @@ fn error(truth: &[PhaseCounts], found: &[Vec<PhaseCounts>]) -> f64 {
 
 /// The greatest speed at which half of the runs mill at a turning rate, by linear interpolation.
 fn boundary(counts: &[PhaseCounts], turn: usize) -> Option<f64> {
-    let share = |speed: usize| counts[turn * SIDE + speed].share(Phase::StableMilling);
+    let share = |speed: usize| counts[turn * SIDE + speed].share(Phase::STABLE_MILLING);
     let last = (0..SIDE - 1).rev().find(|speed| share(*speed) >= 0.5 && share(speed + 1) < 0.5)?;
     Some(last as f64 + (share(last) - 0.5) / (share(last) - share(last + 1)))
 }

@@ -47,6 +47,10 @@ impl PlainWorld {
     }
 
     /// Makes one step.
+    ///
+    /// # Panics
+    ///
+    /// If the robots have no cones, or more than two commands.
     #[expect(clippy::disallowed_methods, reason = "the yardstick is what one would write first")]
     pub fn step(&mut self) {
         let robot = &self.conditions.robot;

@@ -5,6 +5,7 @@ use rsrs_core::conditions::start_file::StartPlacement;
 use rsrs_core::conditions::{Conditions, ConditionsError};
 use rsrs_core::diagram::sweep_file::{Axes, SweepFile, SweepFileError};
 use rsrs_core::help::Help;
+use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::rule::Needs;
 use rsrs_core::program;
 use rsrs_core::quantity::{Axis, AxisValues, Cell};
@@ -216,6 +217,10 @@ impl Scene {
                 })
             })
             .collect();
+        let entry = |phase: &Phase| {
+            let colour = &phase.entry().colour;
+            serde_json::json!({ "key": phase, "title": phase.title(), "colour": colour })
+        };
         let axes: Vec<_> = self.axes().0.into_iter().map(|(axis, it)| (axis.key(), it.0)).collect();
         Ok(serde_json::json!({
             "name": self.source.profile.name,
@@ -228,8 +233,9 @@ impl Scene {
             },
             "axes": axes,
             "bounds": bounds,
-            "behaviour": conditions.behaviour,
+            "behaviour": conditions.behaviour.key(),
             "phases": conditions.behaviour.phases(),
+            "phase_entries": conditions.behaviour.phases().iter().map(entry).collect::<Vec<_>>(),
             "noun": conditions.behaviour.noun(),
             "seed": self.seed().to_string(),
             "duration_s": self.duration_s(),

@@ -89,7 +89,7 @@ impl Sweep {
     /// What the swarm is judged for.
     #[getter]
     fn behaviour(&self) -> &'static str {
-        self.source.sweep.behaviour.key()
+        self.source.sweep.behaviour.known().key()
     }
     /// Replicates of each cell, in each world.
     #[getter]
@@ -329,7 +329,7 @@ impl SweepResult {
         }
         columns.words("world", rows.iter().map(|(world, _)| Some(world.key())).collect());
         columns.counts("n", counts(&|entry| entry.counts.total()));
-        for phase in sweep.behaviour.phases() {
+        for phase in sweep.behaviour.known().phases() {
             columns.counts(phase.key(), counts(&|entry| entry.counts.get(*phase)));
         }
         let majority = |(_, entry): &(World, &DiagramCell)| entry.counts.majority().map(Phase::key);
@@ -473,7 +473,7 @@ impl SweepResult {
             "SweepResult({} cells of {}, {n} runs; {} in up to {:.0} % of the runs of a cell)",
             self.result.diagram.cells.len(),
             self.axes().join(" x "),
-            self.result.source.sweep.behaviour.noun(),
+            self.result.source.sweep.behaviour.known().noun(),
             100.0 * best
         )
     }

@@ -1,10 +1,11 @@
 //! The judge: what a swarm settled into, and why.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::named::NamedBehaviour;
+use rsrs_core::judge::behaviour::{Behaviour, unknown};
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::{OrderParameter, OrderParameters};
 use rsrs_core::judge::phase::{Phase, label_with, label_without_commands};
@@ -12,11 +13,12 @@ use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::quantity::Bounds;
 use rsrs_pipeline::label::{LabelOptions, Labelled, label_bag};
+use rsrs_pipeline::sweep::source::read_behaviour;
 use rsrs_render::label::{text, warning};
 use serde::Serialize;
 
 use crate::arrays;
-use crate::error::refused;
+use crate::error::{raised, refused};
 use crate::json::to_python;
 use crate::trajectory::PyTrajectory;
 use crate::waiting::work_to_end;
@@ -260,7 +262,7 @@ impl Verdict {
             format!("{}: {} robots, {:.0} s", self.phase, self.n_robots, self.duration_s);
         for (key, value) in self.order().named() {
             let is_shown = ["lost", "blocked", "rotation", "orbit", "circliness"].contains(&key)
-                || (key == "clustered" && self.phase.behaviour() == Behaviour::Aggregation);
+                || (key == "clustered" && self.phase.behaviour() == Behaviour::AGGREGATION);
             if let Some(value) = value.filter(|_| is_shown) {
                 text += &format!(", {key} {value:.2}");
             }
@@ -285,12 +287,12 @@ impl Verdict {
     }
 }
 
-/// The behaviour of a name.
-pub fn behaviour(key: &str) -> PyResult<Behaviour> {
-    Behaviour::from_key(key).ok_or_else(|| {
-        let keys = Behaviour::ALL.map(Behaviour::key).join(", ");
-        refused(format!("unknown behaviour `{key}`, expected one of {keys}"))
-    })
+/// The behaviour of a name, or in a file.
+pub fn behaviour(text: &str) -> PyResult<Behaviour> {
+    if NamedBehaviour::is_path(text) {
+        return read_behaviour(Path::new(text)).map_err(|error| raised(&error));
+    }
+    Behaviour::from_key(text).ok_or_else(|| refused(unknown(text)))
 }
 
 /// A length that is known and must be positive, in metres.

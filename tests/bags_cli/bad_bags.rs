@@ -316,10 +316,10 @@ fn labels_that_were_spoilt_by_hand_stop_every_command_before_it_writes() {
         &["bag", "info", "edited"],
         &["bag", "recover", "edited"],
     ] {
-        let reason = "edited/labels.yaml:1:10: unknown variant `milling`";
+        let reason = "edited/labels.yaml:1:10: unknown phase `milling`";
         assert_refuses(here, arguments, reason, "the phases are: stable_milling, ");
     }
-    assert_lists(here, "edited", "labels.yaml:1:10: unknown variant `milling`", "the phases are: ");
+    assert_lists(here, "edited", "labels.yaml:1:10: unknown phase `milling`", "the phases are: ");
 
     assert!(!here.join("edited_recovered").exists());
     assert_eq!(fs::read(here.join("edited/labels.yaml")).expect("it is there"), spoilt);

@@ -36,10 +36,11 @@ use std::path::Path;
 
 use anyhow::Context;
 use clap::ValueEnum;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::named::NamedBehaviour;
+use rsrs_core::judge::behaviour::{Behaviour, unknown};
 use rsrs_core::printable::lines;
 use rsrs_fleet::placement;
+use rsrs_pipeline::sweep::source::read_behaviour;
 use serde::Serialize;
 
 use rsrs_render::words::Words;
@@ -101,10 +102,12 @@ fn wanted(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A behaviour, by its name.
-fn behaviours() -> impl TypedValueParser<Value = Behaviour> {
-    let parser = PossibleValuesParser::new(Behaviour::ALL.map(Behaviour::key));
-    parser.map(|key| Behaviour::from_key(&key).expect("the parser takes no other words"))
+/// A behaviour, by its name or its file.
+fn behaviour(text: &str) -> anyhow::Result<Behaviour> {
+    if NamedBehaviour::is_path(text) {
+        return read_behaviour(Path::new(text));
+    }
+    Behaviour::from_key(text).ok_or_else(|| anyhow::anyhow!(unknown(text)))
 }
 
 /// Prints a result to standard output in the format asked for.

@@ -239,7 +239,7 @@ fn tally(runs: &[CellRuns]) -> Tally {
         let Some(expected) = cell.simulated.majority() else {
             continue;
         };
-        for phase in Phase::ALL {
+        for phase in expected.behaviour().phases().iter().copied() {
             let n = cell.real.get(phase);
             match distance_from_wanted(phase).cmp(&distance_from_wanted(expected)) {
                 std::cmp::Ordering::Less => tally.easier += n,
@@ -251,11 +251,8 @@ fn tally(runs: &[CellRuns]) -> Tally {
     tally
 }
 
-fn distance_from_wanted(phase: Phase) -> u8 {
-    match phase {
-        Phase::StableMilling | Phase::Aggregated | Phase::SpreadOut => 0,
-        Phase::SemiStableMilling | Phase::PartlyAggregated | Phase::PartlySpreadOut => 1,
-        Phase::Unformed | Phase::NotAggregated | Phase::NotSpreadOut => 2,
-        Phase::Dispersion | Phase::CollidingUnstable => 3,
-    }
+/// Phases after the third are as far from the wanted one as each other: robots that have lost each other, and
+/// robots that block each other.
+fn distance_from_wanted(phase: Phase) -> usize {
+    phase.place().min(3)
 }

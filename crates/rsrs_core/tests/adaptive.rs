@@ -61,13 +61,13 @@ fn a_cell_is_settled_wrongly_in_less_than_5_percent_of_the_worst_cases() {
         let mut counts = PhaseCounts::default();
         for _ in 0..500 {
             let phase = match random.random::<f64>() {
-                share if share < 0.36 => Phase::SemiStableMilling,
-                share if share < 0.70 => Phase::Dispersion,
-                _ => Phase::CollidingUnstable,
+                share if share < 0.36 => Phase::SEMI_STABLE_MILLING,
+                share if share < 0.70 => Phase::DISPERSION,
+                _ => Phase::COLLIDING_UNSTABLE,
             };
             counts.add(phase);
             if is_settled(&counts) {
-                return counts.majority() != Some(Phase::SemiStableMilling);
+                return counts.majority() != Some(Phase::SEMI_STABLE_MILLING);
             }
         }
         false
@@ -102,8 +102,9 @@ fn simulate(random: &mut [ChaCha8Rng], counts: &mut [PhaseCounts], more: &[u64])
         let truth = share(cell / SIDE, cell % SIDE);
         for _ in 0..*more {
             let mills = random[cell].random::<f64>() < truth;
-            let other = if cell % SIDE < 10 { Phase::Dispersion } else { Phase::CollidingUnstable };
-            counts[cell].add(if mills { Phase::StableMilling } else { other });
+            let other =
+                if cell % SIDE < 10 { Phase::DISPERSION } else { Phase::COLLIDING_UNSTABLE };
+            counts[cell].add(if mills { Phase::STABLE_MILLING } else { other });
         }
     }
 }
@@ -148,7 +149,7 @@ fn boundary(share: impl Fn(usize, usize) -> f64) -> Vec<f64> {
 /// Squared error of the boundary, in cells, mean over rows.
 fn squared_error(counts: &[PhaseCounts]) -> f64 {
     let truth = boundary(share);
-    let found = boundary(|speed, turn| counts[speed * SIDE + turn].share(Phase::StableMilling));
+    let found = boundary(|speed, turn| counts[speed * SIDE + turn].share(Phase::STABLE_MILLING));
     let errors = truth.iter().zip(&found).map(|(truth, found)| (truth - found).powi(2));
     errors.sum::<f64>() / SIDE as f64
 }
@@ -189,7 +190,7 @@ fn an_interval_at_the_end_of_an_adaptive_sweep_misses_the_truth_in_less_than_5_p
     for sweep in 0..20 {
         let (_, counts) = adaptive_sweep(100 + sweep);
         for (cell, counts) in counts.iter().enumerate() {
-            let bounds = interval(counts.get(Phase::StableMilling), counts.total(), ERROR);
+            let bounds = interval(counts.get(Phase::STABLE_MILLING), counts.total(), ERROR);
             missed += usize::from(!bounds.contains(share(cell / SIDE, cell % SIDE)));
         }
     }
@@ -218,8 +219,8 @@ fn no_cell_gets_more_than_it_may() {
             break;
         }
         for (counts, more) in counts.iter_mut().zip(more) {
-            counts.add_many(Phase::StableMilling, more / 2);
-            counts.add_many(Phase::Unformed, more - more / 2);
+            counts.add_many(Phase::STABLE_MILLING, more / 2);
+            counts.add_many(Phase::UNFORMED, more - more / 2);
         }
     }
 

@@ -16,7 +16,7 @@ fn case(seed: u64, n_runs: usize, copies: f64) -> Value {
     let any = |draw: &mut Draw| {
         let drawn = draw.uniform();
         let below = |step: &usize| drawn < 0.2 * (*step as f64 + 1.0);
-        Phase::ALL[(0..4).find(below).unwrap_or(4)]
+        Phase::BUILT_IN[(0..4).find(below).unwrap_or(4)]
     };
     let labels: Vec<(Phase, Phase)> = (0..n_runs)
         .map(|_| {
@@ -26,7 +26,7 @@ fn case(seed: u64, n_runs: usize, copies: f64) -> Value {
         })
         .collect();
     let count = |one: Phase, other: Phase| labels.iter().filter(|l| **l == (one, other)).count();
-    let table = Phase::ALL.map(|one| Phase::ALL.map(|other| count(one, other)));
+    let table = Phase::BUILT_IN.map(|one| Phase::BUILT_IN.map(|other| count(one, other)));
     json!({"table": table, "agreement": Agreement::of(&labels)})
 }
 

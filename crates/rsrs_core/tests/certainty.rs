@@ -32,7 +32,7 @@ fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory 
 
 fn judged(trajectory: &Trajectory, bodies: &Bodies) -> (Verdict, Certainty) {
     let verdict = label(trajectory, bodies).expect("the trajectory is long enough and finite");
-    let certainty = Certainty::of(&verdict, &Behaviour::Milling.rules());
+    let certainty = Certainty::of(&verdict, &Behaviour::MILLING.rules());
     (verdict, certainty)
 }
 
@@ -47,10 +47,10 @@ fn fat(fatness: f64) -> impl Fn(usize, f64) -> f64 {
 fn a_perfect_ring_is_sure_and_its_blocks_agree() {
     let (verdict, certainty) = judged(&ring(|_, _| 0.7, 0.15), &FLOCKBOT);
 
-    assert_eq!(verdict.phase, Phase::StableMilling);
+    assert_eq!(verdict.phase, Phase::STABLE_MILLING);
     assert!(certainty.is_settled);
     assert_eq!(certainty.confidence.to_bits(), 1.0_f64.to_bits());
-    let of_stable = certainty.margins.iter().filter(|m| m.phase == Phase::StableMilling);
+    let of_stable = certainty.margins.iter().filter(|m| m.phase == Phase::STABLE_MILLING);
     assert!(of_stable.into_iter().all(|margin| margin.distance > 0.0), "{certainty:?}");
 }
 
@@ -60,9 +60,9 @@ fn a_fat_ring_is_as_far_from_stable_as_its_circliness_is() {
         let (verdict, certainty) = judged(&ring(fat(fatness), 0.15), &FLOCKBOT);
 
         let (expected, becomes) = if fatness < 0.5 {
-            (Phase::StableMilling, Phase::SemiStableMilling)
+            (Phase::STABLE_MILLING, Phase::SEMI_STABLE_MILLING)
         } else {
-            (Phase::SemiStableMilling, Phase::StableMilling)
+            (Phase::SEMI_STABLE_MILLING, Phase::STABLE_MILLING)
         };
         assert_eq!(verdict.phase, expected);
         assert_eq!(certainty.is_settled, (fatness - 0.5_f64).abs() > 0.05, "{fatness}");
@@ -89,8 +89,8 @@ fn where_two_parameters_must_move_together_the_farther_one_counts() {
     let (verdict, certainty) = judged(&ring(|_, _| 0.7, 0.06), &FLOCKBOT);
 
     let nearest = certainty.nearest.expect("another phase can be had");
-    assert_eq!(verdict.phase, Phase::Unformed);
-    assert_eq!(nearest.becomes, Phase::SemiStableMilling);
+    assert_eq!(verdict.phase, Phase::UNFORMED);
+    assert_eq!(nearest.becomes, Phase::SEMI_STABLE_MILLING);
     assert_eq!(nearest.parameters, [Parameter::Orbit]);
     assert!((nearest.distance - (0.5 - verdict.evidence.orbit)).abs() < 1e-12);
 }
@@ -116,7 +116,7 @@ fn moving_as_far_as_the_nearest_boundary_changes_the_phase_and_less_does_not() {
                     evidence.rotation += sign(3);
                     evidence.orbit += sign(4);
                     evidence.circliness += sign(5);
-                    Behaviour::Milling.rules().phase(&evidence)
+                    Behaviour::MILLING.rules().phase(&evidence)
                 });
                 corners.filter(|phase| *phase != verdict.phase).count()
             };

@@ -35,8 +35,8 @@ fn diagram(rows: &[&str]) -> PhaseDiagram {
 /// How many of so many fresh replicates milled; the others dispersed.
 fn confirmed(milling: u64, n: u64) -> PhaseCounts {
     let mut counts = PhaseCounts::default();
-    counts.add_many(Phase::StableMilling, milling);
-    counts.add_many(Phase::Dispersion, n - milling);
+    counts.add_many(Phase::STABLE_MILLING, milling);
+    counts.add_many(Phase::DISPERSION, n - milling);
     counts
 }
 
@@ -260,11 +260,11 @@ fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
 
     let mill = |circliness: f64| {
         let is_stable = circliness >= 0.5;
-        let phase = if is_stable { Phase::StableMilling } else { Phase::SemiStableMilling };
+        let phase = if is_stable { Phase::STABLE_MILLING } else { Phase::SEMI_STABLE_MILLING };
         (phase, evidence(circliness))
     };
     // A fifth one that was torn apart counts nowhere.
-    let torn = (Phase::SemiStableMilling, evidence(0.9));
+    let torn = (Phase::SEMI_STABLE_MILLING, evidence(0.9));
 
     let moved = AtCircliness::of(&[mill(0.3), mill(0.45), mill(0.55), mill(0.65)]);
     let with_torn = AtCircliness::of(&[mill(0.65), torn]);

@@ -8,8 +8,8 @@ use rsrs_core::statistics::pooled::Pooled;
 
 fn counts(milling: u64, dispersed: u64) -> PhaseCounts {
     let mut counts = PhaseCounts::default();
-    counts.add_many(Phase::StableMilling, milling);
-    counts.add_many(Phase::Dispersion, dispersed);
+    counts.add_many(Phase::STABLE_MILLING, milling);
+    counts.add_many(Phase::DISPERSION, dispersed);
     counts
 }
 
@@ -125,15 +125,15 @@ fn the_share_that_is_supported_is_stated_whether_or_not_there_is_a_verdict() {
 
 #[test]
 fn the_tally_counts_run_by_run_against_the_majority() {
-    let semi_stable = PhaseCounts::of([Phase::SemiStableMilling; 16]);
+    let semi_stable = PhaseCounts::of([Phase::SEMI_STABLE_MILLING; 16]);
     let real = PhaseCounts::of([
-        Phase::StableMilling,
-        Phase::SemiStableMilling,
-        Phase::Unformed,
-        Phase::Dispersion,
+        Phase::STABLE_MILLING,
+        Phase::SEMI_STABLE_MILLING,
+        Phase::UNFORMED,
+        Phase::DISPERSION,
     ]);
-    let colliding = PhaseCounts::of([Phase::CollidingUnstable; 16]);
-    let dispersed = PhaseCounts::of([Phase::Dispersion]);
+    let colliding = PhaseCounts::of([Phase::COLLIDING_UNSTABLE; 16]);
+    let dispersed = PhaseCounts::of([Phase::DISPERSION]);
 
     let comparison = Comparison::of(&[runs(real, semi_stable), runs(dispersed, colliding)]);
 

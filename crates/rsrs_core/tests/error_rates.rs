@@ -29,8 +29,8 @@ fn cell_runs(speed_m_s: f64, real: [u64; 2], simulated: [u64; 2]) -> CellRuns {
 
 fn counted(n_milling: u64, n_dispersed: u64) -> PhaseCounts {
     let mut counts = PhaseCounts::default();
-    counts.add_many(Phase::StableMilling, n_milling);
-    counts.add_many(Phase::Dispersion, n_dispersed);
+    counts.add_many(Phase::STABLE_MILLING, n_milling);
+    counts.add_many(Phase::DISPERSION, n_dispersed);
     counts
 }
 
@@ -195,7 +195,8 @@ fn what_is_not_known_of_simulated_robots_costs_few_runs() {
 fn the_interval_of_kappa_covers_the_truth_in_95_of_100_campaigns() {
     // Two judges who agree on a share of the runs and else draw a phase each.
     let mut random = ChaCha8Rng::seed_from_u64(7);
-    let draw = |random: &mut ChaCha8Rng| Phase::ALL[random.random_range(0..Phase::ALL.len())];
+    let draw =
+        |random: &mut ChaCha8Rng| Phase::BUILT_IN[random.random_range(0..Phase::BUILT_IN.len())];
     let truth = 0.6;
     let covers = |_: &u64| {
         let labels: Vec<(Phase, Phase)> = (0..200)

@@ -59,7 +59,7 @@ fn a_perfect_ring_is_stable_milling() {
     let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &FLOCKBOT);
 
     let evidence = verdict.evidence;
-    assert_eq!(verdict.phase, Phase::StableMilling);
+    assert_eq!(verdict.phase, Phase::STABLE_MILLING);
     assert_near(evidence.rotation, 1.0, 1e-9);
     assert_near(evidence.orbit, 1.0, 1e-9);
     assert_near(evidence.circliness, 1.0, 1e-9);
@@ -76,7 +76,7 @@ fn a_ring_that_turns_clockwise_mills_as_well() {
         Pose { x_m: pose.x_m, y_m: -pose.y_m, heading_rad: -pose.heading_rad }
     };
 
-    assert_eq!(label(&run(70.0, mirrored), &FLOCKBOT).phase, Phase::StableMilling);
+    assert_eq!(label(&run(70.0, mirrored), &FLOCKBOT).phase, Phase::STABLE_MILLING);
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn a_clean_ring_that_drives_forward_and_backward_is_stable_milling() {
 
     let verdict = label(&trajectory, &FLOCKBOT);
 
-    assert_eq!(verdict.phase, Phase::StableMilling);
+    assert_eq!(verdict.phase, Phase::STABLE_MILLING);
     assert_near(verdict.evidence.orbit, 1.0, 0.01);
     assert_near(verdict.evidence.blocked, 0.0, 0.0);
 }
@@ -112,17 +112,17 @@ fn a_mill_that_tears_apart_inside_the_window_is_not_stable() {
     let moment = torn(12.0, 18.0);
     let longer = torn(12.0, 36.0);
 
-    assert_eq!(moment.phase, Phase::StableMilling);
-    assert_eq!(longer.phase, Phase::SemiStableMilling);
+    assert_eq!(moment.phase, Phase::STABLE_MILLING);
+    assert_eq!(longer.phase, Phase::SEMI_STABLE_MILLING);
     // The whole window alone does not show it.
-    assert!(Behaviour::Milling.rules().is_wanted(&longer.evidence), "{:?}", longer.evidence);
+    assert!(Behaviour::MILLING.rules().is_wanted(&longer.evidence), "{:?}", longer.evidence);
 }
 
 #[test]
 fn a_jammed_ring_is_colliding_however_round_it_is() {
     let verdict = label(&run(70.0, ring(0.3, 0.0)), &FLOCKBOT);
 
-    assert_eq!(verdict.phase, Phase::CollidingUnstable);
+    assert_eq!(verdict.phase, Phase::COLLIDING_UNSTABLE);
     assert_near(verdict.evidence.circliness, 1.0, 1e-9);
     assert_near(verdict.evidence.blocked, 1.0, 0.0);
     assert_near(verdict.evidence.stuck, 1.0, 0.0);
@@ -135,7 +135,7 @@ fn two_of_nine_stuck_robots_are_a_collision() {
 
     let verdict = label(&run(70.0, pose), &FLOCKBOT);
 
-    assert_eq!(verdict.phase, Phase::CollidingUnstable);
+    assert_eq!(verdict.phase, Phase::COLLIDING_UNSTABLE);
     assert_near(verdict.evidence.stuck, 2.0 / 9.0, 1e-12);
 }
 
@@ -150,7 +150,7 @@ fn dispersing(robot: usize, time_s: f64) -> Pose {
 fn robots_that_lose_each_other_disperse() {
     let verdict = label(&run(120.0, dispersing), &FLOCKBOT);
 
-    assert_eq!(verdict.phase, Phase::Dispersion);
+    assert_eq!(verdict.phase, Phase::DISPERSION);
     assert_eq!(verdict.evidence.lost, Some(1.0));
 }
 
@@ -164,8 +164,8 @@ fn nobody_is_lost_across_a_gap_that_bodies_are_seen_across() {
     let body = label(&trajectory, &Bodies::seen_by(&cone, Sees::Body, 0.075));
     let centre = label(&trajectory, &Bodies::seen_by(&cone, Sees::Centre, 0.075));
 
-    assert_eq!((body.phase, body.evidence.lost), (Phase::StableMilling, Some(0.0)));
-    assert_eq!((centre.phase, centre.evidence.lost), (Phase::Dispersion, Some(1.0)));
+    assert_eq!((body.phase, body.evidence.lost), (Phase::STABLE_MILLING, Some(0.0)));
+    assert_eq!((centre.phase, centre.evidence.lost), (Phase::DISPERSION, Some(1.0)));
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn a_reach_that_is_not_known_chooses_no_phase_and_is_asked_for() {
     let JudgeError::UnknownReach { phases } = &refused else { panic!("{refused}") };
     assert_eq!(
         phases.iter().map(|(_, phase)| *phase).collect::<Vec<_>>(),
-        [Phase::Dispersion, Phase::StableMilling]
+        [Phase::DISPERSION, Phase::STABLE_MILLING]
     );
     assert!((phases[1].0 - apart_m).abs() < 2e-3, "{phases:?}, expected {apart_m}");
     assert_eq!(
@@ -186,7 +186,7 @@ fn a_reach_that_is_not_known_chooses_no_phase_and_is_asked_for() {
         "the robots' reach is not known, and decides: dispersion below 0.48 m, stable milling from \
          0.48 m on"
     );
-    for (reach_m, expected) in [(0.47, Phase::Dispersion), (0.49, Phase::StableMilling)] {
+    for (reach_m, expected) in [(0.47, Phase::DISPERSION), (0.49, Phase::STABLE_MILLING)] {
         let bodies = Bodies { reach_m: Some(reach_m), ..UNKNOWN_REACH };
         assert_eq!(label(&mill, &bodies).phase, expected);
     }
@@ -201,7 +201,7 @@ fn a_robot_by_itself_has_lost_the_others_at_any_reach() {
 
     for bodies in [FLOCKBOT, UNKNOWN_REACH] {
         let verdict = label(&alone, &bodies);
-        assert_eq!((verdict.phase, verdict.evidence.lost), (Phase::Dispersion, Some(1.0)));
+        assert_eq!((verdict.phase, verdict.evidence.lost), (Phase::DISPERSION, Some(1.0)));
     }
 }
 
@@ -214,7 +214,7 @@ fn two_mills_side_by_side_are_unformed() {
 
     let verdict = label(&run(120.0, split), &FLOCKBOT);
 
-    assert_eq!(verdict.phase, Phase::Unformed);
+    assert_eq!(verdict.phase, Phase::UNFORMED);
     assert!(verdict.evidence.rotation < 0.6, "{:?}", verdict.evidence);
 }
 
@@ -228,18 +228,18 @@ fn fat_ring(robot: usize, time_s: f64) -> Pose {
 fn a_ring_of_two_radii_is_semi_stable() {
     let verdict = label(&run(120.0, fat_ring), &FLOCKBOT);
 
-    assert_eq!(verdict.phase, Phase::SemiStableMilling);
+    assert_eq!(verdict.phase, Phase::SEMI_STABLE_MILLING);
     assert_near(verdict.evidence.fatness, 1.0 - (0.45_f64 / 0.75).powi(2), 1e-9);
 }
 
 #[test]
 fn the_line_between_stable_and_semi_stable_moves_with_its_threshold() {
     let trajectory = run(120.0, fat_ring);
-    let lenient = Behaviour::Milling.rules().with_wanted_bound(Parameter::Circliness, 0.35);
+    let lenient = Behaviour::MILLING.rules().with_wanted_bound(Parameter::Circliness, 0.35);
 
     let verdict = phase::label_with(&trajectory, &FLOCKBOT, &lenient).expect("as above");
 
-    assert_eq!(verdict.phase, Phase::StableMilling);
+    assert_eq!(verdict.phase, Phase::STABLE_MILLING);
 }
 
 #[test]
@@ -256,7 +256,7 @@ fn only_the_last_minute_counts_and_its_start_is_when_the_mill_formed() {
     let verdict = label(&trajectory, &FLOCKBOT);
     let converged_s = phase::converged_s(&trajectory, &FLOCKBOT, verdict.phase);
 
-    assert_eq!(verdict.phase, Phase::StableMilling);
+    assert_eq!(verdict.phase, Phase::STABLE_MILLING);
     // Blocks are 76 periods of 0.13 s; the sixth starts at 49.4 s and is good but for 0.6 s.
     assert_near(converged_s.expect("it converged"), 49.4, 0.01);
 }
@@ -333,13 +333,13 @@ fn poses_that_can_be_nobodys_and_a_period_that_is_none_are_refused() {
 
 #[test]
 fn without_commands_a_phase_is_given_where_they_decide_nothing() {
-    let milling = &Behaviour::Milling.rules();
+    let milling = &Behaviour::MILLING.rules();
     let poses_of = |run: Trajectory| Trajectory::of_poses(PERIOD_S, run.n_robots, run.poses);
     let dispersing = poses_of(run(120.0, dispersing));
     let mill = poses_of(run(70.0, ring(0.7, SPEED_M_S)));
     let judge = phase::label_without_commands;
 
-    assert_eq!(judge(&dispersing, &FLOCKBOT, milling).unwrap().phase, Phase::Dispersion);
+    assert_eq!(judge(&dispersing, &FLOCKBOT, milling).unwrap().phase, Phase::DISPERSION);
     assert_eq!(
         judge(&mill, &FLOCKBOT, milling).unwrap_err().to_string(),
         "what the robots were commanded is not known, and decides between colliding unstable, stable \
@@ -350,7 +350,7 @@ fn without_commands_a_phase_is_given_where_they_decide_nothing() {
         "neither what the robots were commanded nor their reach is known, and they decide between \
          dispersion, colliding unstable and unformed"
     );
-    for behaviour in [Behaviour::Aggregation, Behaviour::Dispersal] {
+    for behaviour in [Behaviour::AGGREGATION, Behaviour::DISPERSAL] {
         let rules = &behaviour.rules();
         for run in [&dispersing, &mill] {
             assert_eq!(judge(run, &FLOCKBOT, rules), phase::label_with(run, &FLOCKBOT, rules));
@@ -363,7 +363,7 @@ fn without_commands_a_phase_is_given_where_they_decide_nothing() {
 
 #[test]
 fn the_wanted_margin_is_the_least_distance_to_a_bound_and_negative_where_one_is_not_kept() {
-    let milling = Behaviour::Milling.rules();
+    let milling = Behaviour::MILLING.rules();
     let margin = |run: &Trajectory| milling.wanted_margin(&label(run, &FLOCKBOT).evidence);
 
     // No robot is lost, and of none there is nothing to spare.
@@ -382,7 +382,7 @@ fn nobody_cannot_be_judged_and_one_robot_alone_is_lost() {
     alone.n_robots = 1;
 
     assert_eq!(phase::label(&no_robots, &FLOCKBOT), Err(JudgeError::NoRobots));
-    assert_eq!(label(&alone, &FLOCKBOT).phase, Phase::Dispersion);
+    assert_eq!(label(&alone, &FLOCKBOT).phase, Phase::DISPERSION);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use rsrs_core::conditions::{MOST_DURATION_S, Settings};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::help::Help;
-use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::judge::phase::WINDOW_S;
 use rsrs_core::quantity::{Axis, Cell};
 use serde::{Deserialize, Serialize};
@@ -45,9 +45,10 @@ pub struct ExperimentFile {
     /// How the simulated backend runs it.
     #[serde(default)]
     pub simulator: SimulatorOptions,
-    /// What the run is judged for (default: that of the sweep that its cell is from, else milling).
+    /// What the run is judged for, by name or by the path of a file relative to this one (default: that of the
+    /// sweep that its cell is from, else milling).
     #[serde(default)]
-    pub behaviour: Option<Behaviour>,
+    pub behaviour: Option<NamedBehaviour>,
 }
 
 /// What to do when a robot falls silent or stops during a run.

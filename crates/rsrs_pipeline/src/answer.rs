@@ -211,7 +211,7 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
     let (b_s, b_s_low) = choice.least();
     Ok(Answers {
         robot: result.source.profile.name.clone(),
-        behaviour: result.source.sweep.behaviour,
+        behaviour: result.source.sweep.behaviour.known(),
         wanted: options.best.wanted,
         viable: choice.is_viable(options.best.wanted),
         fixed: Cell::new(fixed.filter(|(axis, _)| choice.cell.get(*axis).is_none()))?,

@@ -172,7 +172,7 @@ pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> 
     let (b_s, b_s_low) = choice.least();
     let mut diagnosis = Diagnosis {
         robot: result.source.profile.name.clone(),
-        behaviour: result.source.sweep.behaviour,
+        behaviour: result.source.sweep.behaviour.known(),
         wanted: options.best.wanted,
         viable: choice.is_viable(options.best.wanted),
         b_s,

@@ -82,14 +82,14 @@ pub fn diff(
 ) -> anyhow::Result<(SweepDifference, SweepResult)> {
     let (one, mut other) = (folder::read(from)?, folder::read(to)?);
     let (first, second) = (one.of_world(world)?, other.of_world(world)?);
-    if one.source.sweep.behaviour != other.source.sweep.behaviour {
+    if one.source.sweep.behaviour.known() != other.source.sweep.behaviour.known() {
         return Err(with_help(
             format!(
                 "{} is about {}, and {} about {}",
                 from.display(),
-                one.source.sweep.behaviour,
+                one.source.sweep.behaviour.known(),
                 to.display(),
-                other.source.sweep.behaviour
+                other.source.sweep.behaviour.known()
             ),
             "compare sweeps of one behaviour",
         ));
@@ -127,7 +127,7 @@ pub fn diff(
         n_moved: cells.iter().filter(|cell| cell.moved).count(),
         n_only_from: first.cells.len() - cells.len(),
         n_only_to: second.cells.len() - cells.len(),
-        noun: other.source.sweep.behaviour.noun(),
+        noun: other.source.sweep.behaviour.known().noun(),
         cells,
     };
     let is_common = |entry: &DiagramCell| first.find(&entry.cell).is_some();

@@ -38,7 +38,7 @@
 //! let trajectory = run_episode(conditions, seed, source.sweep.duration_s)?;
 //! let verdict = label(&trajectory, &conditions.bodies())?;
 //!
-//! assert_eq!(verdict.phase, Phase::StableMilling);
+//! assert_eq!(verdict.phase, Phase::STABLE_MILLING);
 //! # Ok(())
 //! # }
 //! ```

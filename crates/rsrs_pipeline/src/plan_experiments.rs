@@ -134,7 +134,7 @@ impl Subject {
         };
         let cells = cells.iter().zip(as_measured(&result, &cells, options)?).map(planned);
         Ok(Self {
-            behaviour: result.source.sweep.behaviour,
+            behaviour: result.source.sweep.behaviour.known(),
             seed: result.source.sweep.seed,
             cells: cells.collect::<anyhow::Result<_>>()?,
             note: prediction.note(),

@@ -6,6 +6,7 @@ mod reference;
 
 use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::judge::behaviour::file::BehaviourFile;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
@@ -30,17 +31,20 @@ pub enum FileKind {
     Experiment,
     /// Many experiments.
     Campaign,
+    /// What swarms are judged for.
+    Behaviour,
 }
 
 impl FileKind {
     /// All kinds, in the order in which one writes them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Profile,
         Self::Controller,
         Self::Fleet,
         Self::Sweep,
         Self::Experiment,
         Self::Campaign,
+        Self::Behaviour,
     ];
 
     /// The name on the command line: `profile`.
@@ -52,6 +56,7 @@ impl FileKind {
             Self::Sweep => "sweep",
             Self::Experiment => "experiment",
             Self::Campaign => "campaign",
+            Self::Behaviour => "behaviour",
         }
     }
 
@@ -69,6 +74,7 @@ impl FileKind {
             Self::Sweep => schemars::schema_for!(SweepFile),
             Self::Experiment => schemars::schema_for!(ExperimentFile),
             Self::Campaign => schemars::schema_for!(CampaignFile),
+            Self::Behaviour => schemars::schema_for!(BehaviourFile),
         }
         .into()
     }

@@ -124,7 +124,7 @@ mod tests {
             is_finished: true,
             ending: Some("completed".to_owned()),
             reason: String::new(),
-            phase: Some(Phase::StableMilling),
+            phase: Some(Phase::STABLE_MILLING),
             settledness: serde_json::from_str(label).expect("it is a label"),
             not_judged: String::new(),
             n_messages: 1234,

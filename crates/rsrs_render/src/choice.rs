@@ -275,7 +275,7 @@ mod tests {
             b_s_high: b_s,
             n_replicates: 200,
         };
-        let verb = Behaviour::Milling.verb();
+        let verb = Behaviour::MILLING.verb();
 
         assert_eq!(losing_one(&less(0.02), 0.8, verb), "losing one robot ends it");
         assert_eq!(

@@ -224,7 +224,7 @@ impl Report {
             (n > 0).then_some(ExperimentMark { cell, phase, is_settled, is_simulated, n, names })
         };
         let each = [true, false];
-        let kinds = Phase::ALL.into_iter().flat_map(|phase| {
+        let kinds = Phase::all().flat_map(|phase| {
             each.into_iter().flat_map(move |is_settled| {
                 each.map(|is_simulated| (phase, is_settled, is_simulated))
             })

@@ -113,7 +113,7 @@ fn sweep_command(sweep: &Path, results: &Path) -> String {
 
 /// Why what was found has no sweep.
 fn no_sweep() -> String {
-    let behaviours = Behaviour::ALL.map(Behaviour::key).join(", ");
+    let behaviours = Behaviour::BUILT_IN.map(Behaviour::key).join(", ");
     format!("no sweep: runs are judged for {behaviours}, and this is none of them")
 }
 

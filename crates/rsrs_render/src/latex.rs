@@ -61,7 +61,7 @@ pub fn cells(result: &SweepResult, world: World) -> anyhow::Result<String> {
     });
     let comment = format!(
         "{} of {}, {}, {} s each, seed {}; rsrs {}, commit {}",
-        capitalised(source.sweep.behaviour.noun()),
+        capitalised(source.sweep.behaviour.known().noun()),
         source.profile.name,
         robots(result, world),
         source.sweep.duration_s,

@@ -145,7 +145,7 @@ pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<D
     let shown = of.shown(&panels);
     let conditions = of.conditions()?;
     let robot = &result.source.profile.name;
-    let swarm = result.source.sweep.behaviour.swarm();
+    let swarm = result.source.sweep.behaviour.known().swarm();
     let title = options.title.clone().unwrap_or_else(|| match &options.values {
         Some(values) => format!("{} in {swarm}: {robot}", capitalised(&values.title)),
         None => format!("Phases of {swarm}: {robot}"),

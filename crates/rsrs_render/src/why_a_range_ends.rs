@@ -99,10 +99,10 @@ fn mill_and_end(phases: &PhaseCounts) -> String {
     let phase = *others.max_by_key(|phase| phases.get(**phase)).expect("there are five phases");
     let share = percent(phases.share(phase));
     let ends = match phase {
-        Phase::SemiStableMilling => format!("the mills do not stay round in {share} of the runs"),
-        Phase::Unformed => format!("{share} of the runs come to no mill"),
-        Phase::Dispersion => format!("the robots lose each other in {share} of the runs"),
-        Phase::CollidingUnstable => format!("the robots block each other in {share} of the runs"),
+        Phase::SEMI_STABLE_MILLING => format!("the mills do not stay round in {share} of the runs"),
+        Phase::UNFORMED => format!("{share} of the runs come to no mill"),
+        Phase::DISPERSION => format!("the robots lose each other in {share} of the runs"),
+        Phase::COLLIDING_UNSTABLE => format!("the robots block each other in {share} of the runs"),
         other => format!("{share} of the runs end {other}"),
     };
     format!("{} {}, and {ends}", percent(phases.wanted_share()), behaviour.verb().plain)

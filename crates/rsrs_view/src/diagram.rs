@@ -96,7 +96,7 @@ impl Help for PictureError {
 /// use rsrs_view::diagram::{DiagramPicture, Numbers, Panel, svg};
 ///
 /// let cell: rsrs_core::quantity::Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
-/// let counts = PhaseCounts::of([Phase::StableMilling; 16]);
+/// let counts = PhaseCounts::of([Phase::STABLE_MILLING; 16]);
 /// let diagram = PhaseDiagram {
 ///     axes: cell.axes(),
 ///     cells: vec![DiagramCell { cell: cell.clone(), counts }],

@@ -1,6 +1,6 @@
 //! The colours: one hue per phase, lightness for the share of the replicates that ended in it.
 
-use rsrs_core::judge::phase::Phase;
+use rsrs_core::judge::phase::{MOST_PHASES, Phase};
 
 /// A colour, in sRGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,14 +23,11 @@ pub const LEAST_SHARE: f64 = 0.2;
 ///
 /// More of the dark grey, so that its palest shade is still darker than the light grey.
 pub(crate) fn least_hue(phase: Phase) -> f64 {
-    match phase {
-        Phase::Unformed | Phase::NotAggregated | Phase::NotSpreadOut => 0.6,
-        _ => 0.3,
-    }
+    if hue(phase).rgb == DARK_GREY { 0.6 } else { 0.3 }
 }
 
-/// The full colour of a phase: a hue for each place that a phase has in its behaviour, so that the
-/// wanted phase is blue in every picture.
+/// The full colour of a phase: that of its behaviour's file, or a hue for each place that a phase has in its
+/// behaviour, so that the wanted phase is blue in every picture.
 ///
 /// Blue, yellow and vermilion are those of Okabe and Ito's palette for the colour-blind; the two
 /// phases that mean the absence of a pattern are greys, far apart in lightness. The test below
@@ -40,17 +37,14 @@ pub(crate) fn least_hue(phase: Phase) -> f64 {
 ///
 /// M. Okabe and K. Ito, "Color Universal Design", 2008.
 pub fn hue(phase: Phase) -> Colour {
-    let rgb = match phase {
-        Phase::StableMilling | Phase::Aggregated | Phase::SpreadOut => [0x00, 0x72, 0xb2],
-        Phase::SemiStableMilling | Phase::PartlyAggregated | Phase::PartlySpreadOut => {
-            [0xf0, 0xe4, 0x42]
-        }
-        Phase::Unformed | Phase::NotAggregated | Phase::NotSpreadOut => [0x33, 0x33, 0x33],
-        Phase::Dispersion => [0xbb, 0xbb, 0xbb],
-        Phase::CollidingUnstable => [0xd5, 0x5e, 0x00],
-    };
-    Colour { rgb }
+    Colour { rgb: phase.entry().rgb().unwrap_or(HUES[phase.place()]) }
 }
+
+const DARK_GREY: [u8; 3] = [0x33, 0x33, 0x33];
+
+/// By place.
+const HUES: [[u8; 3]; MOST_PHASES] =
+    [[0x00, 0x72, 0xb2], [0xf0, 0xe4, 0x42], DARK_GREY, [0xbb, 0xbb, 0xbb], [0xd5, 0x5e, 0x00]];
 
 /// The colour of a cell: the phase's hue, paler the smaller its share.
 ///
@@ -205,7 +199,7 @@ mod tests {
             oklab(light.map(|channel| channel.clamp(0.0, 1.0)))
         };
         let mut least = f64::INFINITY;
-        for left in Phase::ALL {
+        for left in Phase::BUILT_IN {
             let phases = left.behaviour().phases().iter().copied();
             for right in phases.filter(|right| *right > left) {
                 for (left_share, right_share) in
@@ -237,14 +231,14 @@ mod tests {
     fn the_two_greys_never_meet() {
         let lightness = |phase, share| oklab(linear(shade(phase, share)))[0];
 
-        let palest_dark = lightness(Phase::Unformed, LEAST_SHARE);
-        let darkest_light = lightness(Phase::Dispersion, 1.0);
+        let palest_dark = lightness(Phase::UNFORMED, LEAST_SHARE);
+        let darkest_light = lightness(Phase::DISPERSION, 1.0);
         assert!(darkest_light - palest_dark > 0.15, "{palest_dark} {darkest_light}");
     }
 
     #[test]
     fn a_full_share_is_the_hue_and_smaller_shares_are_lighter() {
-        for phase in Phase::ALL {
+        for phase in Phase::BUILT_IN {
             assert_eq!(shade(phase, 1.0), hue(phase));
             let lightness = |share| oklab(linear(shade(phase, share)))[0];
             assert!(lightness(0.4) > lightness(0.6) && lightness(0.6) > lightness(0.9));
@@ -253,7 +247,7 @@ mod tests {
 
     #[test]
     fn letters_are_white_on_dark_and_black_on_light() {
-        assert_eq!(hue(Phase::StableMilling).ink(), "#ffffff");
-        assert_eq!(hue(Phase::SemiStableMilling).ink(), INK);
+        assert_eq!(hue(Phase::STABLE_MILLING).ink(), "#ffffff");
+        assert_eq!(hue(Phase::SEMI_STABLE_MILLING).ink(), INK);
     }
 }

@@ -119,7 +119,7 @@ fn labels(picture: &DiagramPicture) -> Vec<String> {
 /// The phases that some cell shows, in their order.
 fn seen(plots: &[Plot]) -> Vec<Phase> {
     let cells = plots.iter().flat_map(Plot::majorities).collect::<Vec<Phase>>();
-    Phase::ALL.into_iter().filter(|phase| cells.contains(phase)).collect()
+    Phase::all().filter(|phase| cells.contains(phase)).collect()
 }
 
 /// What the legend has to contain about all panels.
@@ -147,8 +147,9 @@ pub fn contents(picture: &DiagramPicture, plots: &[Plot], drawings: &[Drawing]) 
     let n_all: u64 = picture.experiments.iter().map(|run| run.n).sum();
     let simulated = picture.experiments.iter().filter(|run| run.is_simulated);
     let n_simulated: u64 = simulated.map(|run| run.n).sum();
-    let kinds = Phase::ALL.map(|phase| [Filling::Full, Filling::Hollow].map(|it| (phase, it)));
-    let experiments: Vec<(Phase, Filling, u64)> = (kinds.into_iter().flatten())
+    let kinds =
+        Phase::all().flat_map(|phase| [Filling::Full, Filling::Hollow].map(|it| (phase, it)));
+    let experiments: Vec<(Phase, Filling, u64)> = kinds
         .map(|(phase, filling)| (phase, filling, n_shown(phase, filling)))
         .filter(|(_, _, n)| *n > 0)
         .collect();

@@ -259,8 +259,8 @@ fn tooltip(plot: &Plot, column: usize, row: usize) -> String {
         let value = value.map(|(value, it)| format!("{}: {}", it.name, it.scale.text(value)));
         return format!("{place}\n{}", value.unwrap_or_else(|| "no value".to_owned()));
     }
-    let mut phases: Vec<Phase> =
-        Phase::ALL.into_iter().filter(|phase| counts.get(*phase) > 0).collect();
+    let mut phases = counts.behaviour().phases().to_vec();
+    phases.retain(|phase| counts.get(*phase) > 0);
     phases.sort_by_key(|phase| std::cmp::Reverse(counts.get(*phase)));
     let endings: Vec<String> =
         phases.iter().map(|phase| format!("{} {phase}", counts.get(*phase))).collect();

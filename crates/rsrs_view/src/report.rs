@@ -295,7 +295,7 @@ fn symbols() -> Markup {
             .with("viewBox", "-9 -9 18 18")
             .child(mark(phase, Filling::Full, ((0.0, 0.0), MARK_PX)))
     };
-    let all = Element::new("svg").with("hidden", "").children(Phase::ALL.map(one));
+    let all = Element::new("svg").with("hidden", "").children(Phase::all().map(one));
     PreEscaped(all.to_string())
 }
 

@@ -57,7 +57,7 @@ pub fn keys() -> Value {
         |parameter: Parameter| json!({ "key": parameter.key(), "colour": colour(parameter) });
     json!({
         "axes": Axis::ALL.map(axis),
-        "phases": Phase::ALL.map(phase),
+        "phases": Phase::BUILT_IN.map(phase),
         "least_share": LEAST_SHARE,
         "parameters": Parameter::ALL.map(parameter),
     })

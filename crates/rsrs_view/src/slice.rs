@@ -302,7 +302,7 @@ mod tests {
             |diagram: &_| Slice::new(diagram, Axis::Speed, None, &[]).unwrap().has_holes();
 
         assert!(has_holes(&diagram));
-        diagram.cells[0].counts.add(Phase::Unformed);
+        diagram.cells[0].counts.add(Phase::UNFORMED);
         assert!(!has_holes(&diagram));
     }
 

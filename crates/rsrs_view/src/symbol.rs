@@ -52,8 +52,8 @@ fn path(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> String {
             .collect();
         format!("M{}Z", points.join("L"))
     };
-    match phase {
-        Phase::StableMilling | Phase::Aggregated | Phase::SpreadOut => {
+    match phase.place() {
+        0 => {
             let radius = number(radius_px);
             let (left, right) = (number(x_px - radius_px), number(x_px + radius_px));
             let y = number(y_px);
@@ -61,14 +61,10 @@ fn path(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> String {
                 "M{left} {y}A{radius} {radius} 0 1 1 {right} {y}A{radius} {radius} 0 1 1 {left} {y}Z"
             )
         }
-        Phase::SemiStableMilling | Phase::PartlyAggregated | Phase::PartlySpreadOut => {
-            polygon(&[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)])
-        }
-        Phase::Unformed | Phase::NotAggregated | Phase::NotSpreadOut => {
-            polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)])
-        }
-        Phase::Dispersion => polygon(&[(0.0, -1.15), (1.15, 0.85), (-1.15, 0.85)]),
-        Phase::CollidingUnstable => {
+        1 => polygon(&[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)]),
+        2 => polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
+        3 => polygon(&[(0.0, -1.15), (1.15, 0.85), (-1.15, 0.85)]),
+        _ => {
             let arm = 0.35;
             polygon(&[
                 (0.0, -arm),
@@ -96,7 +92,7 @@ mod tests {
 
     #[test]
     fn every_phase_has_a_shape_of_its_own() {
-        for behaviour in Behaviour::ALL {
+        for behaviour in Behaviour::BUILT_IN {
             let phases = behaviour.phases();
             let mut paths: Vec<_> =
                 phases.iter().map(|phase| path(*phase, (0.0, 0.0), 5.0)).collect();

@@ -237,7 +237,7 @@ impl Ring {
 /// * `first_sample` — one of the trajectory.
 pub fn ring_of(phase: Phase, trajectory: &Trajectory, first_sample: usize) -> Option<Ring> {
     match phase {
-        Phase::StableMilling | Phase::SemiStableMilling => {}
+        Phase::STABLE_MILLING | Phase::SEMI_STABLE_MILLING => {}
         _ => return None,
     }
     let poses = &trajectory.poses[first_sample * trajectory.n_robots..];
@@ -262,7 +262,7 @@ fn ring_circle(field: &Field, ring: Ring) -> Element {
 
 /// The rings of a run with the number of robots on each: that of its phase, or those of several mills.
 fn rings(picture: &TrajectoryPicture, first_sample: usize) -> Vec<(Ring, usize)> {
-    let Some(phase) = picture.phase.filter(|phase| phase.behaviour() == Behaviour::Milling) else {
+    let Some(phase) = picture.phase.filter(|phase| phase.behaviour() == Behaviour::MILLING) else {
         return Vec::new();
     };
     let mills = mills(picture.trajectory, first_sample);
@@ -440,7 +440,7 @@ mod tests {
             trajectory: &two_mills(),
             radius_m: 0.05,
             tail_s: 100.0,
-            phase: Some(Phase::Unformed),
+            phase: Some(Phase::UNFORMED),
             lost: &[],
             names: &[],
             walls_m: None,

@@ -29,10 +29,10 @@ fn counts(speed_m_s: f64, turn_rate_rad_s: f64) -> PhaseCounts {
     let semi = (of_16(1.6 - off * 1.8) as u64).min(16 - stable);
     let unformed = u64::from(semi > 3 && speed_m_s > 0.2) * (16 - stable - semi);
     let rest = 16 - stable - semi - unformed;
-    counts.add_many(Phase::StableMilling, stable);
-    counts.add_many(Phase::SemiStableMilling, semi);
-    counts.add_many(Phase::Unformed, unformed);
-    let end = if ring_m > 0.2 { Phase::Dispersion } else { Phase::CollidingUnstable };
+    counts.add_many(Phase::STABLE_MILLING, stable);
+    counts.add_many(Phase::SEMI_STABLE_MILLING, semi);
+    counts.add_many(Phase::UNFORMED, unformed);
+    let end = if ring_m > 0.2 { Phase::DISPERSION } else { Phase::COLLIDING_UNSTABLE };
     counts.add_many(end, rest);
     counts
 }
@@ -133,13 +133,13 @@ fn a_full_picture_shows_all_there_is() {
             ..Panel::of(&diagram)
         }],
         experiments: &[
-            experiment("speed_m_s=0.15,turn_rate_rad_s=0.75", Phase::StableMilling, 3),
-            experiment("speed_m_s=0.15,turn_rate_rad_s=1", Phase::SemiStableMilling, 1),
-            experiment("speed_m_s=0.25,turn_rate_rad_s=0.75", Phase::Dispersion, 2),
-            experiment("speed_m_s=0.25,turn_rate_rad_s=0.75", Phase::StableMilling, 1),
-            experiment("speed_m_s=0.1,turn_rate_rad_s=1.5", Phase::CollidingUnstable, 1),
-            experiment("speed_m_s=0.2,turn_rate_rad_s=1.25", Phase::Unformed, 1),
-            experiment("speed_m_s=0.5,turn_rate_rad_s=1.25", Phase::Unformed, 2),
+            experiment("speed_m_s=0.15,turn_rate_rad_s=0.75", Phase::STABLE_MILLING, 3),
+            experiment("speed_m_s=0.15,turn_rate_rad_s=1", Phase::SEMI_STABLE_MILLING, 1),
+            experiment("speed_m_s=0.25,turn_rate_rad_s=0.75", Phase::DISPERSION, 2),
+            experiment("speed_m_s=0.25,turn_rate_rad_s=0.75", Phase::STABLE_MILLING, 1),
+            experiment("speed_m_s=0.1,turn_rate_rad_s=1.5", Phase::COLLIDING_UNSTABLE, 1),
+            experiment("speed_m_s=0.2,turn_rate_rad_s=1.25", Phase::UNFORMED, 1),
+            experiment("speed_m_s=0.5,turn_rate_rad_s=1.25", Phase::UNFORMED, 2),
         ],
         note: Some("This sweep is not validated against trajectories of real robots.".to_owned()),
         ..plain(&diagram)
@@ -169,7 +169,7 @@ fn a_full_picture_shows_all_there_is() {
         line.contains("<text") && line.contains(" stroke=\"#") && !line.contains("stroke-width")
     };
     assert_eq!(svg.lines().filter(is_number).count(), 88, "marks leave the numbers");
-    for phase in Behaviour::Milling.phases().iter().copied() {
+    for phase in Behaviour::MILLING.phases().iter().copied() {
         assert!(svg.contains(&format!(">{}<", phase.title())), "{phase}");
         let in_legend = n_pixels_of(&pixmap, rsrs_view::palette::hue(phase).rgb);
         assert!(in_legend > 300, "{phase}: {in_legend}");
@@ -262,7 +262,7 @@ fn one_axis_gives_a_curve() {
     let chosen = cell("robots=9");
     let mut measured = diagram.clone();
     for entry in &mut measured.cells {
-        entry.counts.add_many(Phase::StableMilling, 8);
+        entry.counts.add_many(Phase::STABLE_MILLING, 8);
     }
     let panel = Panel {
         compared: Some(("robots as measured".to_owned(), &measured)),
@@ -382,7 +382,7 @@ fn runs_that_are_not_settled_are_hollow_and_counted_by_themselves() {
     let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
     let runs = |is_settled, names: Vec<String>| ExperimentMark {
         cell: cell("speed_m_s=0.15,turn_rate_rad_s=0.75"),
-        phase: Phase::StableMilling,
+        phase: Phase::STABLE_MILLING,
         is_settled,
         // One that somebody should look at again is one of a dry run.
         is_simulated: !is_settled,
@@ -411,7 +411,7 @@ fn runs_at_one_cell_are_counted_beside_one_symbol_however_many_there_are() {
         let at = cell("speed_m_s=0.15,turn_rate_rad_s=0.75");
         [ExperimentMark {
             cell: at,
-            phase: Phase::StableMilling,
+            phase: Phase::STABLE_MILLING,
             is_settled: true,
             is_simulated: false,
             n,

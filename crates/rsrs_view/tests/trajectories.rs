@@ -93,7 +93,7 @@ fn draw(name: &str, picture: &TrajectoryPicture) -> String {
 #[test]
 fn a_mill_gets_its_ring_and_stays_small() {
     let (run, names) = (mill(300.0), names());
-    let picture = TrajectoryPicture { names: &names, ..picture(&run, Some(Phase::StableMilling)) };
+    let picture = TrajectoryPicture { names: &names, ..picture(&run, Some(Phase::STABLE_MILLING)) };
 
     let svg = draw("mill", &picture);
 
@@ -111,7 +111,7 @@ fn robots_that_left_get_no_ring() {
         Pose { x_m: 0.15 * time_s * cosine, y_m: 0.06 * time_s * sine, heading_rad }
     });
 
-    let svg = draw("left", &picture(&away, Some(Phase::Dispersion)));
+    let svg = draw("left", &picture(&away, Some(Phase::DISPERSION)));
 
     assert!(!svg.contains("mean radius") && !svg.contains("stroke-dasharray"));
 }
@@ -157,13 +157,13 @@ fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
     let blocks: Vec<(f64, OrderParameters)> = (0..mill.n_samples() / n_block).map(block).collect();
     let notes = ["robot_5 left the ring at 212 s".to_owned()];
     let picture = RunPicture {
-        run: picture(&mill, Some(Phase::StableMilling)),
+        run: picture(&mill, Some(Phase::STABLE_MILLING)),
         order: OrderPicture {
             blocks: &blocks,
             block_s: BLOCK_S,
             duration_s: mill.duration_s(),
             window_start_s: 60.0,
-            rules: &Behaviour::Milling.rules(),
+            rules: &Behaviour::MILLING.rules(),
             notes: &notes,
         },
     };
@@ -201,7 +201,7 @@ fn a_ring_that_is_torn_stays_off_the_words() {
         names: &names(),
         walls_m: Some(1.3),
         title: LONG_TITLE.to_owned(),
-        ..picture(&torn, Some(Phase::SemiStableMilling))
+        ..picture(&torn, Some(Phase::SEMI_STABLE_MILLING))
     };
 
     draw("torn", &picture);
@@ -222,7 +222,7 @@ fn a_gallery_can_be_read_and_has_the_same_text_again() {
             title: format!("{number}: {name}"),
             subtitle: format!("98.5 % of runs; {words}"),
             theme: Theme::Screen,
-            ..picture(trajectory, (number == 1).then_some(Phase::StableMilling))
+            ..picture(trajectory, (number == 1).then_some(Phase::STABLE_MILLING))
         })
         .collect();
     let drawn = || gallery::svg("What 9 robots can do", &pictures, 3).expect("it can be drawn");
@@ -261,10 +261,10 @@ fn every_frame_of_a_film_can_be_read_and_has_the_same_text_again() {
 #[test]
 fn pictures_of_a_run_have_the_same_bytes_again() {
     let torn = torn(60.0);
-    let picture = picture(&torn, Some(Phase::SemiStableMilling));
+    let picture = picture(&torn, Some(Phase::SEMI_STABLE_MILLING));
     let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9) };
     let blocks = [(0.0, OrderParameters::of(&torn, 0..torn.n_samples(), &bodies))];
-    let rules = Behaviour::Milling.rules();
+    let rules = Behaviour::MILLING.rules();
     let notes = ["robot_1 left the ring at 1 s".to_owned()];
     let order = OrderPicture {
         blocks: &blocks,

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::help::{Help, Helpful};
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::controller::Reaction;
 use rsrs_core::robot::harsher::HarsherFactors;
@@ -108,6 +110,11 @@ impl Plan {
         let beside = request.experiment.parent().unwrap_or(Path::new(""));
         let (cell, swept) = cell(request, &experiment, beside)?;
         let starts = starts::read(&mut experiment.placement, beside)?;
+        if let Some(NamedBehaviour::File(path)) = &experiment.behaviour {
+            let (name, text) = read(&beside.join(path))?;
+            let behaviour = Behaviour::parse(&name, &text).map_err(Helpful::from)?;
+            experiment.behaviour = Some(NamedBehaviour::Known(behaviour));
+        }
         let fleet_path = beside.join(&experiment.fleet);
         let (fleet_name, fleet_text) = read(&fleet_path)?;
         let fleet = FleetFile::parse(&fleet_name, &fleet_text).map_err(Helpful::from)?;
@@ -239,9 +246,10 @@ fn settings(
     swept: Option<&SweptCell>,
 ) -> anyhow::Result<Settings> {
     let mut settings = experiment.settings(cell)?;
-    settings.behaviour = experiment.behaviour.unwrap_or_default();
+    let named = experiment.behaviour.as_ref().map(NamedBehaviour::known);
+    settings.behaviour = named.unwrap_or_default();
     if let Some(SweptCell { operator_conditions, .. }) = swept {
-        settings.behaviour = experiment.behaviour.unwrap_or(operator_conditions.behaviour);
+        settings.behaviour = named.unwrap_or(operator_conditions.behaviour);
         settings.walls = operator_conditions.arena.walls;
         if cell.get(Axis::Arena).is_none() {
             settings.values.push((Axis::Arena, operator_conditions.arena.side_m));

@@ -285,7 +285,7 @@ fn collisions(measured: &RobotProfile) -> anyhow::Result<Value> {
         for replicate in 0..40 {
             let episode = run_episode(&conditions, Seed { seed: 1, replicate }, DURATION_S)?;
             let verdict = label(&episode, &conditions.bodies())?;
-            if verdict.phase == Phase::SemiStableMilling {
+            if verdict.phase == Phase::SEMI_STABLE_MILLING {
                 n += 1;
                 let onsets_per_s = verdict.evidence.contact_onsets_per_s.unwrap_or(0.0);
                 n_colliding += u64::from(onsets_per_s >= CONTINUOUSLY_PER_S);
@@ -323,7 +323,7 @@ fn draw(
         trajectory: first,
         radius_m: plane.source.profile.body.radius_m,
         tail_s: 60.0,
-        phase: Some(Phase::StableMilling),
+        phase: Some(Phase::STABLE_MILLING),
         lost: &[],
         names: &[],
         walls_m: None,

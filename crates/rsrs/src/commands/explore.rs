@@ -33,8 +33,9 @@ pub struct Arguments {
     /// Folder for what is found.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Behaviour to search for (default: all that differ).
-    #[arg(long, value_parser = super::behaviours())]
+    /// Behaviour to search for: milling, aggregation, dispersal, or the path of a file (default: all that
+    /// differ).
+    #[arg(long, value_parser = super::behaviour)]
     behaviour: Option<Behaviour>,
     /// A controller's table, whose numbers are searched within their bounds in place of two commands.
     #[arg(long, value_name = "FILE", conflicts_with = "forward")]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use rsrs_core::document::nearest;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Bodies;
@@ -10,9 +10,10 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::region::Region;
 
 use crate::commands::{Format, report};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::notes::print_note;
 use rsrs_pipeline::compare::run_matching::{LABEL, refuse};
+use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::label::agreement::agreement;
 use rsrs_pipeline::label::human_labels::{self, HumanLabel};
 use rsrs_pipeline::label::{CutRun, LabelOptions, Labelled, label_bag};
@@ -48,9 +49,9 @@ pub struct Arguments {
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
     /// Add a label of your own.
-    #[arg(long = "as", value_name = "PHASE", requires = "by", value_parser = phases(),
+    #[arg(long = "as", value_name = "PHASE", requires = "by",
           conflicts_with_all = ["agreement", "profile", "reach", "poses", "part"])]
-    phase: Option<Phase>,
+    phase: Option<String>,
     /// Your name, for your own label.
     #[arg(long, value_name = "WHO", requires = "phase")]
     by: Option<String>,
@@ -68,8 +69,9 @@ pub struct Arguments {
     /// that of each bag's record).
     #[arg(long, value_name = "M", conflicts_with = "profile", value_parser = reach)]
     reach: Option<f64>,
-    /// What to judge it for (default: what the bag's record has, else milling).
-    #[arg(long, value_parser = super::behaviours())]
+    /// What to judge it for: milling, aggregation, dispersal, or the path of a file (default: what the
+    /// bag's record has, else milling).
+    #[arg(long, value_parser = super::behaviour)]
     behaviour: Option<Behaviour>,
     /// Where poses come from (default: what the run went by; where nothing in the bag states it, the
     /// first of these that has poses of all robots).
@@ -93,9 +95,17 @@ fn reach(text: &str) -> Result<f64, String> {
     }
 }
 
-fn phases() -> impl TypedValueParser<Value = Phase> {
-    let parser = PossibleValuesParser::new(Phase::ALL.map(Phase::key));
-    parser.map(|key| Phase::from_key(&key).expect("the parser takes no other words"))
+/// The phase of a name, of what is built in or of the file that `--behaviour` names.
+fn phase_of(key: &str) -> anyhow::Result<Phase> {
+    Phase::from_key(key).ok_or_else(|| {
+        let keys: Vec<&str> = Phase::all().map(Phase::key).collect();
+        let meant = nearest(key, keys.iter().copied());
+        let meant = meant.map_or_else(String::new, |key| format!("; did you mean `{key}`?"));
+        with_help(
+            format!("unknown phase `{key}`{meant}"),
+            format!("the phases are: {}; `--behaviour FILE` adds those of a file", keys.join(", ")),
+        )
+    })
 }
 
 /// Runs the command.
@@ -105,7 +115,8 @@ fn phases() -> impl TypedValueParser<Value = Phase> {
 /// If a bag cannot be read, is damaged, has no poses, or is too short, or labels beside it do not
 /// read: all such bags, each with its reason, when the others are labelled.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    if let Some((phase, by)) = arguments.phase.zip(arguments.by.as_deref()) {
+    if let Some((phase, by)) = arguments.phase.as_deref().zip(arguments.by.as_deref()) {
+        let phase = phase_of(phase).map_err(bad_arguments)?;
         let label = HumanLabel::now(phase, by, arguments.note.as_deref())?;
         return add(arguments, &label);
     }

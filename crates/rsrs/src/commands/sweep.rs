@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let result = sweep_into(folder, &name, source, execution, picture::into_folder)?;
     let (n_edge, unsettled) = settling::at_edge(&result, execution)?;
-    let place = (folder.as_path(), result.source.sweep.behaviour);
+    let place = (folder.as_path(), result.source.sweep.behaviour.known());
     if let Some(warning) = settled::warning(place, n_edge, &unsettled) {
         print_always(format!("warning: {warning}"));
     }

@@ -106,8 +106,8 @@ mod tests {
     fn cell(speed_m_s: f64, [mills, others]: [u64; 2], n_left_out: u64) -> CellAttempts {
         let counts = |mills, others| {
             let mut counts = PhaseCounts::default();
-            counts.add_many(Phase::StableMilling, mills);
-            counts.add_many(Phase::Dispersion, others);
+            counts.add_many(Phase::STABLE_MILLING, mills);
+            counts.add_many(Phase::DISPERSION, others);
             counts
         };
         let cell = Cell::new([(Axis::Speed, speed_m_s)]).unwrap();

@@ -35,7 +35,7 @@ impl Conditions {
         Self {
             robots: n_robots,
             controller: ControllerParameters::mirrored(0.15, 0.75).into(),
-            behaviour: Behaviour::Milling,
+            behaviour: Behaviour::MILLING,
             placement: Placement::DiscFacingOut {
                 radius_m: 0.825 * libm::sqrt(n_robots as f64 / 9.0),
             },

@@ -184,7 +184,7 @@ mod tests {
     const SIMULATED: OperatorConditions = OperatorConditions {
         robots: 9,
         controller: Controller::Parameters(ControllerParameters::mirrored(0.15, 0.75)),
-        behaviour: Behaviour::Milling,
+        behaviour: Behaviour::MILLING,
         placement: Placement::DiscFacingOut { radius_m: 0.825 },
         arena: Arena { side_m: 15.0, walls: Walls::Stop },
         duration_s: 300.0,

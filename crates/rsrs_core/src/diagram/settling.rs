@@ -107,10 +107,9 @@ mod tests {
 
     #[test]
     fn changes_are_counted_run_by_run() {
-        use Phase::{Dispersion, StableMilling};
-
-        let before = [StableMilling, Dispersion, Dispersion];
-        let after = [StableMilling, StableMilling, Dispersion];
+        let [mill, apart] = [Phase::STABLE_MILLING, Phase::DISPERSION];
+        let before = [mill, apart, apart];
+        let after = [mill, mill, apart];
 
         let expected = Settling { n_replicates: 3, n_changed: 1, from_s: 80.0 };
         assert_eq!(Settling::of(&before, &after, 80.0), expected);
@@ -122,7 +121,7 @@ mod tests {
     fn the_edge_is_where_neighbours_differ_and_not_the_border_of_the_grid() {
         let cell = |x: usize, y: usize, mills: bool| DiagramCell {
             cell: Cell::new([(Axis::Speed, x as f64), (Axis::TurnRate, y as f64)]).unwrap(),
-            counts: PhaseCounts::of([if mills { Phase::StableMilling } else { Phase::Unformed }]),
+            counts: PhaseCounts::of([if mills { Phase::STABLE_MILLING } else { Phase::UNFORMED }]),
         };
         let cells = (0..4).flat_map(|x| (0..3).map(move |y| cell(x, y, x < 2)));
         let diagram =

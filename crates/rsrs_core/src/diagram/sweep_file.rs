@@ -16,7 +16,7 @@ use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
 use crate::diagram::adaptive::Adaptive;
 use crate::document::{self, DocumentError};
 use crate::help::Help;
-use crate::judge::behaviour::Behaviour;
+use crate::judge::behaviour::named::NamedBehaviour;
 use crate::quantity::{Axis, AxisValues, Cell, OtherUnit};
 use crate::robot::harsher::{Harsher, HarsherFactors, NotHarsher};
 use crate::robot::profile::RobotProfile;
@@ -37,9 +37,9 @@ pub struct SweepFile {
     /// How the simulated robot is worse; each factor has a default.
     #[serde(default)]
     pub harsher: Harsher,
-    /// What the swarm is judged for (default: `milling`).
-    #[serde(default, skip_serializing_if = "Behaviour::is_usual")]
-    pub behaviour: Behaviour,
+    /// What the swarm is judged for, by its name, or by the path of a file relative to the sweep file (default: `milling`).
+    #[serde(default, skip_serializing_if = "NamedBehaviour::is_usual")]
+    pub behaviour: NamedBehaviour,
     /// Swept axes; the grid is their product.
     #[serde(default, skip_serializing_if = "Axes::is_empty")]
     pub axes: Axes,
@@ -130,6 +130,14 @@ pub enum SweepFileError {
         file: String,
         /// Which one.
         source: OtherUnit,
+    },
+    /// A behaviour whose file was not read.
+    #[error("{file}: the behaviour is in {path}, which was not read")]
+    BehaviourNotRead {
+        /// The file.
+        file: String,
+        /// Where the behaviour is.
+        path: String,
     },
     /// The table of the controller is none.
     #[error("{file}: {source}")]
@@ -301,7 +309,7 @@ impl SweepFile {
             values: self.fixed.values.clone(),
             walls: self.fixed.walls,
             placement: self.placement.as_ref().and_then(StartPlacement::placement),
-            behaviour: self.behaviour,
+            behaviour: self.behaviour.known(),
             controller: self.table().cloned(),
         }
     }
@@ -327,6 +335,10 @@ impl SweepFile {
         measured: &RobotProfile,
     ) -> Result<Vec<(Cell, Conditions)>, SweepFileError> {
         self.check_controller(file)?;
+        if let NamedBehaviour::File(path) = &self.behaviour {
+            let (file, path) = (file.to_owned(), path.clone());
+            return Err(SweepFileError::BehaviourNotRead { file, path });
+        }
         let simulated = self
             .factors(measured)
             .apply(measured)

@@ -126,7 +126,7 @@ impl Ring {
         let robot = &conditions.robot;
         let is_mirrored =
             conditions.controller.parameters().is_some_and(|it| it.undetected.is_none());
-        if !is_mirrored || conditions.behaviour != Behaviour::Milling {
+        if !is_mirrored || conditions.behaviour != Behaviour::MILLING {
             return None;
         }
         let Region::Cone { half_angle_rad, range_m } = robot.region else {

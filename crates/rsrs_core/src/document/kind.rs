@@ -15,7 +15,7 @@ pub struct Kind {
     keys: &'static [&'static str],
 }
 
-const KINDS: [Kind; 6] = [
+const KINDS: [Kind; 7] = [
     Kind {
         name: "a robot profile",
         used_by: "sweep files and fleet files name it as `profile`",
@@ -40,6 +40,11 @@ const KINDS: [Kind; 6] = [
         name: "a controller file",
         used_by: "sweep files and experiment files name it as `controller`",
         keys: &["rows"],
+    },
+    Kind {
+        name: "a behaviour",
+        used_by: "sweep files and experiment files name it as `behaviour`",
+        keys: &["phases", "rules"],
     },
     Kind { name: "a campaign file", used_by: "`rsrs campaign` takes it", keys: &["experiments"] },
 ];

@@ -1,5 +1,7 @@
 //! How far two judges of the same runs agree, beyond what chance explains.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use crate::judge::phase::Phase;
@@ -59,13 +61,14 @@ impl Agreement {
     ///
     /// ```
     /// use rsrs_core::judge::agreement::Agreement;
-    /// use rsrs_core::judge::phase::Phase::{Dispersion, StableMilling};
+    /// use rsrs_core::judge::phase::Phase;
     ///
-    /// let blind = Agreement::of(&[(StableMilling, StableMilling); 20]).expect("there are runs");
+    /// let (mill, apart) = (Phase::STABLE_MILLING, Phase::DISPERSION);
+    /// let blind = Agreement::of(&[(mill, mill); 20]).expect("there are runs");
     /// assert_eq!((blind.share, blind.kappa), (1.0, None));
     ///
-    /// let mut runs = [(StableMilling, StableMilling); 20];
-    /// runs[..10].fill((Dispersion, Dispersion));
+    /// let mut runs = [(mill, mill); 20];
+    /// runs[..10].fill((apart, apart));
     /// let agreed = Agreement::of(&runs).expect("there are runs");
     /// assert_eq!(agreed.kappa, Some(1.0));
     /// assert!(agreed.kappa_interval.expect("kappa has one").low < 0.7);
@@ -104,43 +107,39 @@ impl Agreement {
     }
 }
 
-const N_PHASES: usize = Phase::ALL.len();
-
 /// Shares of runs by the label of the one judge (rows) and of the other (columns).
 struct Table {
-    cells: [[f64; N_PHASES]; N_PHASES],
-    rows: [f64; N_PHASES],
-    columns: [f64; N_PHASES],
+    /// Shape `[n_phases][n_phases]`, of the phases in use.
+    cells: Vec<Vec<f64>>,
+    rows: Vec<f64>,
+    columns: Vec<f64>,
 }
 
 impl Table {
     fn of(labels: &[(Phase, Phase)]) -> Self {
-        let index = |phase: Phase| {
-            Phase::ALL.iter().position(|known| *known == phase).expect("every phase is in the list")
-        };
-        let mut counts = [[0_u64; N_PHASES]; N_PHASES];
-        for (one, other) in labels {
-            counts[index(*one)][index(*other)] += 1;
-        }
+        let phases: BTreeSet<Phase> =
+            labels.iter().flat_map(|(one, other)| [*one, *other]).collect();
         let n = labels.len() as f64;
-        let row = |row: usize| counts[row].iter().sum::<u64>() as f64 / n;
-        let column = |column: usize| counts.iter().map(|row| row[column]).sum::<u64>() as f64 / n;
+        let share = |is: &dyn Fn(&(Phase, Phase)) -> bool| {
+            labels.iter().filter(|label| is(label)).count() as f64 / n
+        };
+        let row =
+            |one: Phase| phases.iter().map(|other| share(&|it| *it == (one, *other))).collect();
         Self {
-            cells: counts.map(|row| row.map(|count| count as f64 / n)),
-            rows: std::array::from_fn(row),
-            columns: std::array::from_fn(column),
+            cells: phases.iter().map(|phase| row(*phase)).collect(),
+            rows: phases.iter().map(|phase| share(&|(one, _)| one == phase)).collect(),
+            columns: phases.iter().map(|phase| share(&|(_, other)| other == phase)).collect(),
         }
     }
 
     /// Whether both judges have used one phase only, and the same one.
     fn is_of_one_phase(&self) -> bool {
-        (0..N_PHASES).any(|phase| self.cells[phase][phase].to_bits() == 1.0_f64.to_bits())
+        (0..self.rows.len()).any(|phase| self.cells[phase][phase].to_bits() == 1.0_f64.to_bits())
     }
 
     /// From how many runs on the normal approximation holds.
     fn large_sample(&self) -> u64 {
-        let is_used = |phase: &usize| self.rows[*phase] + self.columns[*phase] > 0.0;
-        let n_used = (0..N_PHASES).filter(is_used).count() as u64;
+        let n_used = self.rows.len() as u64;
         2 * n_used * n_used
     }
 
@@ -153,8 +152,8 @@ impl Table {
         let by_chance = self.by_chance();
         let missed = 1.0 - kappa;
         let (mut agreed, mut disagreed) = (0.0, 0.0);
-        for row in 0..N_PHASES {
-            for column in 0..N_PHASES {
+        for row in 0..self.rows.len() {
+            for column in 0..self.rows.len() {
                 let share = self.cells[row][column];
                 if row == column {
                     let square = 1.0 - (self.rows[row] + self.columns[row]) * missed;
@@ -174,7 +173,11 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Phase::{CollidingUnstable, Dispersion, SemiStableMilling, StableMilling};
+
+    const STABLE: Phase = Phase::STABLE_MILLING;
+    const SEMI_STABLE: Phase = Phase::SEMI_STABLE_MILLING;
+    const DISPERSED: Phase = Phase::DISPERSION;
+    const COLLIDING: Phase = Phase::COLLIDING_UNSTABLE;
 
     fn near(found: f64, expected: f64) {
         assert!((found - expected).abs() < 1e-12, "found {found}, expected {expected}");
@@ -182,12 +185,8 @@ mod tests {
 
     #[test]
     fn who_agrees_as_often_as_by_chance_has_no_kappa() {
-        let all = [
-            (StableMilling, StableMilling),
-            (StableMilling, Dispersion),
-            (Dispersion, StableMilling),
-            (Dispersion, Dispersion),
-        ];
+        let all =
+            [(STABLE, STABLE), (STABLE, DISPERSED), (DISPERSED, STABLE), (DISPERSED, DISPERSED)];
 
         let agreement = Agreement::of(&all).unwrap();
 
@@ -197,7 +196,7 @@ mod tests {
 
     #[test]
     fn who_always_differs_has_a_negative_kappa() {
-        let all = [(StableMilling, Dispersion), (Dispersion, StableMilling)];
+        let all = [(STABLE, DISPERSED), (DISPERSED, STABLE)];
 
         let agreement = Agreement::of(&all).unwrap();
 
@@ -207,7 +206,7 @@ mod tests {
 
     #[test]
     fn few_runs_that_all_agree_are_no_certainty() {
-        let few = [(StableMilling, StableMilling), (Dispersion, Dispersion)];
+        let few = [(STABLE, STABLE), (DISPERSED, DISPERSED)];
 
         let interval = Agreement::of(&few).unwrap().kappa_interval.unwrap();
 
@@ -216,7 +215,7 @@ mod tests {
 
     #[test]
     fn judges_who_each_use_one_phase_but_not_the_same_differ_as_by_chance() {
-        let agreement = Agreement::of(&[(SemiStableMilling, CollidingUnstable); 5]).unwrap();
+        let agreement = Agreement::of(&[(SEMI_STABLE, COLLIDING); 5]).unwrap();
 
         near(agreement.kappa.unwrap(), 0.0);
         assert_eq!((agreement.share, agreement.share_by_chance), (0.0, 0.0));
@@ -225,11 +224,11 @@ mod tests {
     #[test]
     fn the_order_of_the_judges_does_not_matter() {
         let labels = [
-            (StableMilling, StableMilling),
-            (StableMilling, SemiStableMilling),
-            (StableMilling, Dispersion),
-            (Dispersion, Dispersion),
-            (CollidingUnstable, SemiStableMilling),
+            (STABLE, STABLE),
+            (STABLE, SEMI_STABLE),
+            (STABLE, DISPERSED),
+            (DISPERSED, DISPERSED),
+            (COLLIDING, SEMI_STABLE),
         ];
         let swapped = labels.map(|(one, other)| (other, one));
 

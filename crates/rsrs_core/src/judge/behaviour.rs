@@ -1,58 +1,77 @@
 //! The behaviours that swarms are judged for: a name, phases, and the rules between them.
 //!
-//! A behaviour is what its table states, and nothing else depends on which one it is: a sweep file
-//! names it, the judge applies its rules, shares are those of its wanted phase.
+//! A behaviour is a file ([`file::BehaviourFile`]), and nothing else depends on which one it is: a sweep
+//! names it, the judge applies its rules, shares are those of its wanted phase. Three are built in.
+
+pub mod file;
+mod known;
+pub mod named;
 
 use std::fmt;
 
-use serde::Serialize;
-use serde::de::{self, Deserialize, Deserializer};
+use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+use serde::{Serialize, Serializer};
 
 use crate::document::nearest;
 use crate::judge::phase::Phase;
-use crate::judge::rule::{Condition, NONE, Parameter, Rule, Rules};
+use crate::judge::rule::Rules;
 
-/// What a swarm is judged for.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Serialize,
-    schemars::JsonSchema,
-)]
-#[serde(rename_all = "snake_case")]
-pub enum Behaviour {
-    /// One rotating circle: the paper's.
-    #[default]
-    Milling,
-    /// All robots in one cluster.
-    Aggregation,
-    /// No robot within reach of another.
-    Dispersal,
-}
+use file::{BehaviourFile, BehaviourFileError, Unusable};
+
+/// What a swarm is judged for: the handle of a behaviour that is built in, or whose file was read.
+///
+/// In files it is the name of one that is built in, or all of it, so that no other file is needed to judge
+/// again.
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Behaviour(u16);
 
 impl Behaviour {
-    /// All behaviours.
-    pub const ALL: [Self; 3] = [Self::Milling, Self::Aggregation, Self::Dispersal];
+    /// One rotating circle: the paper's.
+    pub const MILLING: Self = Self(0);
+    /// All robots in one cluster.
+    pub const AGGREGATION: Self = Self(1);
+    /// No robot within reach of another.
+    pub const DISPERSAL: Self = Self(2);
+    /// Those that need no file.
+    pub const BUILT_IN: [Self; 3] = [Self::MILLING, Self::AGGREGATION, Self::DISPERSAL];
+
+    /// The behaviour of a file; the same one for equal files.
+    ///
+    /// # Errors
+    ///
+    /// If it is none, or calls something as what is built in.
+    pub fn new(file: BehaviourFile) -> Result<Self, Unusable> {
+        known::add(file)
+    }
+
+    /// All that are known by now, in the order in which they were read.
+    pub fn all() -> impl DoubleEndedIterator<Item = Self> {
+        known::all()
+    }
+
+    /// Reads a behaviour's file, called `file` in errors.
+    ///
+    /// # Errors
+    ///
+    /// [`BehaviourFileError`], the first problem found.
+    pub fn parse(file: &str, text: &str) -> Result<Self, BehaviourFileError> {
+        Self::new(BehaviourFile::parse(file, text)?)
+            .map_err(|source| BehaviourFileError::Unusable { file: file.to_owned(), source })
+    }
+
+    /// The built-in behaviour with this name, or the one that was read last.
+    pub fn from_key(key: &str) -> Option<Self> {
+        known::all().rev().find(|behaviour| behaviour.key() == key)
+    }
 
     /// The name in files and on the command line: `milling`.
     pub fn key(self) -> &'static str {
-        match self {
-            Self::Milling => "milling",
-            Self::Aggregation => "aggregation",
-            Self::Dispersal => "dispersal",
-        }
+        &self.file().name
     }
 
-    /// The behaviour with this name in files.
-    pub fn from_key(key: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|behaviour| behaviour.key() == key)
+    /// What it is, as a file.
+    pub fn file(self) -> &'static BehaviourFile {
+        &known::get(self).file
     }
 
     /// Whether it is the one that files do not name.
@@ -62,19 +81,12 @@ impl Behaviour {
 
     /// Its phases, in the order of columns and legends; the wanted one first.
     pub fn phases(self) -> &'static [Phase] {
-        match self {
-            Self::Milling => &[
-                Phase::StableMilling,
-                Phase::SemiStableMilling,
-                Phase::Unformed,
-                Phase::Dispersion,
-                Phase::CollidingUnstable,
-            ],
-            Self::Aggregation => {
-                &[Phase::Aggregated, Phase::PartlyAggregated, Phase::NotAggregated]
-            }
-            Self::Dispersal => &[Phase::SpreadOut, Phase::PartlySpreadOut, Phase::NotSpreadOut],
-        }
+        &known::get(self).phases
+    }
+
+    /// The names of its phases in pictures and texts, in their order.
+    pub(super) fn titles(self) -> &'static [String] {
+        &known::get(self).titles
     }
 
     /// The phase that it is named for: `B` is its share.
@@ -84,41 +96,23 @@ impl Behaviour {
 
     /// What its share is a share of: `share of stable milling`.
     pub fn noun(self) -> &'static str {
-        match self {
-            Self::Milling => "stable milling",
-            Self::Aggregation => "aggregation",
-            Self::Dispersal => "dispersal",
-        }
+        &self.file().words.noun
     }
 
     /// A swarm that is judged for it: `a milling swarm`.
     pub fn swarm(self) -> &'static str {
-        match self {
-            Self::Milling => "a milling swarm",
-            Self::Aggregation => "an aggregating swarm",
-            Self::Dispersal => "a dispersing swarm",
-        }
+        &self.file().words.swarm
     }
 
     /// What a swarm does in the wanted phase: `it mills in 98 % of its runs`.
     pub fn verb(self) -> Verb {
-        match self {
-            Self::Milling => Verb { plain: "mill", does: "mills", did: "milled" },
-            Self::Aggregation => Verb { plain: "aggregate", does: "aggregates", did: "aggregated" },
-            Self::Dispersal => Verb { plain: "spread out", does: "spreads out", did: "spread out" },
-        }
+        let [plain, does, did] = &self.file().words.verb;
+        Verb { plain, does, did }
     }
 
     /// The rules between its phases.
-    ///
-    /// Stable and semi-stable milling are a continuum in circliness. So its bound can be moved
-    /// ([`Rules::with_wanted_bound`]), and results show how `B_s` moves with it.
     pub fn rules(self) -> Rules {
-        match self {
-            Self::Milling => milling(),
-            Self::Aggregation => aggregation(),
-            Self::Dispersal => dispersal(),
-        }
+        known::get(self).rules.clone()
     }
 }
 
@@ -133,15 +127,53 @@ pub struct Verb {
     pub did: &'static str,
 }
 
+/// Why a name is that of no behaviour, with what was meant.
+pub fn unknown(key: &str) -> String {
+    let keys: Vec<&str> = known::all().map(Behaviour::key).collect();
+    let nearest = nearest(key, keys.iter().copied());
+    let meant = nearest.map_or_else(String::new, |key| format!("; did you mean `{key}`?"));
+    format!("unknown behaviour `{key}`, expected one of {}{meant}", keys.join(", "))
+}
+
+impl Serialize for Behaviour {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if Self::BUILT_IN.contains(self) {
+            return serializer.serialize_str(self.key());
+        }
+        self.file().serialize(serializer)
+    }
+}
+
 impl<'de> Deserialize<'de> for Behaviour {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let key = String::deserialize(deserializer)?;
-        Self::from_key(&key).ok_or_else(|| {
-            let keys = Self::ALL.map(Self::key);
-            let nearest = nearest(&key, keys);
-            let meant = nearest.map_or_else(String::new, |key| format!("; did you mean `{key}`?"));
-            let keys = keys.join(", ");
-            de::Error::custom(format!("unknown behaviour `{key}`, expected one of {keys}{meant}"))
+        struct NameOrFile;
+        impl<'de> Visitor<'de> for NameOrFile {
+            type Value = Behaviour;
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("the name of a behaviour, or all of one")
+            }
+            fn visit_str<E: de::Error>(self, key: &str) -> Result<Behaviour, E> {
+                Behaviour::from_key(key).ok_or_else(|| E::custom(unknown(key)))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Behaviour, A::Error> {
+                let file = BehaviourFile::deserialize(de::value::MapAccessDeserializer::new(map))?;
+                Behaviour::new(file).map_err(de::Error::custom)
+            }
+        }
+        deserializer.deserialize_any(NameOrFile)
+    }
+}
+
+impl schemars::JsonSchema for Behaviour {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Behaviour".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let file = generator.subschema_for::<BehaviourFile>();
+        schemars::json_schema!({
+            "description": "What a swarm is judged for: the name of what is built in, or all of a behaviour.",
+            "anyOf": [{"type": "string", "enum": Self::BUILT_IN.map(Self::key)}, file],
         })
     }
 }
@@ -152,66 +184,9 @@ impl fmt::Display for Behaviour {
     }
 }
 
-/// A share of robots from which on a group is nearly all of them.
-const NEARLY_ALL: f64 = 0.9;
-
-fn rule<const N: usize>(phase: Phase, conditions: [Condition; N]) -> Rule {
-    Rule { phase, conditions: conditions.into() }
-}
-
-fn milling() -> Rules {
-    let (least, below) = (Condition::at_least, Condition::below);
-    Rules {
-        rules: vec![
-            rule(Phase::Dispersion, [least(Parameter::Lost, 0.25)]),
-            rule(Phase::CollidingUnstable, [least(Parameter::Stuck, 0.2)]),
-            rule(Phase::CollidingUnstable, [least(Parameter::Blocked, 0.25)]),
-            rule(
-                Phase::StableMilling,
-                [
-                    least(Parameter::Rotation, 0.9),
-                    least(Parameter::Orbit, 0.8),
-                    least(Parameter::Circliness, 0.5),
-                    below(Parameter::Blocked, 0.02),
-                    below(Parameter::Lost, NONE),
-                ],
-            ),
-            rule(
-                Phase::SemiStableMilling,
-                [least(Parameter::Rotation, 0.6), least(Parameter::Orbit, 0.5)],
-            ),
-        ],
-        otherwise: Phase::Unformed,
-        wanted: Phase::StableMilling,
-        not_lasting: Phase::SemiStableMilling,
-    }
-}
-
-/// Clusters as in M. Gauci, J. Chen, W. Li, T. J. Dodd and R. Groß, "Self-organized aggregation
-/// without computation", IJRR 33(8), 2014.
-fn aggregation() -> Rules {
-    let least = Condition::at_least;
-    Rules {
-        rules: vec![
-            rule(Phase::Aggregated, [least(Parameter::Clustered, NEARLY_ALL)]),
-            rule(Phase::PartlyAggregated, [least(Parameter::Clustered, 0.5)]),
-        ],
-        otherwise: Phase::NotAggregated,
-        wanted: Phase::Aggregated,
-        not_lasting: Phase::PartlyAggregated,
-    }
-}
-
-fn dispersal() -> Rules {
-    let least = Condition::at_least;
-    Rules {
-        rules: vec![
-            rule(Phase::SpreadOut, [least(Parameter::Lost, NEARLY_ALL)]),
-            rule(Phase::PartlySpreadOut, [least(Parameter::Lost, 0.5)]),
-        ],
-        otherwise: Phase::NotSpreadOut,
-        wanted: Phase::SpreadOut,
-        not_lasting: Phase::PartlySpreadOut,
+impl fmt::Debug for Behaviour {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.key())
     }
 }
 
@@ -220,20 +195,45 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_phase_belongs_to_one_behaviour_and_a_rule_gives_it() {
-        let listed: Vec<Phase> =
-            Behaviour::ALL.iter().flat_map(|behaviour| behaviour.phases()).copied().collect();
-        assert_eq!(listed, Phase::ALL);
-
-        for behaviour in Behaviour::ALL {
+    fn every_phase_that_is_built_in_belongs_to_one_behaviour_and_a_rule_gives_it() {
+        for behaviour in Behaviour::BUILT_IN {
             let rules = behaviour.rules();
+            assert_eq!(behaviour.file().check(), Ok(()));
             assert_eq!(rules.wanted, behaviour.wanted());
             assert_eq!(Behaviour::from_key(behaviour.key()), Some(behaviour));
             for phase in behaviour.phases() {
                 assert_eq!(phase.behaviour(), behaviour);
+                assert_eq!(Phase::from_key(phase.key()), Some(*phase));
                 let is_given = rules.of(*phase).count() > 0 || *phase == rules.otherwise;
                 assert!(is_given, "{phase}");
             }
         }
+        assert_eq!(Phase::COLLIDING_UNSTABLE.key(), "colliding_unstable");
+        assert_eq!(Phase::NOT_AGGREGATED.key(), "not_aggregated");
+        assert_eq!(Phase::NOT_SPREAD_OUT.key(), "not_spread_out");
     }
+
+    #[test]
+    fn a_behaviour_of_a_file_is_in_other_files_as_a_whole_and_one_that_is_built_in_by_name() {
+        let file = BehaviourFile::parse("flock.yaml", FLOCK).unwrap();
+        let flock = Behaviour::new(file.clone()).unwrap();
+
+        assert_eq!(Behaviour::new(file), Ok(flock), "it is read twice");
+        assert_eq!(serde_json::to_string(&Behaviour::AGGREGATION).unwrap(), r#""aggregation""#);
+        let written = serde_json::to_string(&flock).unwrap();
+        assert_eq!(serde_json::from_str::<Behaviour>(&written).unwrap(), flock);
+        let other = written.replace("0.75", "0.5");
+        let other: Behaviour = serde_json::from_str(&other).unwrap();
+        assert_ne!(other, flock, "with another bound it is another one");
+        assert_eq!(flock.wanted().key(), "flocking");
+        assert_eq!(flock.verb().did, "flocked");
+    }
+
+    const FLOCK: &str = "
+name: flock
+words: {noun: flocking, swarm: a flocking swarm, verb: [flock, flocks, flocked]}
+phases: [{key: flocking}, {key: no_flock}]
+rules: [{phase: flocking, when: {clustered: {at_least: 0.75}}}]
+otherwise: no_flock
+";
 }

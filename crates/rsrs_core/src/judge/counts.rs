@@ -5,21 +5,22 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::judge::behaviour::Behaviour;
-use crate::judge::phase::Phase;
+use crate::judge::phase::{MOST_PHASES, Phase};
 use crate::statistics::share::Share;
 
-/// How many replicates of one cell ended in each phase; in files `{"stable_milling": 16, …}`.
+/// How many replicates of one cell ended in each phase of a behaviour; in files
+/// `{"stable_milling": 16, …}`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "BTreeMap<Phase, u64>", into = "BTreeMap<Phase, u64>")]
 pub struct PhaseCounts {
-    counts: [u64; Phase::ALL.len()],
+    behaviour: Behaviour,
+    counts: [u64; MOST_PHASES],
 }
 
 impl PhaseCounts {
     /// The behaviour whose phases are counted; milling where nothing was counted.
     pub fn behaviour(&self) -> Behaviour {
-        let counted = Phase::ALL.into_iter().find(|phase| self.get(*phase) > 0);
-        counted.map_or(Behaviour::default(), Phase::behaviour)
+        self.behaviour
     }
 
     /// Replicates that ended in the wanted phase of their behaviour: stable milling.
@@ -43,17 +44,28 @@ impl PhaseCounts {
 
     /// Counts one more replicate.
     pub fn add(&mut self, phase: Phase) {
-        self.counts[index(phase)] += 1;
+        self.add_many(phase, 1);
     }
 
     /// Counts `n` more replicates of a phase.
+    ///
+    /// # Panics
+    ///
+    /// If phases of another behaviour were counted.
     pub fn add_many(&mut self, phase: Phase, n: u64) {
-        self.counts[index(phase)] += n;
+        if n == 0 {
+            return;
+        }
+        if self.total() == 0 {
+            self.behaviour = phase.behaviour();
+        }
+        assert_eq!(phase.behaviour(), self.behaviour, "phases of two behaviours have no shares");
+        self.counts[phase.place()] += n;
     }
 
     /// Replicates that ended in this phase.
     pub fn get(&self, phase: Phase) -> u64 {
-        self.counts[index(phase)]
+        if phase.behaviour() == self.behaviour { self.counts[phase.place()] } else { 0 }
     }
 
     /// All replicates.
@@ -61,7 +73,7 @@ impl PhaseCounts {
         self.counts.iter().sum()
     }
 
-    /// The most frequent phase; of equally frequent ones the first in [`Phase::ALL`].
+    /// The most frequent phase; of equally frequent ones the first of its behaviour.
     ///
     /// # Returns
     ///
@@ -71,7 +83,7 @@ impl PhaseCounts {
         if most == 0 {
             return None;
         }
-        Phase::ALL.into_iter().find(|phase| self.get(*phase) == most)
+        self.behaviour.phases().iter().copied().find(|phase| self.get(*phase) == most)
     }
 
     /// Share of the replicates in this phase; 0 if nothing was counted.
@@ -97,22 +109,6 @@ impl From<PhaseCounts> for BTreeMap<Phase, u64> {
     }
 }
 
-fn index(phase: Phase) -> usize {
-    match phase {
-        Phase::StableMilling => 0,
-        Phase::SemiStableMilling => 1,
-        Phase::Unformed => 2,
-        Phase::Dispersion => 3,
-        Phase::CollidingUnstable => 4,
-        Phase::Aggregated => 5,
-        Phase::PartlyAggregated => 6,
-        Phase::NotAggregated => 7,
-        Phase::SpreadOut => 8,
-        Phase::PartlySpreadOut => 9,
-        Phase::NotSpreadOut => 10,
-    }
-}
-
 impl Share {
     /// The share of the wanted phase among counted phases.
     pub fn milling(counts: &PhaseCounts) -> Self {
@@ -125,16 +121,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_follow_the_order_of_the_phases() {
-        for phase in Phase::ALL {
-            assert_eq!(Phase::ALL[index(phase)], phase);
-        }
-    }
-
-    #[test]
     fn the_majority_of_equals_is_the_first() {
-        let counts = PhaseCounts::of([Phase::Dispersion, Phase::SemiStableMilling]);
+        let counts = PhaseCounts::of([Phase::DISPERSION, Phase::SEMI_STABLE_MILLING]);
 
-        assert_eq!(counts.majority(), Some(Phase::SemiStableMilling));
+        assert_eq!(counts.majority(), Some(Phase::SEMI_STABLE_MILLING));
     }
 }

@@ -139,8 +139,8 @@ impl fmt::Display for Decisive {
 /// Robots that are away at the end, since the block of 10 s from which on they always were.
 fn departures(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Vec<Departure> {
     let from = match phase {
-        Phase::SemiStableMilling | Phase::Unformed => Left::Ring,
-        Phase::Dispersion => Left::Others,
+        Phase::SEMI_STABLE_MILLING | Phase::UNFORMED => Left::Ring,
+        Phase::DISPERSION => Left::Others,
         _ => return Vec::new(),
     };
     let n_block = samples_in(BLOCK_S, trajectory.period_s);
@@ -184,7 +184,7 @@ fn others_mill(trajectory: &Trajectory, bodies: &Bodies, is_away: &[bool]) -> bo
         others.commands.extend(stayed.iter().map(|robot| commands[*robot]));
     }
     let order = OrderParameters::of(&others, 0..others.n_samples(), bodies);
-    let rules = Behaviour::Milling.rules();
+    let rules = Behaviour::MILLING.rules();
     rules.of(rules.not_lasting).any(|rule| rule.holds(&order))
 }
 
@@ -281,14 +281,14 @@ mod tests {
 
     fn reason(trajectory: &Trajectory) -> (Phase, Reason) {
         let verdict = label(trajectory, &BODIES).unwrap();
-        (verdict.phase, Reason::of(trajectory, &BODIES, &verdict, &Behaviour::Milling.rules()))
+        (verdict.phase, Reason::of(trajectory, &BODIES, &verdict, &Behaviour::MILLING.rules()))
     }
 
     #[test]
     fn a_stable_mill_breaks_no_rule() {
         let (phase, reason) = reason(&ring(&[], 120.0));
 
-        assert_eq!(phase, Phase::StableMilling);
+        assert_eq!(phase, Phase::STABLE_MILLING);
         assert_eq!(reason, Reason { rules: vec![], broken_blocks: None, departures: vec![] });
     }
 
@@ -296,7 +296,7 @@ mod tests {
     fn a_robot_that_leaves_the_ring_is_named_with_its_time() {
         let (phase, reason) = reason(&ring(&[(5, 61.0)], 120.0));
 
-        assert_ne!(phase, Phase::StableMilling);
+        assert_ne!(phase, Phase::STABLE_MILLING);
         let [departure] = reason.departures[..] else { panic!("{reason:?}") };
         assert_eq!(departure.robot, 5);
         // It is off the ring when it is half a radius away.
@@ -309,7 +309,7 @@ mod tests {
         let leaving = [(0, 20.0), (3, 30.0), (6, 40.0)];
         let (phase, reason) = reason(&ring(&leaving, 120.0));
 
-        assert_eq!(phase, Phase::Dispersion, "{reason:?}");
+        assert_eq!(phase, Phase::DISPERSION, "{reason:?}");
         let robots: Vec<usize> = reason.departures.iter().map(|gone| gone.robot).collect();
         assert_eq!(robots, [0, 3, 6]);
         let rule = reason.rules[0].to_string();

@@ -52,6 +52,11 @@ impl Parameter {
         }
     }
 
+    /// The one with this name.
+    pub fn from_key(key: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|parameter| parameter.key() == key)
+    }
+
     /// Its value; 0 for one that is not known.
     pub fn of(self, evidence: &OrderParameters) -> f64 {
         match self {

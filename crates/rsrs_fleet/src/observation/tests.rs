@@ -217,7 +217,7 @@ fn a_mill_is_one_from_the_beginning_and_for_good_after_a_minute() {
     let [early, .., late] = orders[..] else { panic!("both times are there") };
     assert!(!early.is_whole() && late.is_whole(), "{} s, {} s", early.over_s, late.over_s);
     for order in [early, late] {
-        assert_eq!(order.phase, Phase::StableMilling, "{order:?}");
+        assert_eq!(order.phase, Phase::STABLE_MILLING, "{order:?}");
         assert!(order.evidence.circliness > 0.95, "{order:?}");
     }
 }

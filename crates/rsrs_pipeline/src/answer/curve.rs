@@ -127,7 +127,7 @@ fn swept(
 
 /// Mean radius of the mills of a cell, in metres; `None` if there are none.
 fn ring_m(outcomes: &[ReplicateOutcome], cell: usize) -> Option<f64> {
-    let is_mill = |it: &&ReplicateOutcome| it.cell == cell && it.phase == Phase::StableMilling;
+    let is_mill = |it: &&ReplicateOutcome| it.cell == cell && it.phase == Phase::STABLE_MILLING;
     let radii_m: Vec<f64> =
         outcomes.iter().filter(is_mill).map(|it| it.evidence.mean_radius_m).collect();
     (!radii_m.is_empty()).then(|| radii_m.iter().sum::<f64>() / radii_m.len() as f64)

@@ -2,7 +2,7 @@
 
 use rsrs_core::conditions::Walls;
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
-use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::numerals::significant;
 use rsrs_core::quantity::{Axis, AxisValues, Cell};
 use rsrs_core::robot::harsher::Harsher;
@@ -123,7 +123,7 @@ pub fn of_robot(profile: &RobotProfile, robots: Option<usize>) -> SweepFile {
         profile: String::new(),
         controller: None,
         harsher: Harsher::default(),
-        behaviour: Behaviour::default(),
+        behaviour: NamedBehaviour::default(),
         axes: Axes(vec![
             (Axis::Speed, within(speeds, speed)),
             (Axis::TurnRate, within(turn_rates, turn)),

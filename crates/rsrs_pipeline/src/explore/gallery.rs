@@ -6,6 +6,7 @@ use anyhow::Context;
 use rsrs_core::conditions::controller_table::ControllerSource;
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::numerals::percent;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::harsher::Harsher;
@@ -147,7 +148,7 @@ fn sweep_text(
             .table()
             .map(|_| ControllerSource::File(format!("../{CONTROLLER}"))),
         harsher: Harsher::default(),
-        behaviour,
+        behaviour: NamedBehaviour::Known(behaviour),
         axes,
         fixed: Fixed { values, walls: options.walls },
         placement: None,

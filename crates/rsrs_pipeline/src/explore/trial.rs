@@ -348,7 +348,7 @@ fn name(conditions: &Conditions, outcomes: &[ReplicateOutcome]) -> Name {
         let shows = |outcome: &&ReplicateOutcome| rules.phase(&outcome.evidence) == rules.wanted;
         outcomes.iter().filter(shows).count() as f64 / outcomes.len() as f64
     };
-    let shown = Behaviour::ALL.into_iter().find(|behaviour| share(&behaviour.rules()) > MOST);
+    let shown = Behaviour::all().find(|behaviour| share(&behaviour.rules()) > MOST);
     let follows = outcomes
         .iter()
         .filter(|outcome| follows_wall(Niche::of(conditions, &outcome.evidence)))

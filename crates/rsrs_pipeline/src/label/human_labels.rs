@@ -193,7 +193,7 @@ fn parse(path: &Path, text: &str) -> anyhow::Result<Vec<HumanLabel>> {
     }
     let name = path.display().to_string();
     let labels: Vec<HumanLabel> = document::parse(&name, text).map_err(|error| {
-        let keys: Vec<&str> = Phase::ALL.map(Phase::key).to_vec();
+        let keys: Vec<&str> = Phase::all().map(Phase::key).collect();
         let phases = format!("the phases are: {}", keys.join(", "));
         with_help(error.to_string(), error.help().unwrap_or(phases))
     })?;
@@ -240,7 +240,7 @@ mod tests {
     use super::*;
 
     fn label(note: &str) -> HumanLabel {
-        HumanLabel::now(Phase::SemiStableMilling, "Ana Lima", Some(note)).unwrap()
+        HumanLabel::now(Phase::SEMI_STABLE_MILLING, "Ana Lima", Some(note)).unwrap()
     }
 
     #[test]
@@ -286,7 +286,7 @@ mod tests {
     #[test]
     fn nobody_and_the_judge_cannot_label_by_hand() {
         for who in ["", " ", "judge", "two\nlines"] {
-            assert!(HumanLabel::now(Phase::Dispersion, who, None).is_err(), "{who:?}");
+            assert!(HumanLabel::now(Phase::DISPERSION, who, None).is_err(), "{who:?}");
         }
     }
 }

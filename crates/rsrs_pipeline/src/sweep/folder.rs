@@ -45,9 +45,12 @@ pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
     let path = folder.join(CELLS);
     let text = read_text(&path)?;
     let axes = source.sweep.swept_axes();
-    let worlds =
-        cells::from_csv(&text, &axes, (source.sweep.behaviour, source.sweep.interval_kind()))
-            .with_context(|| path.display().to_string())?;
+    let worlds = cells::from_csv(
+        &text,
+        &axes,
+        (source.sweep.behaviour.known(), source.sweep.interval_kind()),
+    )
+    .with_context(|| path.display().to_string())?;
     let swept: Vec<Cell> = worlds.simulated.iter().map(|entry| entry.cell.clone()).collect();
     if swept != source.sweep.all_cells() {
         bail!("{} does not hold the cells of {SWEEP}", path.display());

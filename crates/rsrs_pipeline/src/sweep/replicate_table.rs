@@ -41,7 +41,7 @@ pub fn means(
     let reader = SerializedFileReader::new(file).with_context(what)?;
     let diagram = result.of_world(world)?;
     let index = index_of_cells(diagram);
-    let wanted = result.source.sweep.behaviour.wanted().key();
+    let wanted = result.source.sweep.behaviour.known().wanted().key();
     // Where robots are not made worse, all runs are of robots as measured.
     let is_one = result.source.as_measured().is_none();
     let world = if is_one { World::AsMeasured } else { world };

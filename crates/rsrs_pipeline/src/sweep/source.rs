@@ -7,6 +7,8 @@ use rsrs_core::conditions::controller_table::{ControllerSource, ControllerTable}
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::document;
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
@@ -52,12 +54,12 @@ impl ResolvedSweep {
         Self::of_robot(sweep, profile, beside)
     }
 
-    /// A sweep of this robot, whatever profile it names; its table of starts and its controller are relative to the folder
+    /// A sweep of this robot, whatever profile it names; its table of starts, its controller and its behaviour are relative to the folder
     /// `beside`.
     ///
     /// # Errors
     ///
-    /// If the table, or that of the controller, cannot be read or is none.
+    /// If one of these files cannot be read or is none.
     pub fn of_robot(
         mut sweep: SweepFile,
         profile: RobotProfile,
@@ -70,6 +72,9 @@ impl ResolvedSweep {
         if let Some(ControllerSource::File(path)) = &sweep.controller {
             let table = read_controller(&beside.join(path), &profile)?;
             sweep.controller = Some(ControllerSource::Table(table));
+        }
+        if let NamedBehaviour::File(path) = &sweep.behaviour {
+            sweep.behaviour = NamedBehaviour::Known(read_behaviour(&beside.join(path))?);
         }
         sweep.harsher = Harsher::from(sweep.factors(&profile));
         let provenance = Provenance::of(&profile);
@@ -144,6 +149,15 @@ fn read_start_table(path: &Path, headings: Option<Headings>) -> anyhow::Result<S
 pub fn read_controller(path: &Path, profile: &RobotProfile) -> anyhow::Result<ControllerTable> {
     let name = path.display().to_string();
     ControllerTable::parse(&name, &read_text(path)?, profile).map_err(helped)
+}
+
+/// Reads what swarms are judged for.
+///
+/// # Errors
+///
+/// If the file cannot be read or describes no behaviour.
+pub fn read_behaviour(path: &Path) -> anyhow::Result<Behaviour> {
+    Behaviour::parse(&path.display().to_string(), &read_text(path)?).map_err(helped)
 }
 
 /// Reads a profile.

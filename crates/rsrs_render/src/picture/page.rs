@@ -23,7 +23,7 @@ pub fn page(result: &SweepResult, worlds: Worlds, svg: &str) -> anyhow::Result<S
     let kind = source.sweep.interval_kind();
     for world in worlds.all() {
         let rows = result.of_world(*world)?.cells.iter().map(|entry| row(entry, kind)).collect();
-        let does = source.sweep.behaviour.verb().does;
+        let does = source.sweep.behaviour.known().verb().does;
         let head = ["cell", "most frequent phase", does, "95 % interval", "runs"];
         let caption = format!("Every cell of the sweep: {}", robots(result, *world));
         page.table(&Table { caption, head: head.map(str::to_owned).into(), rows });

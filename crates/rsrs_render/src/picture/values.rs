@@ -64,7 +64,7 @@ impl CellNumber {
         result: &SweepResult,
         worlds: &[World],
     ) -> anyhow::Result<CellNumbers> {
-        let mill = result.source.sweep.behaviour.verb().plain;
+        let mill = result.source.sweep.behaviour.known().verb().plain;
         match self {
             Self::Difference => of_worlds(result),
             Self::Order(key) => {
@@ -158,7 +158,7 @@ fn of_worlds(result: &SweepResult) -> anyhow::Result<CellNumbers> {
     };
     let cells: Vec<ShareDifference> =
         result.diagram.cells.iter().zip(&measured.cells).map(pair).collect();
-    let does = result.source.sweep.behaviour.noun();
+    let does = result.source.sweep.behaviour.known().noun();
     let name = format!("share of {does}: robots as measured less robots made worse");
     Ok(CellNumbers { is_of_both_worlds: true, ..CellNumbers::differences(name, &cells) })
 }

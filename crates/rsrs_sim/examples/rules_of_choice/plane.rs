@@ -100,7 +100,7 @@ impl Sweeper {
         [cell, cell + self.cells.len()].map(|index| {
             let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false) };
             let fresh = confirm(&self.conditions[index], self.runs(seed, TRUTH), watch);
-            fresh.expect("the robots fit").counts(1)[0].get(Phase::StableMilling)
+            fresh.expect("the robots fit").counts(1)[0].get(Phase::STABLE_MILLING)
         })
     }
 
@@ -129,7 +129,7 @@ impl Plane {
 
     /// The shares of mills of a cell, made worse and as measured.
     pub fn shares(&self, cell: usize) -> [f64; 2] {
-        [0, 1].map(|world| self.worlds[world].cells[cell].counts.share(Phase::StableMilling))
+        [0, 1].map(|world| self.worlds[world].cells[cell].counts.share(Phase::STABLE_MILLING))
     }
 
     /// The smaller of both.
@@ -158,8 +158,8 @@ impl Plane {
             let hits = self.hits(cell, 2 * draw, replicates);
             for (world, hits) in worlds.iter_mut().zip(hits) {
                 let mut counts = PhaseCounts::default();
-                counts.add_many(Phase::StableMilling, hits);
-                counts.add_many(Phase::Unformed, replicates - hits);
+                counts.add_many(Phase::STABLE_MILLING, hits);
+                counts.add_many(Phase::UNFORMED, replicates - hits);
                 world.cells[cell].counts = counts;
             }
         }

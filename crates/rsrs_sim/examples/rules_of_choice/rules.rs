@@ -53,7 +53,7 @@ pub fn smoothed(swept: &Plane, confirm: impl Fn(usize) -> [u64; 2]) -> Outcome {
 fn as_it_was(swept: &Plane, truth: (&Plane, u64)) -> Outcome {
     let region = |cell: usize| {
         let counts = &swept.worlds[0].cells[cell].counts;
-        Interval::clopper_pearson(counts.get(Phase::StableMilling), counts.total()).low >= 0.5
+        Interval::clopper_pearson(counts.get(Phase::STABLE_MILLING), counts.total()).low >= 0.5
     };
     let first = by_depth(swept, region).first().copied();
     let holds = |cell: &usize| is_viable(from(truth)(*cell)[0]);

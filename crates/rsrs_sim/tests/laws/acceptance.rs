@@ -37,7 +37,7 @@ fn the_milling_fractions_are_those_of_an_independent_implementation() {
     let shares: Vec<(&str, f64, f64)> = cases
         .iter()
         .zip(&counts)
-        .map(|(case, counts)| (case.0, case.1, counts.share(Phase::StableMilling)))
+        .map(|(case, counts)| (case.0, case.1, counts.share(Phase::STABLE_MILLING)))
         .collect();
     let is_met = |(_, expected, found): &(&str, f64, f64)| (found - expected).abs() <= 0.03;
     assert!(shares.iter().all(is_met), "case, expected, found: {shares:?}\n{counts:?}");

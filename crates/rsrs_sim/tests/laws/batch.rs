@@ -151,9 +151,9 @@ fn every_behaviour_is_judged_alike_in_lanes_and_by_the_reference() {
     let aggregation = (command(0.0, -2.0), command(-0.2, -0.6));
     let dispersal = (command(-0.15, 1.0), command(0.1, 0.2));
     for (behaviour, (detected, undetected)) in [
-        (Behaviour::Aggregation, aggregation),
-        (Behaviour::Dispersal, dispersal),
-        (Behaviour::Milling, dispersal),
+        (Behaviour::AGGREGATION, aggregation),
+        (Behaviour::DISPERSAL, dispersal),
+        (Behaviour::MILLING, dispersal),
     ] {
         let mut conditions = flockbots(0.0, 0.0, &HARSHER);
         conditions.controller = ControllerParameters::of(detected, undetected).into();
@@ -257,7 +257,7 @@ prop_compose! {
         (true_positive, false_positive, latency_steps) in (0.0..=1.0, 0.0..=1.0, 0_u32..5),
         (controller, behaviour, robots, radius, walls, side) in (
             controller(),
-            prop::sample::select(Behaviour::ALL.to_vec()),
+            prop::sample::select(Behaviour::BUILT_IN.to_vec()),
             1_usize..16,
             0.5..1.5,
             prop_oneof![Just(Walls::None), Just(Walls::Stop), Just(Walls::Clamp)],

@@ -33,7 +33,7 @@ fn one_robot_is_lost_and_circles_alone() {
 
         for judged in judged {
             let evidence = judged.evidence;
-            assert_eq!(judged.phase, Phase::Dispersion);
+            assert_eq!(judged.phase, Phase::DISPERSION);
             assert_eq!((evidence.lost, evidence.mean_radius_m), (Some(1.0), 0.0));
             assert_eq!((evidence.contact_onsets_per_s, evidence.stuck), (Some(0.0), 0.0));
         }

@@ -51,7 +51,7 @@ fn e_pucks(robots: usize, range_m: f64, contact: ContactModel) -> Conditions {
     let mut conditions = perfect_flockbots();
     conditions.robots = robots;
     conditions.controller = ControllerParameters::of(wheels(1.0, -1.0), wheels(-0.7, -1.0)).into();
-    conditions.behaviour = Behaviour::Aggregation;
+    conditions.behaviour = Behaviour::AGGREGATION;
     conditions.placement = Placement::BoxFacingAnyWay { width_m: side_m, height_m: side_m };
     conditions.arena = Arena { side_m: 2.0 * FAR_M, walls: Walls::None };
     conditions.robot.radius_m = RADIUS_M;
@@ -177,7 +177,7 @@ fn the_range_from_which_robots_gather_is_that_of_an_independent_simulator() {
 fn robots_that_stop_each_other_freeze_before_they_have_gathered() {
     let cells = [ContactModel::Push, ContactModel::Stop].map(|it| e_pucks(20, FAR_M, it));
 
-    let aggregated = count(&cells, 16, 300.0, |judged| judged.phase == Phase::Aggregated);
+    let aggregated = count(&cells, 16, 300.0, |judged| judged.phase == Phase::AGGREGATED);
 
     assert!(aggregated[0] >= 14 && aggregated[1] <= 4, "{aggregated:?} of 16");
 }

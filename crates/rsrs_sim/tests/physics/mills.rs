@@ -69,7 +69,7 @@ fn fourteen_robots_mill_on_the_ring_of_geometry_and_fifteen_at_the_end_of_their_
 
         let judged = Batch::new().judge(cell, 1, 0..REPLICATES, 3000.0).expect("fit and long");
 
-        let is_mill = |judged: &&Verdict| judged.phase == Phase::StableMilling;
+        let is_mill = |judged: &&Verdict| judged.phase == Phase::STABLE_MILLING;
         let mills: Vec<&Verdict> = judged.iter().filter(is_mill).collect();
         // A start may lead to two rings in place of one.
         assert!(mills.len() as u64 >= REPLICATES - 2, "{} robots: {judged:?}", cell.robots);

@@ -72,7 +72,7 @@ fn a_perfect_mill_is_off_the_tangent_by_half_a_turn_per_period() {
 
         let verdict = phase::label(&trajectory, &conditions.bodies()).expect("long enough");
 
-        assert_eq!(verdict.phase, Phase::StableMilling);
+        assert_eq!(verdict.phase, Phase::STABLE_MILLING);
         let found = verdict.evidence.tangentness;
         // Measured before by an independent program: 1 to 2 % above the law.
         assert!((found / expected - 1.0).abs() < 0.05, "{period_s} s: {found} {expected}");

@@ -20,7 +20,7 @@ pub fn perfect_flockbots() -> Conditions {
 
 /// How many replicates of each cell end in stable milling; two cells at a time.
 pub fn n_milling(cells: &[Conditions], replicates: u64, duration_s: f64) -> Vec<u64> {
-    count(cells, replicates, duration_s, |judged| judged.phase == Phase::StableMilling)
+    count(cells, replicates, duration_s, |judged| judged.phase == Phase::STABLE_MILLING)
 }
 
 /// How many replicates of each cell are such as is asked for; two cells at a time.

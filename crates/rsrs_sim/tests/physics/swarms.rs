@@ -85,7 +85,7 @@ fn only_a_rotating_ring_of_another_simulator_is_stable_milling() {
         let trajectory = trajectory(rows, period_s);
         let bodies = Bodies { radius_m: Some(0.05), reach_m: Some(20.0) };
         let verdict = label(&trajectory, &bodies).expect("it is long enough");
-        let is_mill = verdict.phase == Phase::StableMilling;
+        let is_mill = verdict.phase == Phase::STABLE_MILLING;
         let rotates = rotates_as_a_ring(&trajectory);
         let what = format!("{behaviour} every {period_s} s, seed {seed}: {verdict:?}");
         assert!(!is_mill || rotates, "{what}");

@@ -48,7 +48,7 @@ fn a_mill_without_noise_is_that_of_swarmsim() {
     let theirs = mill_in_swarmsim(&python, trajectory.poses_at(0));
 
     let phase = phase::label(&trajectory, &conditions.bodies()).expect("long enough").phase;
-    assert_eq!(phase, Phase::StableMilling);
+    assert_eq!(phase, Phase::STABLE_MILLING);
     let number = |key: &str| theirs[key].as_f64().expect("a number");
     let (radius_m, circliness) = (number("radius_m"), number("circliness"));
     // Seeds of theirs differ by 0.03 m; the ring of both is wider than geometry's 0.738 m, as both

@@ -50,8 +50,8 @@ fn rows<const N: usize>(
 fn disagreements(rows: &[Row], duration_s: f64) -> Vec<String> {
     let cells: Vec<Conditions> = rows.iter().map(|row| row.conditions.clone()).collect();
     let ours = count(&cells, REPLICATES, duration_s, |judged| {
-        let whole = Behaviour::Milling.rules().phase(&judged.evidence);
-        whole == Phase::StableMilling
+        let whole = Behaviour::MILLING.rules().phase(&judged.evidence);
+        whole == Phase::STABLE_MILLING
     });
     let disagrees = |(row, hits): (&Row, &u64)| {
         let their_hits = (row.milling_percent / 100.0 * THEIR_RUNS as f64).round() as u64;

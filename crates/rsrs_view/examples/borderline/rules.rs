@@ -58,12 +58,12 @@ impl Judged {
 
     /// On which side of the line it is; `None` if it is far from being a mill.
     pub fn side(&self) -> Option<Side> {
-        let rules = Behaviour::Milling.rules();
+        let rules = Behaviour::MILLING.rules();
         let is_steady = self.parts(3).iter().all(|part| rules.is_wanted(part));
         match (self.phase, is_steady) {
-            (Phase::StableMilling, true) => Some(Side::Stable),
-            (Phase::StableMilling, false) => Some(Side::Disputed),
-            (Phase::SemiStableMilling, _) => Some(Side::Other),
+            (Phase::STABLE_MILLING, true) => Some(Side::Stable),
+            (Phase::STABLE_MILLING, false) => Some(Side::Disputed),
+            (Phase::SEMI_STABLE_MILLING, _) => Some(Side::Other),
             _ => None,
         }
     }
@@ -77,7 +77,7 @@ impl Judged {
 
 /// The phase by the whole window alone.
 fn whole_phase(evidence: &OrderParameters) -> Phase {
-    Behaviour::Milling.rules().phase(evidence)
+    Behaviour::MILLING.rules().phase(evidence)
 }
 
 /// The samples of one of so many parts of a window.
@@ -87,7 +87,7 @@ fn part_of(window: Range<usize>, (part, n): (usize, usize)) -> Range<usize> {
 
 /// How far the nearest boundary of stable milling is, in parts of what there is beyond it.
 fn margin(evidence: &OrderParameters) -> f64 {
-    let rules = Behaviour::Milling.rules();
+    let rules = Behaviour::MILLING.rules();
     let conditions = rules.of(rules.wanted).flat_map(|rule| &rule.conditions);
     let margin = |condition: &Condition| {
         let found = condition.parameter.of(evidence);

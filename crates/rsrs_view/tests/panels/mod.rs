@@ -44,7 +44,7 @@ fn pages_of_curves_can_be_read() {
     let curve = |heading: &str, axis| Curve {
         heading: heading.to_owned(),
         axis,
-        behaviour: rsrs_core::judge::behaviour::Behaviour::Milling,
+        behaviour: rsrs_core::judge::behaviour::Behaviour::MILLING,
         points: (0..9).map(|at| (0.05 + 0.03 * f64::from(at), Share { hits: 7, n: 9 })).collect(),
         range: Some([0.08, 0.2]),
         marked: Some(0.15),
@@ -131,14 +131,14 @@ fn several_panels_share_a_legend_and_fit_any_page() {
     let experiments = [
         ExperimentMark {
             cell: at,
-            phase: Phase::Unformed,
+            phase: Phase::UNFORMED,
             is_settled: false,
             is_simulated: true,
             n: 2,
             names,
         },
-        nine(Phase::StableMilling, 12),
-        nine(Phase::Unformed, 1),
+        nine(Phase::STABLE_MILLING, 12),
+        nine(Phase::UNFORMED, 1),
     ];
     for (name, width_px, robots) in [
         ("panels", None, &[5.0, 6.0, 7.0, 8.0, 9.0][..]),

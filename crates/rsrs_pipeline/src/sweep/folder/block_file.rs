@@ -5,6 +5,7 @@
 //! that was torn, or belongs to another sweep, reads as nothing and is made again.
 
 use rsrs_core::digest::Digest;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
@@ -18,6 +19,8 @@ pub struct BlockId {
     pub sweep: u64,
     /// Number of the block, from 0.
     pub number: u64,
+    /// What its replicates were judged for.
+    pub behaviour: Behaviour,
 }
 
 /// The bytes of a block's file.
@@ -40,7 +43,10 @@ pub fn decode(place: BlockId, block: &Block, bytes: &[u8]) -> Option<Vec<Replica
         return None;
     }
     let rows = block.rows().zip(rows.chunks_exact(ROW));
-    rows.map(|((cell, replicate), bytes)| decode_row(cell, replicate, bytes)).collect()
+    rows.map(|((cell, replicate), bytes)| {
+        decode_row((cell, replicate), bytes, place.behaviour.phases())
+    })
+    .collect()
 }
 
 fn header(place: BlockId, block: &Block) -> Vec<u8> {
@@ -64,9 +70,7 @@ const NUMBERS: usize = 12;
 const ROW: usize = 1 + 2 + 8 * NUMBERS;
 
 fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
-    let phase = Phase::ALL.iter().position(|phase| *phase == outcome.phase);
-    let phase = phase.expect("all phases are there");
-    bytes.push(u8::try_from(phase).expect("phases are few"));
+    bytes.push(u8::try_from(outcome.phase.place()).expect("phases are few"));
     let OrderParameters {
         lost,
         blocked,
@@ -101,8 +105,12 @@ fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
     bytes.extend(numbers.iter().flat_map(|number| number.unwrap_or(0.0).to_le_bytes()));
 }
 
-fn decode_row(cell: usize, replicate: u64, bytes: &[u8]) -> Option<ReplicateOutcome> {
-    let phase = *Phase::ALL.get(usize::from(bytes[0]))?;
+fn decode_row(
+    (cell, replicate): (usize, u64),
+    bytes: &[u8],
+    phases: &[Phase],
+) -> Option<ReplicateOutcome> {
+    let phase = *phases.get(usize::from(bytes[0]))?;
     let present = u16::from_le_bytes([bytes[1], bytes[2]]);
     let (numbers, _) = bytes[3..].as_chunks::<8>();
     let optional =
@@ -130,7 +138,7 @@ mod tests {
 
     use super::*;
 
-    const PLACE: BlockId = BlockId { sweep: 1, number: 2 };
+    const PLACE: BlockId = BlockId { sweep: 1, number: 2, behaviour: Behaviour::MILLING };
 
     fn block() -> Block {
         let piece = |cell, replicates| Piece { cell, replicates };
@@ -157,7 +165,7 @@ mod tests {
                 clustered: (cell == 4).then_some(0.11),
             },
         };
-        block().rows().zip(Phase::ALL).map(outcome).collect()
+        block().rows().zip(Phase::BUILT_IN).map(outcome).collect()
     }
 
     #[test]

@@ -27,7 +27,7 @@ const AS_MEASURED: &str = "as_measured_";
 /// different numbers of replicates, also the kind of the interval.
 pub fn to_csv(result: &SweepResult) -> String {
     let kind = result.source.sweep.interval_kind();
-    let behaviour = result.source.sweep.behaviour;
+    let behaviour = result.source.sweep.behaviour.known();
     let axes = result.diagram.axes.iter().map(|axis| axis.key().to_owned());
     let mut columns: Vec<String> = axes.chain(count_columns(behaviour, "")).collect();
     if result.as_measured.is_some() {

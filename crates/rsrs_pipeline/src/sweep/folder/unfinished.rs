@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use rsrs_core::digest::Digest;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_files::quoted;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
@@ -62,6 +63,7 @@ pub enum Site {
 pub struct Unfinished {
     folder: PathBuf,
     sweep: u64,
+    behaviour: Behaviour,
     /// Held open, for it is the lock.
     _lock: File,
 }
@@ -93,8 +95,12 @@ pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Site> {
     refuse_another_program(folder, &there, source)?;
     let mut digest = Digest::new("sweep");
     digest.text(&sweep);
-    let unfinished =
-        Unfinished { folder: folder.to_path_buf(), sweep: digest.value(), _lock: lock };
+    let unfinished = Unfinished {
+        folder: folder.to_path_buf(),
+        sweep: digest.value(),
+        behaviour: source.sweep.behaviour.known(),
+        _lock: lock,
+    };
     Ok(Site::Unfinished(unfinished))
 }
 
@@ -185,7 +191,10 @@ fn refuse_another_program(
 impl Unfinished {
     fn place(&self, number: u64) -> (BlockId, PathBuf) {
         let name = format!("block_{number:06}");
-        (BlockId { sweep: self.sweep, number }, self.folder.join(UNFINISHED).join(name))
+        (
+            BlockId { sweep: self.sweep, number, behaviour: self.behaviour },
+            self.folder.join(UNFINISHED).join(name),
+        )
     }
 
     /// Whether there is a file for a block.
