@@ -111,6 +111,14 @@ fn another_behaviour_goes_from_the_sweep_to_the_verdict() {
         assert!(choice["b_s"].as_f64().is_some_and(|b_s| b_s > 0.8), "{choice}");
         assert!(choice["phases"][wanted].is_u64(), "{choice}");
 
+        let first = case.turns.trim_start_matches('[').split(',').next().expect("a value");
+        let cell = format!("undetected_turn_rate_rad_s={first}");
+        let episode = ["episode", "out", "--replicate", "3", "--format", "json", "-o", "episode"];
+        let episode = rsrs(place, &[episode.as_slice(), &["--cell", &cell]].concat());
+        assert_eq!(code(&episode), 0, "{}", stderr(&episode));
+        let seen = rsrs(place, &["label", "episode", "--format", "json"]);
+        assert_eq!(json(&episode)["phase"], json(&seen)[0]["phase"], "{}", stdout(&episode));
+
         let label = run_and_label(place);
         assert_eq!(label["phase"], wanted, "{label:#}");
 

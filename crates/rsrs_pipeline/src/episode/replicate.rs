@@ -6,7 +6,7 @@ use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::settling::Settling;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{Phase, converged_s, label};
+use rsrs_core::judge::phase::{Phase, converged_s, label_with};
 use rsrs_core::numerals::counted;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::pose_source::PoseSource;
@@ -72,7 +72,7 @@ pub fn replay(
     let record = record(&result, conditions, replicate);
     let (written, trajectory) = write(bag, &record).map_err(helped)?;
     let bodies = record.conditions.bodies();
-    let verdict = label(&trajectory, &bodies)
+    let verdict = label_with(&trajectory, &bodies, &record.conditions.behaviour.rules())
         .context("the sweep has judged this replicate, and now it cannot be judged")?;
     Ok(Episode {
         bag: written.folder,

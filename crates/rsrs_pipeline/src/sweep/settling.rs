@@ -3,7 +3,7 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::settling::{Settling, edge};
-use rsrs_core::judge::phase::{Phase, converged_s, label};
+use rsrs_core::judge::phase::{Phase, converged_s, label_with};
 use rsrs_core::quantity::Cell;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
@@ -54,11 +54,11 @@ pub fn median_time_s(
     duration_s: f64,
     runs: impl Iterator<Item = Seed>,
 ) -> anyhow::Result<Option<f64>> {
-    let bodies = conditions.bodies();
+    let (bodies, rules) = (conditions.bodies(), conditions.behaviour.rules());
     let mut times_s = Vec::new();
     for seed in runs {
         let trajectory = run_episode(conditions, seed, duration_s)?;
-        let phase = label(&trajectory, &bodies)?.phase;
+        let phase = label_with(&trajectory, &bodies, &rules)?.phase;
         times_s.extend(converged_s(&trajectory, &bodies, phase));
     }
     times_s.sort_by(f64::total_cmp);

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
-use rsrs_core::judge::phase::{Phase, WINDOW_S, label, samples_in};
+use rsrs_core::judge::phase::{Phase, WINDOW_S, label_with, samples_in};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::share::Share;
@@ -145,7 +145,8 @@ impl Typical {
         let sweep = &of.result.source.sweep;
         let seed = Seed { seed: sweep.seed, replicate };
         let trajectory = run_episode(conditions, seed, sweep.duration_s)?;
-        let phase = label(&trajectory, &conditions.bodies())?.phase;
+        let rules = conditions.behaviour.rules();
+        let phase = label_with(&trajectory, &conditions.bodies(), &rules)?.phase;
         Ok(Self { replicate, phase, trajectory })
     }
 
