@@ -326,6 +326,10 @@ impl Legend {
             self.row(None, &share);
             return;
         }
+        let name = "Bs";
+        let text = format!("{name}, {share}");
+        let mut lines = wrap(&text, TEXT_PX, Weight::Regular, self.width_px - KEY_PX).into_iter();
+        let first = lines.next().unwrap_or_default();
         let subscript = Element::new("tspan").at("dy", 2.5).at("font-size", 8.0).text("s");
         let text = Element::new("text")
             .at("x", self.left_px + KEY_PX)
@@ -334,9 +338,15 @@ impl Legend {
             .with("fill", INK)
             .text("B")
             .child(subscript)
-            .child(Element::new("tspan").at("dy", -2.5).text(&format!(", {share}")));
+            .child(Element::new("tspan").at("dy", -2.5).text(first.trim_start_matches(name)));
         self.elements.push(text);
-        self.y_px += ROW_PX;
+        let others: Vec<String> = lines.collect();
+        if others.is_empty() {
+            self.y_px += ROW_PX;
+        } else {
+            self.y_px += 15.0;
+            self.row(None, &others.join(" "));
+        }
     }
 
     fn chosen(&mut self, values: &[String], shape: ChosenShape) {
