@@ -1,11 +1,10 @@
 //! The judge: what a swarm settled into, and why.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rsrs_core::judge::behaviour::named::NamedBehaviour;
-use rsrs_core::judge::behaviour::{Behaviour, unknown};
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::{OrderParameter, OrderParameters};
 use rsrs_core::judge::phase::{Phase, label_with, label_without_commands};
@@ -13,7 +12,7 @@ use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::quantity::Bounds;
 use rsrs_pipeline::label::{LabelOptions, Labelled, label_bag};
-use rsrs_pipeline::sweep::source::read_behaviour;
+use rsrs_pipeline::sweep::source;
 use rsrs_render::label::{text, warning};
 use serde::Serialize;
 
@@ -289,10 +288,7 @@ impl Verdict {
 
 /// The behaviour of a name, or in a file.
 pub fn behaviour(text: &str) -> PyResult<Behaviour> {
-    if NamedBehaviour::is_path(text) {
-        return read_behaviour(Path::new(text)).map_err(|error| raised(&error));
-    }
-    Behaviour::from_key(text).ok_or_else(|| refused(unknown(text)))
+    source::behaviour(text).map_err(|error| raised(&error))
 }
 
 /// A length that is known and must be positive, in metres.

@@ -36,11 +36,8 @@ use std::path::Path;
 
 use anyhow::Context;
 use clap::ValueEnum;
-use rsrs_core::judge::behaviour::named::NamedBehaviour;
-use rsrs_core::judge::behaviour::{Behaviour, unknown};
 use rsrs_core::printable::lines;
 use rsrs_fleet::placement;
-use rsrs_pipeline::sweep::source::read_behaviour;
 use serde::Serialize;
 
 use rsrs_render::words::Words;
@@ -100,14 +97,6 @@ fn wanted(text: &str) -> Result<f64, String> {
     } else {
         Err("expected a share between 0 and 1".into())
     }
-}
-
-/// A behaviour, by its name or its file.
-fn behaviour(text: &str) -> anyhow::Result<Behaviour> {
-    if NamedBehaviour::is_path(text) {
-        return read_behaviour(Path::new(text));
-    }
-    Behaviour::from_key(text).ok_or_else(|| anyhow::anyhow!(unknown(text)))
 }
 
 /// Prints a result to standard output in the format asked for.

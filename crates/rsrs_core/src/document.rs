@@ -28,7 +28,7 @@ pub struct DocumentError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
     /// A key that the document's kind does not have.
-    #[error("unknown key `{key}`{}", suggestion(nearest.as_deref()))]
+    #[error("unknown key `{key}`{}", did_you_mean(nearest.as_deref()))]
     UnknownKey {
         /// The key found.
         key: String,
@@ -65,11 +65,16 @@ fn missing(keys: &[String]) -> String {
     format!("missing {word} {}", named.join(", "))
 }
 
-fn suggestion(nearest: Option<&str>) -> String {
-    match nearest {
-        Some(key) => format!("; did you mean `{key}`?"),
-        None => String::new(),
-    }
+/// The end of a sentence about an unknown name.
+pub fn did_you_mean(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |nearest| format!("; did you mean `{nearest}`?"))
+}
+
+/// Whether a text is a name that people give in files: small letters, digits and `_`, a letter first.
+pub fn is_name(text: &str) -> bool {
+    let is_letter = |character: char| character.is_ascii_lowercase();
+    text.starts_with(is_letter)
+        && text.chars().all(|it| is_letter(it) || it.is_ascii_digit() || it == '_')
 }
 
 impl Help for DocumentError {

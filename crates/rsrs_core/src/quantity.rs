@@ -13,7 +13,7 @@ use std::str::FromStr;
 use serde::de::{self, Deserialize, Deserializer};
 use serde::{Serialize, Serializer};
 
-use crate::document::nearest;
+use crate::document::{did_you_mean, nearest};
 use crate::robot::profile::RobotProfile;
 
 pub use bounds::Bounds;
@@ -495,7 +495,7 @@ impl RobotProfile {
 
 /// A name that is no axis.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown axis `{found}`{}", nearest.map_or_else(String::new, |key| format!("; did you mean `{key}`?")))]
+#[error("unknown axis `{found}`{}", did_you_mean(*nearest))]
 pub struct UnknownAxis {
     /// The name found.
     pub found: String,

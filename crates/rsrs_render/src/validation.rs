@@ -323,16 +323,7 @@ fn tube_svg(
     let places = case.trials.iter().zip(&answer.validation.trials);
     let trials: Vec<(&DrivenTrial, TubeMembership)> = places
         .filter(|(_, place)| place.tube == index)
-        .map(|(trial, place)| {
-            (
-                trial,
-                if place.exits.is_empty() {
-                    TubeMembership::Inside
-                } else {
-                    TubeMembership::Outside
-                },
-            )
-        })
+        .map(|(trial, place)| (trial, place.into()))
         .collect();
     Ok(reachable_set::svg(&ReachPicture {
         tube,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use rsrs_core::trials::trial::DrivenTrial;
-use rsrs_core::trials::validation::{Horizon, Tube};
+use rsrs_core::trials::validation::{Horizon, TrialPlace, Tube};
 
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::header::header;
@@ -46,6 +46,12 @@ pub enum TubeMembership {
     Inside,
     /// It was outside at some horizon.
     Outside,
+}
+
+impl From<&TrialPlace> for TubeMembership {
+    fn from(place: &TrialPlace) -> Self {
+        if place.exits.is_empty() { Self::Inside } else { Self::Outside }
+    }
 }
 
 /// Why there is no picture of a tube.

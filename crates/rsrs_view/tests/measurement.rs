@@ -210,20 +210,8 @@ fn tube_picture<'a>(
 fn trajectories_lie_over_the_tube_and_those_outside_are_red() {
     let trials = curves();
     let found = validated(&trials);
-    let places: Vec<(&DrivenTrial, TubeMembership)> = trials
-        .iter()
-        .zip(&found.trials)
-        .map(|(trial, place)| {
-            (
-                trial,
-                if place.exits.is_empty() {
-                    TubeMembership::Inside
-                } else {
-                    TubeMembership::Outside
-                },
-            )
-        })
-        .collect();
+    let places: Vec<(&DrivenTrial, TubeMembership)> =
+        trials.iter().zip(&found.trials).map(|(trial, place)| (trial, place.into())).collect();
 
     let svg = reachable_set::svg(&tube_picture(&found.tubes[0], &places)).expect("it can be drawn");
 

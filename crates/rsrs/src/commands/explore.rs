@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS, explore};
-use rsrs_pipeline::sweep::source::{read_controller, read_profile, robots_beside};
+use rsrs_pipeline::sweep::source::{behaviour, read_controller, read_profile, robots_beside};
 use rsrs_sim::exploration::space::Directions;
 
 use crate::commands::{Format, report};
@@ -35,7 +35,7 @@ pub struct Arguments {
     output: PathBuf,
     /// Behaviour to search for: milling, aggregation, dispersal, or the path of a file (default: all that
     /// differ).
-    #[arg(long, value_parser = super::behaviour)]
+    #[arg(long, value_parser = behaviour)]
     behaviour: Option<Behaviour>,
     /// A controller's table, whose numbers are searched within their bounds in place of two commands.
     #[arg(long, value_name = "FILE", conflicts_with = "forward")]

@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::document::nearest;
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::phase::Phase;
+use rsrs_core::judge::phase::{Phase, unknown};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::region::Region;
@@ -18,7 +17,7 @@ use rsrs_pipeline::label::agreement::agreement;
 use rsrs_pipeline::label::human_labels::{self, HumanLabel};
 use rsrs_pipeline::label::{CutRun, LabelOptions, Labelled, label_bag};
 use rsrs_pipeline::recorded_run;
-use rsrs_pipeline::sweep::source::read_profile;
+use rsrs_pipeline::sweep::source::{behaviour, read_profile};
 use rsrs_render::agreement::text as agreed;
 use rsrs_render::label::text;
 use rsrs_render::words::Words;
@@ -71,7 +70,7 @@ pub struct Arguments {
     reach: Option<f64>,
     /// What to judge it for: milling, aggregation, dispersal, or the path of a file (default: what the
     /// bag's record has, else milling).
-    #[arg(long, value_parser = super::behaviour)]
+    #[arg(long, value_parser = behaviour)]
     behaviour: Option<Behaviour>,
     /// Where poses come from (default: what the run went by; where nothing in the bag states it, the
     /// first of these that has poses of all robots).
@@ -99,11 +98,10 @@ fn reach(text: &str) -> Result<f64, String> {
 fn phase_of(key: &str) -> anyhow::Result<Phase> {
     Phase::from_key(key).ok_or_else(|| {
         let keys: Vec<&str> = Phase::all().map(Phase::key).collect();
-        let meant = nearest(key, keys.iter().copied());
-        let meant = meant.map_or_else(String::new, |key| format!("; did you mean `{key}`?"));
+        let phases = keys.join(", ");
         with_help(
-            format!("unknown phase `{key}`{meant}"),
-            format!("the phases are: {}; `--behaviour FILE` adds those of a file", keys.join(", ")),
+            unknown(key),
+            format!("the phases are: {phases}; `--behaviour FILE` adds those of a file"),
         )
     })
 }

@@ -12,7 +12,7 @@ use std::fmt;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::{Serialize, Serializer};
 
-use crate::document::nearest;
+use crate::document::{did_you_mean, nearest};
 use crate::judge::phase::Phase;
 use crate::judge::rule::Rules;
 
@@ -130,8 +130,7 @@ pub struct Verb {
 /// Why a name is that of no behaviour, with what was meant.
 pub fn unknown(key: &str) -> String {
     let keys: Vec<&str> = known::all().map(Behaviour::key).collect();
-    let nearest = nearest(key, keys.iter().copied());
-    let meant = nearest.map_or_else(String::new, |key| format!("; did you mean `{key}`?"));
+    let meant = did_you_mean(nearest(key, keys.iter().copied()));
     format!("unknown behaviour `{key}`, expected one of {}{meant}", keys.join(", "))
 }
 

@@ -13,7 +13,7 @@ use std::ops::Range;
 use serde::de::{self, Deserialize, Deserializer};
 use serde::{Serialize, Serializer};
 
-use crate::document::nearest;
+use crate::document::{did_you_mean, nearest};
 use crate::judge::behaviour::Behaviour;
 use crate::judge::behaviour::file::PhaseEntry;
 use crate::judge::number::Number;
@@ -148,12 +148,14 @@ impl Serialize for Phase {
 impl<'de> Deserialize<'de> for Phase {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let key = String::deserialize(deserializer)?;
-        Self::from_key(&key).ok_or_else(|| {
-            let meant = nearest(&key, Self::all().map(Self::key));
-            let meant = meant.map_or_else(String::new, |key| format!("; did you mean `{key}`?"));
-            de::Error::custom(format!("unknown phase `{key}`{meant}"))
-        })
+        Self::from_key(&key).ok_or_else(|| de::Error::custom(unknown(&key)))
     }
+}
+
+/// Why a name is that of no phase, with what was meant.
+pub fn unknown(key: &str) -> String {
+    let meant = did_you_mean(nearest(key, Phase::all().map(Phase::key)));
+    format!("unknown phase `{key}`{meant}")
 }
 
 /// The verdict of the judge on one run.

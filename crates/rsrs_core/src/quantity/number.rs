@@ -7,6 +7,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::{Mutex, PoisonError};
 
 use super::{Axis, Bounds, DEGREES_S, Kind, MM_S, Row};
+use crate::document::is_name;
 
 /// A named number, as an axis: `controller.turn_rad_s` is `$turn_rad_s` in the rows of a table.
 ///
@@ -81,11 +82,7 @@ static ROWS: Mutex<BTreeMap<&'static str, &'static Row>> = Mutex::new(BTreeMap::
 impl Number {
     /// The number of this name; `None` if that is none: small letters, digits and `_`, a letter first.
     pub fn new(name: &str) -> Option<Self> {
-        let is_letter = |character: char| character.is_ascii_lowercase();
-        let is_name = name.len() <= MOST_CHARACTERS
-            && name.starts_with(is_letter)
-            && name.chars().all(|it| is_letter(it) || it.is_ascii_digit() || it == '_');
-        if !is_name {
+        if !is_name(name) || name.len() > MOST_CHARACTERS {
             return None;
         }
         let mut rows = ROWS.lock().unwrap_or_else(PoisonError::into_inner);

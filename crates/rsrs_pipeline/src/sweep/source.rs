@@ -7,8 +7,8 @@ use rsrs_core::conditions::controller_table::{ControllerSource, ControllerTable}
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::document;
-use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
+use rsrs_core::judge::behaviour::{Behaviour, unknown};
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
@@ -149,6 +149,18 @@ fn read_start_table(path: &Path, headings: Option<Headings>) -> anyhow::Result<S
 pub fn read_controller(path: &Path, profile: &RobotProfile) -> anyhow::Result<ControllerTable> {
     let name = path.display().to_string();
     ControllerTable::parse(&name, &read_text(path)?, profile).map_err(helped)
+}
+
+/// What swarms are judged for, by its name or the path of its file, as people type it.
+///
+/// # Errors
+///
+/// If there is no behaviour of that name, or as [`read_behaviour`].
+pub fn behaviour(text: &str) -> anyhow::Result<Behaviour> {
+    if NamedBehaviour::is_path(text) {
+        return read_behaviour(Path::new(text));
+    }
+    Behaviour::from_key(text).ok_or_else(|| anyhow::anyhow!(unknown(text)))
 }
 
 /// Reads what swarms are judged for.

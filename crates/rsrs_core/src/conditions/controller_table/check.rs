@@ -9,11 +9,11 @@ use serde_saphyr::Spanned;
 
 use super::{ControllerTable, NamedNumber, TableCommand, TableRow, Value};
 use crate::conditions::limits::BeyondLimits;
-use crate::document::{self, DocumentError, nearest};
+use crate::document::{self, DocumentError, did_you_mean, nearest};
 use crate::help::Help;
 use crate::quantity::{Bounds, Number, NumberUnit};
 use crate::robot::controller::state_machine::{Row, StateMachine, Transition};
-use crate::robot::controller::structure::{Flaw, check_thoroughly, did_you_mean};
+use crate::robot::controller::structure::{Flaw, check_thoroughly};
 use crate::robot::controller::{Command, Controller};
 use crate::robot::profile::RobotProfile;
 

@@ -7,7 +7,7 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::Behaviour;
-use crate::document::{self, DocumentError, nearest};
+use crate::document::{self, DocumentError, did_you_mean, is_name, nearest};
 use crate::help::Help;
 use crate::judge::phase::{MOST_PHASES, Phase};
 use crate::judge::rule::{Condition, NONE, Needs, Parameter, Rule, Rules};
@@ -114,7 +114,7 @@ pub enum Unusable {
         key: String,
     },
     /// A rule for what is no phase.
-    #[error("`{found}` is none of the phases {}{}", expected.join(", "), meant(nearest.as_deref()))]
+    #[error("`{found}` is none of the phases {}{}", expected.join(", "), did_you_mean(nearest.as_deref()))]
     NoPhase {
         /// What the rule gives.
         found: String,
@@ -158,10 +158,6 @@ pub enum Unusable {
     /// A word that is empty.
     #[error("`words` has an empty text")]
     NoWord,
-}
-
-fn meant(nearest: Option<&str>) -> String {
-    nearest.map_or_else(String::new, |key| format!("; did you mean `{key}`?"))
 }
 
 /// Why a text is no behaviour.
@@ -213,11 +209,7 @@ impl BehaviourFile {
     pub fn check(&self) -> Result<(), Unusable> {
         let keys: Vec<&str> = self.phases.iter().map(|phase| phase.key.as_str()).collect();
         for name in keys.iter().copied().chain([self.name.as_str()]) {
-            let is_name = name.starts_with(|first: char| first.is_ascii_lowercase())
-                && name
-                    .chars()
-                    .all(|it| it.is_ascii_lowercase() || it.is_ascii_digit() || it == '_');
-            if !is_name {
+            if !is_name(name) {
                 return Err(Unusable::Name { found: name.to_owned() });
             }
         }
@@ -384,7 +376,7 @@ impl<'de> Deserialize<'de> for Bounds {
                 while let Some((key, bound)) = map.next_entry::<String, Bound>()? {
                     let parameter = Parameter::from_key(&key).ok_or_else(|| {
                         let keys = Parameter::ALL.map(Parameter::key);
-                        let meant = meant(nearest(&key, keys));
+                        let meant = did_you_mean(nearest(&key, keys));
                         let keys = keys.join(", ");
                         de::Error::custom(format!(
                             "unknown order parameter `{key}`, expected one of {keys}{meant}"

@@ -1,7 +1,7 @@
 //! Whether the rows of a machine answer every case, and every row some case.
 
 use super::state_machine::{DETECTION, Row, StateMachine, Transition};
-use crate::document::nearest;
+use crate::document::{did_you_mean, nearest};
 
 /// Most rows of a machine; more are a mistake.
 pub const MOST_ROWS: usize = 1000;
@@ -57,11 +57,6 @@ pub enum Flaw {
         /// Where it leads.
         state: String,
     },
-}
-
-/// The end of a sentence about an unknown name.
-pub fn did_you_mean(nearest: Option<&str>) -> String {
-    nearest.map_or_else(String::new, |nearest| format!("; did you mean `{nearest}`?"))
 }
 
 /// Whether a machine can run: it knows what to do in every state, and each state that it goes to.
