@@ -253,6 +253,100 @@ fn in_the_words_of_the_paper_a_mill_that_is_not_round_is_stable_if_nobody_touche
     assert!(built_in < 0.1 && of_the_paper > 0.4, "{built_in} {of_the_paper}");
 }
 
+/// A behaviour of an arena: a robot in most of its nine parts, and for most of the time.
+const COVERING: &str = "\
+name: covering
+words: {noun: covering, swarm: a covering swarm, verb: [cover their arena, covers its arena, covered their arena]}
+phases: [{key: covered}, {key: half_covered}, {key: bare}]
+rules:
+  - {phase: covered, when: {coverage: {at_least: 0.6}, polarisation: {at_least: 0}}}
+  - {phase: half_covered, when: {coverage: {at_least: 0.4}}}
+otherwise: bare
+";
+
+#[test]
+fn a_behaviour_about_an_arena_is_swept_run_labelled_and_drawn_and_refused_where_there_is_none() {
+    let folder = workplace(&CASES[1]);
+    let place = folder.path();
+    let sweep = std::fs::read_to_string(place.join("sweep.yaml")).expect("it is there");
+    let sweep = sweep
+        .replace("behaviour: dispersal", "behaviour: covering.yaml")
+        .replace("axes:\n", "axes:\n  arena_m: [3.0, 4.9]\n")
+        .replace("arena_m: 4.9, walls", "walls");
+    std::fs::write(place.join("sweep.yaml"), &sweep).expect("the folder is writable");
+    std::fs::write(place.join("covering.yaml"), COVERING).expect("the folder is writable");
+
+    let nowhere = sweep.replace("walls: clamp", "walls: none");
+    std::fs::write(place.join("nowhere.yaml"), nowhere).expect("the folder is writable");
+    let refused = rsrs(place, &["sweep", "nowhere.yaml", "-o", "nowhere"]);
+    assert_eq!(code(&refused), 1);
+    let text = stderr(&refused);
+    assert!(text.contains("coverage is of an arena with walls, and there is none"), "{text}");
+    assert!(text.contains("help: give it one: `fixed: {arena_m: 3, walls: stop}`"), "{text}");
+    assert!(!place.join("nowhere").exists());
+
+    for arguments in [
+        ["sweep", "sweep.yaml", "-o", "out"].as_slice(),
+        &["choose", "out", "--confirm", "100", "--viable", "0.1", "-o", "out/choice.json"],
+        &["diagram", "out", "-o", "coverage.svg", "--value", "coverage"],
+    ] {
+        let output = rsrs(place, arguments);
+        assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    }
+    let unasked = rsrs(place, &["diagram", "out", "-o", "x.svg", "--value", "spread_m"]);
+    assert!(stderr(&unasked).contains("covering does not ask for it"), "{}", stderr(&unasked));
+
+    let label = run_and_label(place);
+    let coverage = label["evidence"]["coverage"].as_f64().expect("it is asked for");
+    let phase = if coverage >= 0.6 { "covered" } else { "half_covered" };
+    assert!(coverage >= 0.4 && label["phase"] == phase, "{label:#}");
+    assert!(label["evidence"]["spread_m"].is_null(), "{label:#}");
+    assert_eq!(label["margins"][0]["parameter"], "coverage");
+    let text = stdout(&rsrs(place, &["label", "bag"]));
+    assert!(text.contains(&format!(", coverage {coverage:.2}")), "{text}");
+    let drawn = rsrs(place, &["draw", "bag", "-o", "run.svg"]);
+    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+    let picture = std::fs::read_to_string(place.join("run.svg")).expect("it was written");
+    assert!(picture.contains("coverage (covered: 0.60 or more)"));
+}
+
+#[test]
+fn a_run_that_was_once_what_it_is_judged_for_is_so_in_sweeps_episodes_labels_replays_and_compared()
+{
+    let folder = workplace(&CASES[2]);
+    let place = folder.path();
+    let ever = format!("{GATHERING}window: ever\n");
+    std::fs::write(place.join("gathering.yaml"), ever).expect("the folder is writable");
+    for arguments in [
+        ["sweep", "sweep.yaml", "-o", "out"].as_slice(),
+        &["choose", "out", "--confirm", "100", "-o", "out/choice.json"],
+    ] {
+        let output = rsrs(place, arguments);
+        assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    }
+    let cell = ["--cell", "undetected_turn_rate_rad_s=-2.5"];
+    let episode = ["episode", "out", "--replicate", "3", "--format", "json", "-o", "episode"];
+    let episode = rsrs(place, &[episode.as_slice(), &cell].concat());
+    assert_eq!(code(&episode), 0, "{}", stderr(&episode));
+
+    let seen = rsrs(place, &["label", "episode", "--format", "json"]);
+    let label = run_and_label(place);
+    std::fs::write(place.join("label.json"), label.to_string()).expect("the folder is writable");
+    let replay = ["replay", "bag", "--into", "judge", "--recorded", "label.json"];
+    let replay = rsrs(place, &[replay.as_slice(), &["--format", "json"]].concat());
+    let compared = ["compare", "out", "--bags", "bag", "--margin", "0.3", "--format", "json"];
+    let compared = json(&rsrs(place, &compared));
+
+    let [episode, seen] = [json(&episode), json(&seen)[0].clone()];
+    assert_eq!(episode["phase"], seen["phase"]);
+    assert_eq!(episode["evidence"], seen["evidence"], "the first minute that was gathered");
+    assert_eq!(label["phase"], "gathered", "{label:#}");
+    assert_eq!(json(&replay)["is_same"], true, "{}", stdout(&replay));
+    assert_eq!(compared["cells"][0]["real"]["gathered"], 1, "{compared:#}");
+    let drawn = rsrs(place, &["draw", "bag", "-o", "run.svg"]);
+    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+}
+
 #[test]
 fn what_makes_no_behaviour_is_refused_with_its_place_and_a_cure() {
     let folder = workplace(&CASES[2]);
@@ -269,7 +363,15 @@ fn what_makes_no_behaviour_is_refused_with_its_place_and_a_cure() {
         ("'#56b4e9'", "blue", "`blue` is no colour"),
         ("otherwise: scattered\n", "", "missing key `otherwise`"),
         ("clustered: {at_least: 0.4}", "", "always holds"),
-        ("at_least: 0.75", "at_least: .nan", "expected a number from 0 on"),
+        ("at_least: 0.75", "at_least: .nan", "expected a number from 0 to 1"),
+        ("clustered: {at_least: 0.75}", "spread_m: {below: -1}", "expected a number from 0 on"),
+        ("not_lasting: gathering", "window: {last_s: 5}", "the last 5 s, expected 10 to 86400 s"),
+        ("not_lasting: gathering", "window: wholerun", "expected one of last_s, whole_run, ever"),
+        (
+            "not_lasting: gathering",
+            "window: {lasts: 60}",
+            "expected one of last_s, whole_run, ever",
+        ),
     ];
     for (right, wrong, expected) in refused {
         let mut text = GATHERING.replace(right, wrong);

@@ -16,7 +16,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [bag, radius_m, reach_m] = &arguments[..] else {
         return Err("BAG RADIUS_M REACH_M".into());
     };
-    let bodies = Bodies { radius_m: Some(radius_m.parse()?), reach_m: Some(reach_m.parse()?) };
+    let bodies = Bodies {
+        radius_m: Some(radius_m.parse()?),
+        reach_m: Some(reach_m.parse()?),
+        arena_m: None,
+    };
 
     let recorded = read_trajectory(&Bag::open(Path::new(bag))?, &TrajectoryOptions::default())?;
     let verdict = label(&recorded.trajectory, &bodies)?;

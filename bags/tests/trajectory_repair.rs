@@ -69,7 +69,7 @@ fn a_gap_of_up_to_two_seconds_in_the_judged_time_is_bridged_and_named() {
     assert_eq!(
         named.as_deref(),
         Some(
-            "robot_2: no pose from 12.87 s to 14.82 s, in the last 60 s, which are judged: interpolated \
+            "robot_2: no pose from 12.87 s to 14.82 s, in the time that is judged: interpolated \
              on a straight line"
         )
     );

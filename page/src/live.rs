@@ -2,7 +2,7 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{WINDOW_S, label_with, samples_in};
+use rsrs_core::judge::phase::label_with;
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_sim::controllers::Controllers;
@@ -49,7 +49,8 @@ impl Live {
             self.past.commands.extend_from_slice(&commands);
             self.world.advance(&commands);
         }
-        let n_kept = samples_in(WINDOW_S, self.conditions.period_s);
+        let window = self.conditions.behaviour.window();
+        let n_kept = window.n_needed(self.past.n_samples(), self.conditions.period_s);
         if self.past.n_samples() > 2 * n_kept {
             let too_old = (self.past.n_samples() - n_kept) * self.conditions.robots;
             self.past.poses.drain(..too_old);
@@ -110,7 +111,7 @@ impl Live {
             }
             Err(_) => serde_json::json!({
                 "time_s": time_s,
-                "evidence": OrderParameters::of(&self.past, 0..n_samples, &bodies),
+                "evidence": OrderParameters::with(&self.past, 0..n_samples, &bodies, &rules.parameters()),
             }),
         }
     }

@@ -62,6 +62,7 @@ impl PyTrajectory {
         let bodies = Bodies {
             radius_m: bodies.radius_m.or(self.bodies.radius_m),
             reach_m: bodies.reach_m.or(self.bodies.reach_m),
+            arena_m: bodies.arena_m.or(self.bodies.arena_m),
         };
         let (behaviour, robots) = (behaviour.unwrap_or(self.behaviour), self.robots.clone());
         work_to_end(py, move || Verdict::of(&trajectory, &bodies, (behaviour, true), &robots))
@@ -126,7 +127,7 @@ impl PyTrajectory {
         reach_m: Option<f64>,
         behaviour: Option<&str>,
     ) -> PyResult<Verdict> {
-        let bodies = verdict::bodies(radius_m, reach_m)?;
+        let bodies = verdict::bodies(radius_m, reach_m, None)?;
         self.verdict(py, bodies, behaviour.map(verdict::behaviour).transpose()?)
     }
     fn __len__(&self) -> usize {

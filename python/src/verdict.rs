@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
-use rsrs_core::judge::order::{OrderParameter, OrderParameters};
+use rsrs_core::judge::order::{OrderParameters, Parameter};
 use rsrs_core::judge::phase::{Phase, label_with, label_without_commands};
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
@@ -24,7 +25,8 @@ use crate::waiting::work_to_end;
 
 /// Order parameters of the last 60 s: numbers that describe how a swarm moves, each a mean.
 ///
-/// What is not known, because no reach, radius or commands were given, is None.
+/// What is not known, because no reach, radius or commands were given, is None. Those that only some behaviours
+/// ask for (`polarisation`, `coverage`) have no attribute: `order["coverage"]`.
 #[pyclass(name = "OrderParameters", module = "rsrs", frozen, eq)]
 #[derive(Clone, PartialEq)]
 pub struct PyOrderParameters {
@@ -41,12 +43,14 @@ impl PyOrderParameters {
         self.has_commands.then_some(value)
     }
 
+    /// Every window's, and those that were asked for.
     fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> + '_ {
-        let value = |it: &OrderParameter| {
-            let is_known = self.has_commands || !it.needs_commands;
-            if is_known { (it.of)(&self.evidence) } else { None }
+        let is_there = |it: &Parameter| !it.is_asked() || it.value(&self.evidence).is_some();
+        let value = |it: Parameter| {
+            let is_known = self.has_commands || !it.needs_commands();
+            it.value(&self.evidence).filter(|_| is_known)
         };
-        OrderParameter::ALL.into_iter().map(move |it| (it.key, value(&it)))
+        Parameter::all().filter(is_there).map(move |it| (it.key(), value(it)))
     }
 }
 
@@ -111,6 +115,11 @@ impl PyOrderParameters {
     #[getter]
     fn clustered(&self) -> Option<f64> {
         self.evidence.clustered
+    }
+    /// One of them by name; KeyError for one that the behaviour does not ask for.
+    fn __getitem__(&self, name: &str) -> PyResult<Option<f64>> {
+        let found = self.named().find(|(key, _)| *key == name);
+        found.map(|(_, value)| value).ok_or_else(|| PyKeyError::new_err(name.to_owned()))
     }
     /// All of them by name.
     fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -259,9 +268,10 @@ impl Verdict {
     fn __repr__(&self) -> String {
         let mut text =
             format!("{}: {} robots, {:.0} s", self.phase, self.n_robots, self.duration_s);
+        let asked = self.phase.behaviour().rules().parameters();
         for (key, value) in self.order().named() {
             let is_shown = ["lost", "blocked", "rotation", "orbit", "circliness"].contains(&key)
-                || (key == "clustered" && self.phase.behaviour() == Behaviour::AGGREGATION);
+                || asked.iter().any(|it| it.key() == key && *it != Parameter::STUCK);
             if let Some(value) = value.filter(|_| is_shown) {
                 text += &format!(", {key} {value:.2}");
             }
@@ -301,9 +311,17 @@ fn length(value: Option<f64>, name: &str) -> PyResult<Option<f64>> {
     }
 }
 
-/// What is known of the robots; checked.
-pub fn bodies(radius_m: Option<f64>, reach_m: Option<f64>) -> PyResult<Bodies> {
-    Ok(Bodies { radius_m: length(radius_m, "radius_m")?, reach_m: length(reach_m, "reach_m")? })
+/// What is known of the robots and their arena; checked.
+pub fn bodies(
+    radius_m: Option<f64>,
+    reach_m: Option<f64>,
+    arena_m: Option<f64>,
+) -> PyResult<Bodies> {
+    Ok(Bodies {
+        radius_m: length(radius_m, "radius_m")?,
+        reach_m: length(reach_m, "reach_m")?,
+        arena_m: length(arena_m, "arena_m")?,
+    })
 }
 
 /// Judges what a swarm settled into, from its poses or from a bag.
@@ -328,8 +346,11 @@ pub fn bodies(radius_m: Option<f64>, reach_m: Option<f64>) -> PyResult<Bodies> {
 /// reach_m
 ///     How far from its centre a robot senses the centre of another, in metres; needed for milling and
 ///     dispersal.
+/// arena_m
+///     Side of the square arena around the origin that walls enclose, in metres; needed by a behaviour that asks
+///     for coverage.
 /// behaviour
-///     What to judge it for: "milling" (default), "aggregation" or "dispersal".
+///     What to judge it for: "milling" (default), "aggregation" or "dispersal", or the path of a behaviour's file.
 ///
 /// Raises
 /// ------
@@ -337,7 +358,8 @@ pub fn bodies(radius_m: Option<f64>, reach_m: Option<f64>) -> PyResult<Bodies> {
 ///     If the arrays are of another shape or not finite, if less than 60 s were recorded, or if something
 ///     that decides is not known; the phases between which it decides are named.
 #[pyfunction]
-#[pyo3(signature = (poses, *, commands=None, period_s=None, radius_m=None, reach_m=None, behaviour=None))]
+#[pyo3(signature = (poses, *, commands=None, period_s=None, radius_m=None, reach_m=None, arena_m=None, behaviour=None))]
+#[expect(clippy::too_many_arguments, reason = "in Python they have names")]
 pub fn judge(
     py: Python<'_>,
     poses: &Bound<'_, PyAny>,
@@ -345,10 +367,11 @@ pub fn judge(
     period_s: Option<f64>,
     radius_m: Option<f64>,
     reach_m: Option<f64>,
+    arena_m: Option<f64>,
     behaviour: Option<&str>,
 ) -> PyResult<Verdict> {
     let wanted = behaviour.map(self::behaviour).transpose()?;
-    let bodies = bodies(radius_m, reach_m)?;
+    let bodies = bodies(radius_m, reach_m, arena_m)?;
     if let Ok(trajectory) = poses.cast::<PyTrajectory>() {
         if commands.is_some() || period_s.is_some() {
             return Err(refused("a trajectory has its own commands and period; give neither"));

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::limits::CommandRange;
-use rsrs_core::judge::order::{OrderParameter, OrderParameters};
+use rsrs_core::judge::order::{OrderParameters, Parameter};
 use rsrs_core::judge::phase::{BLOCK_S, samples_in};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::quantity::Bounds;
@@ -130,6 +130,7 @@ impl PyWorlds {
         let (n_robots, bodies) = (self.conditions.robots, self.conditions.bodies());
         let period_s = self.conditions.period_s;
         let n_worlds = self.n_worlds;
+        let asked = self.conditions.behaviour.rules().parameters();
         let evidence = self.with(py, move |state| {
             let of_world = |world: usize| {
                 let robots = world * n_robots..(world + 1) * n_robots;
@@ -138,7 +139,7 @@ impl PyWorlds {
                     trajectory.poses.extend_from_slice(&poses[robots.clone()]);
                     trajectory.commands.extend_from_slice(&commands[robots.clone()]);
                 }
-                OrderParameters::of(&trajectory, 0..trajectory.n_samples(), &bodies)
+                OrderParameters::with(&trajectory, 0..trajectory.n_samples(), &bodies, &asked)
             };
             (!state.past.is_empty()).then(|| (0..n_worlds).map(of_world).collect())
         });
@@ -264,14 +265,15 @@ impl PyWorlds {
         let shape = (self.n_worlds, self.conditions.robots, 3);
         Ok(Array3::from_shape_vec(shape, flat).map_err(our_mistake)?.into_pyarray(py))
     }
-    /// The order parameters of what is kept of the past, by name: arrays of shape (W,); what is not known is
-    /// NaN.
+    /// The order parameters of what is kept of the past, by name, with those that the behaviour asks for:
+    /// arrays of shape (W,); what is not known is NaN.
     fn order<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let evidence = self.evidence(py)?;
         let dict = PyDict::new(py);
-        for OrderParameter { key, of, .. } in OrderParameter::ALL {
-            let values: Vec<f64> = evidence.iter().map(|it| of(it).unwrap_or(f64::NAN)).collect();
-            dict.set_item(key, values.into_pyarray(py))?;
+        for parameter in Parameter::of_behaviour(self.conditions.behaviour) {
+            let value = |it: &OrderParameters| parameter.value(it).unwrap_or(f64::NAN);
+            let values: Vec<f64> = evidence.iter().map(value).collect();
+            dict.set_item(parameter.key(), values.into_pyarray(py))?;
         }
         Ok(dict)
     }

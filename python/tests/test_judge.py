@@ -51,6 +51,26 @@ def test_without_commands_a_phase_that_hinges_on_them_is_refused_by_name():
         rsrs.judge(ring(120), **FLOCKBOT)
 
 
+def test_a_behaviour_of_ones_own_is_judged_in_its_arena_and_has_what_it_asks_for(tmp_path):
+    file = tmp_path / "covering.yaml"
+    file.write_text(
+        "name: covering\nwords: {noun: covering, swarm: a swarm, verb: [cover, covers, covered]}\n"
+        "phases: [{key: covered}, {key: bare}]\notherwise: bare\nwindow: whole_run\n"
+        "rules: [{phase: covered, when: {coverage: {at_least: 0.8}}}]\n"
+    )
+    with pytest.raises(rsrs.RsrsError, match="coverage is of an arena with walls"):
+        rsrs.judge(ring(90), behaviour=str(file), **FLOCKBOT)
+
+    verdict = rsrs.judge(ring(90), behaviour=str(file), arena_m=2.0, **FLOCKBOT)
+
+    # The middle one of nine cells stays bare, and at most eight others have a robot.
+    assert 0.5 < verdict.order["coverage"] < 8.9 / 9
+    assert verdict.order.as_dict()["coverage"] == verdict.order["coverage"]
+    assert "coverage" in repr(verdict)
+    with pytest.raises(KeyError):
+        verdict.order["spread_m"]
+
+
 def test_a_behaviour_that_asks_for_no_commands_needs_none():
     poses = ring(90)
     poses[..., :2] *= 0.3

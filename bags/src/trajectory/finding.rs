@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use rsrs_core::judge::phase::WINDOW_S;
 use rsrs_core::robot::pose_source::PoseSource;
 use serde::Serialize;
 
@@ -59,8 +58,8 @@ impl fmt::Display for Finding {
                 let when = if *is_judged { "in" } else { "before" };
                 write!(
                     formatter,
-                    "{robot}: no pose from {from_s:.2} s to {to_s:.2} s, {when} the last {WINDOW_S} s, \
-                     which are judged: interpolated on a straight line"
+                    "{robot}: no pose from {from_s:.2} s to {to_s:.2} s, {when} the time that is \
+                     judged: interpolated on a straight line"
                 )
             }
             Self::Outliers { robot, n_poses } => {

@@ -2,23 +2,29 @@
 
 use std::fmt;
 
-use rsrs_core::judge::phase::{MAX_GAP_S, WINDOW_S};
+use rsrs_core::judge::behaviour::window::Window;
+use rsrs_core::judge::phase::MAX_GAP_S;
 
 /// What of a run must be known well; what else there is may have gaps, which are named.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Needed {
-    /// Its end, which the judge looks at.
-    #[default]
-    JudgedEnd,
+    /// What the judge looks at: mostly its end.
+    Judged(Window),
     /// All of it: a trial, in which every second is measured.
     AllOfIt,
+}
+
+impl Default for Needed {
+    fn default() -> Self {
+        Self::Judged(Window::default())
+    }
 }
 
 impl Needed {
     /// The time at the end of a run that must be known, in nanoseconds.
     pub(super) fn window_ns(self) -> u64 {
         match self {
-            Self::JudgedEnd => nanoseconds(WINDOW_S),
+            Self::Judged(window) => nanoseconds(window.reaches_back_s()),
             Self::AllOfIt => u64::MAX,
         }
     }
@@ -31,7 +37,7 @@ impl Needed {
     /// * `recorded_ns` — the median distance of poses.
     pub(super) fn most_gap_ns(self, recorded_ns: u64) -> u64 {
         let most_s = match self {
-            Self::JudgedEnd => MAX_GAP_S,
+            Self::Judged(_) => MAX_GAP_S,
             Self::AllOfIt => 1.0,
         };
         nanoseconds(most_s).max(recorded_ns * 3 / 2)
@@ -42,7 +48,7 @@ impl Needed {
 impl fmt::Display for Needed {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Self::JudgedEnd => write!(formatter, " within the last {WINDOW_S} s, which are judged"),
+            Self::Judged(window) => write!(formatter, " within {}", window.in_words()),
             Self::AllOfIt => Ok(()),
         }
     }
@@ -51,7 +57,7 @@ impl fmt::Display for Needed {
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "a minute in nanoseconds fits, and none is negative"
+    reason = "what is longer is all of a run, and none is negative"
 )]
 fn nanoseconds(time_s: f64) -> u64 {
     (time_s * 1e9) as u64

@@ -221,8 +221,9 @@ impl Conditions {
         (duration_s / self.period_s + 1e-9).floor() as u64
     }
 
-    /// Properties of the robots that the judge needs.
+    /// Properties of the robots and their arena that the judge needs.
     pub fn bodies(&self) -> Bodies {
-        Bodies::seen_by(&self.robot.region, self.robot.sees, self.robot.radius_m)
+        let bodies = Bodies::seen_by(&self.robot.region, self.robot.sees, self.robot.radius_m);
+        Bodies { arena_m: self.arena.walls_m().map(|walls_m| 2.0 * walls_m), ..bodies }
     }
 }

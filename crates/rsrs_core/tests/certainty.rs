@@ -8,7 +8,7 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;
-const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75) };
+const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75), arena_m: None };
 
 /// Nine robots on a ring, each at a radius of its own that is a function of robot and time.
 fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory {
@@ -69,7 +69,7 @@ fn a_fat_ring_is_as_far_from_stable_as_its_circliness_is() {
         let margin = certainty
             .margins
             .iter()
-            .find(|margin| margin.parameter == Parameter::Circliness)
+            .find(|margin| margin.parameter == Parameter::CIRCLINESS)
             .expect("stable milling has a least circliness");
         assert!((margin.distance - (0.5 - fatness)).abs() < 1e-9, "{margin:?}");
         let slow = verdict.evidence.blocked + 0.02 < (fatness - 0.5_f64).abs();
@@ -77,7 +77,7 @@ fn a_fat_ring_is_as_far_from_stable_as_its_circliness_is() {
             let nearest = certainty.nearest.expect("another phase can be had");
             assert_eq!(
                 (nearest.becomes, &*nearest.parameters),
-                (becomes, &[Parameter::Circliness][..])
+                (becomes, &[Parameter::CIRCLINESS][..])
             );
         }
     }
@@ -91,7 +91,7 @@ fn where_two_parameters_must_move_together_the_farther_one_counts() {
     let nearest = certainty.nearest.expect("another phase can be had");
     assert_eq!(verdict.phase, Phase::UNFORMED);
     assert_eq!(nearest.becomes, Phase::SEMI_STABLE_MILLING);
-    assert_eq!(nearest.parameters, [Parameter::Orbit]);
+    assert_eq!(nearest.parameters, [Parameter::ORBIT]);
     assert!((nearest.distance - (0.5 - verdict.evidence.orbit)).abs() < 1e-12);
 }
 

@@ -256,6 +256,7 @@ fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
         contact_onsets_per_s: Some(0.0),
         circliness_ceiling: 0.95,
         clustered: None,
+        ..OrderParameters::default()
     };
 
     let mill = |circliness: f64| {

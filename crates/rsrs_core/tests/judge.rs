@@ -11,8 +11,8 @@ use rsrs_core::robot::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;
 const SPEED_M_S: f64 = 0.15;
-const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75) };
-const UNKNOWN_REACH: Bodies = Bodies { radius_m: Some(0.075), reach_m: None };
+const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75), arena_m: None };
+const UNKNOWN_REACH: Bodies = Bodies { reach_m: None, ..FLOCKBOT };
 
 /// A run of nine robots whose poses are a function of robot and time.
 fn run(duration_s: f64, pose: impl Fn(usize, f64) -> Pose) -> Trajectory {
@@ -235,7 +235,7 @@ fn a_ring_of_two_radii_is_semi_stable() {
 #[test]
 fn the_line_between_stable_and_semi_stable_moves_with_its_threshold() {
     let trajectory = run(120.0, fat_ring);
-    let lenient = Behaviour::MILLING.rules().with_wanted_bound(Parameter::Circliness, 0.35);
+    let lenient = Behaviour::MILLING.rules().with_wanted_bound(Parameter::CIRCLINESS, 0.35);
 
     let verdict = phase::label_with(&trajectory, &FLOCKBOT, &lenient).expect("as above");
 
@@ -284,7 +284,7 @@ fn a_robot_that_bumps_once_has_one_onset() {
 
 #[test]
 fn the_contact_of_bodies_of_unknown_size_is_unknown() {
-    let bodies = Bodies { radius_m: None, reach_m: Some(0.75) };
+    let bodies = Bodies { radius_m: None, ..FLOCKBOT };
 
     let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &bodies);
 

@@ -17,6 +17,8 @@ mod impossible;
 mod judge;
 mod measure;
 mod numbers;
+mod order;
 mod plan;
 mod recovery;
 mod trials;
+mod windows;

@@ -9,7 +9,7 @@ use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
-use rsrs_core::judge::phase::WINDOW_S;
+use rsrs_core::judge::behaviour::window::Window;
 use rsrs_core::quantity::{Axis, Cell};
 use serde::{Deserialize, Serialize};
 
@@ -63,7 +63,7 @@ pub enum RobotLost {
     /// Report it and go on with the others; what the others do is compared only where that is asked
     /// for.
     Note,
-    /// End the run if the time that is judged, its last minute, has not begun; then report it, go on
+    /// End the run if the time that is judged, mostly its last minute, has not begun; then report it, go on
     /// with the others, and the run counts.
     AbortUntilJudged,
 }
@@ -75,18 +75,19 @@ impl RobotLost {
     ///
     /// * `after_s` — how long the robots have been allowed to move then.
     /// * `duration_s` — how long they are to move.
-    pub fn ends_run(self, after_s: f64, duration_s: f64) -> bool {
+    /// * `window` — which time of it is judged.
+    pub fn ends_run(self, after_s: f64, duration_s: f64, window: Window) -> bool {
         match self {
             Self::Abort => true,
             Self::Note => false,
-            Self::AbortUntilJudged => after_s < judged_from_s(duration_s),
+            Self::AbortUntilJudged => after_s < judged_from_s(duration_s, window),
         }
     }
 }
 
 /// When the time of a run begins that is judged, in seconds from the start of the movement.
-pub fn judged_from_s(duration_s: f64) -> f64 {
-    (duration_s - WINDOW_S).max(0.0)
+pub fn judged_from_s(duration_s: f64, window: Window) -> f64 {
+    (duration_s - window.reaches_back_s()).max(0.0)
 }
 
 /// How the simulated backend runs an experiment.

@@ -391,7 +391,9 @@ impl ExperimentRecord {
     /// Whether a completed run counts although these robots were lost on the way: only where the
     /// experiment had fixed that beforehand, and none was lost before the time that is judged.
     pub fn counts_without(&self, lost: &[LostRobot]) -> bool {
-        let is_late = |lost: &LostRobot| !self.robot_lost.ends_run(lost.after_s, self.duration_s);
+        let window = self.conditions.behaviour.window();
+        let is_late =
+            |lost: &LostRobot| !self.robot_lost.ends_run(lost.after_s, self.duration_s, window);
         match self.robot_lost {
             RobotLost::Abort | RobotLost::Note => lost.is_empty(),
             RobotLost::AbortUntilJudged => lost.iter().all(is_late),

@@ -104,7 +104,7 @@ impl Attempt {
 
     /// Whether the rule of the experiment ended it because of a robot, before its result began to show.
     fn lost_a_robot_early(&self, record: &ExperimentRecord) -> bool {
-        let judged_from_s = judged_from_s(record.duration_s);
+        let judged_from_s = judged_from_s(record.duration_s, record.conditions.behaviour.window());
         let is_rule = record.robot_lost != RobotLost::Note;
         let is_early = |lost: &LostRobot| lost.after_s < judged_from_s;
         is_rule && !self.lost_robots.is_empty() && self.lost_robots.iter().all(is_early)

@@ -13,9 +13,10 @@ use anyhow::anyhow;
 use rsrs_bags::trajectory::{Finding, Needed, RecordedTrajectory, TrajectoryError};
 use rsrs_bags::{Bag, Recovery};
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::window::Window;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{JudgeError, Phase, WINDOW_S, label_with};
+use rsrs_core::judge::phase::{JudgeError, Phase, label_with};
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
@@ -288,6 +289,8 @@ pub enum NoLabel {
         ending: &'static str,
         /// Why.
         reason: String,
+        /// Which time of it would be judged.
+        window: Window,
     },
     /// The judge cannot decide.
     Judge(JudgeError),
@@ -296,10 +299,11 @@ pub enum NoLabel {
 impl NoLabel {
     fn from_error(error: JudgeError, ending: Option<&Ending>) -> Self {
         match (error, ending) {
-            (JudgeError::TooShort { duration_s }, Some(Ending { kind, reason, .. }))
+            (JudgeError::TooShort { duration_s, window }, Some(Ending { kind, reason, .. }))
                 if *kind != EndingKind::Completed =>
             {
-                Self::Stopped { duration_s, ending: kind.key(), reason: reason.clone() }
+                let (ending, reason) = (kind.key(), reason.clone());
+                Self::Stopped { duration_s, ending, reason, window }
             }
             (error, _) => Self::Judge(error),
         }
@@ -308,10 +312,11 @@ impl NoLabel {
     fn refused(self, path: &Path) -> anyhow::Error {
         match self {
             Self::Part(part) => only_a_part(path, part),
-            Self::Stopped { duration_s, ending, reason } => anyhow!(
-                "{}: the run was {ending} after {duration_s:.1} s ({reason}), and its last {WINDOW_S:.0} s \
-                 would be judged",
-                path.display()
+            Self::Stopped { duration_s, ending, reason, window } => anyhow!(
+                "{}: the run was {ending} after {duration_s:.1} s ({reason}), and {} s or more would be \
+                 judged",
+                path.display(),
+                window.least_s()
             ),
             Self::Judge(error) => not_judged(path, error),
         }
@@ -324,17 +329,22 @@ impl NoLabel {
 ///
 /// If the bag or its record cannot be read, or it has no poses or commands; the error names the bag.
 pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
-    let labels = human_labels::read(path)?;
     let bag = recorded_run::open(path)?;
     let record = recorded_run::record_in(&bag)?;
-    let bodies = options.bodies.unwrap_or_else(|| recorded_bodies(record.as_ref()));
+    // Their phases may be those of a behaviour that the record has.
+    let labels = human_labels::read(path)?;
+    let recorded = recorded_bodies(record.as_ref());
+    let bodies = options.bodies.map_or(recorded, |bodies| Bodies {
+        arena_m: bodies.arena_m.or(recorded.arena_m),
+        ..bodies
+    });
     let ending = recorded_run::ending_in(&bag)?;
+    let behaviour = behaviour_of(record.as_ref(), options);
     let poses = PosesOfRun::of(&bag, record.as_ref(), options.poses)?;
     let recorded = poses
-        .read(&bag, record.as_ref(), Needed::JudgedEnd)
+        .read(&bag, record.as_ref(), Needed::Judged(behaviour.window()))
         .map_err(|error| refused(path, error, ending.as_ref()))?;
     let part = part_of_run(&bag, &recorded, record.as_ref(), ending.as_ref());
-    let behaviour = behaviour_of(record.as_ref(), options);
     // A floor of real robots has its own frame and its own walls.
     let simulated = record.as_ref().filter(|record| record.backend == Backend::Simulator);
     let walls_m = simulated.and_then(|record| record.conditions.arena.walls_m());
@@ -490,8 +500,7 @@ pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
 }
 
 fn recorded_bodies(record: Option<&ExperimentRecord>) -> Bodies {
-    let unknown = Bodies { radius_m: None, reach_m: None };
-    record.map_or(unknown, |record| record.conditions.bodies())
+    record.map_or(Bodies::UNKNOWN, |record| record.conditions.bodies())
 }
 
 #[cfg(test)]
@@ -503,7 +512,7 @@ mod tests {
         let lost = "lost robot_2: silent for more than 1 s".to_owned();
         let ending =
             |kind| Ending { kind, reason: lost.clone(), lost: Vec::new(), paused: Vec::new() };
-        let short = || JudgeError::TooShort { duration_s: 34.0 };
+        let short = || JudgeError::TooShort { duration_s: 34.0, window: Window::default() };
 
         let aborted = NoLabel::from_error(short(), Some(&ending(EndingKind::Aborted)));
         let completed = NoLabel::from_error(short(), Some(&ending(EndingKind::Completed)));

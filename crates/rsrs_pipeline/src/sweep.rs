@@ -19,6 +19,7 @@ use rsrs_core::diagram::adaptive::{Knowledge, Schedule};
 use rsrs_core::diagram::sweep_file::{Axes, SweepFile};
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::judge::phase::JudgeError;
 use rsrs_core::quantity::Cell;
 use rsrs_sim::sweep::{
     Block, BlockError, Completion, Piece, Progress, ReplicateOutcome, Runs, SweepError, Watch,
@@ -448,7 +449,14 @@ fn explain(name: &str, cells: &[Cell], error: SweepError) -> anyhow::Error {
             helped(source).context(message)
         }
         SweepError::Judge { source, .. } => {
-            anyhow::anyhow!("{name}: cell `{cell}` cannot be judged: {source}")
+            let message = format!("{name}: cell `{cell}` cannot be judged: {source}");
+            match source {
+                JudgeError::NoArena { .. } => with_help(
+                    message,
+                    "give it one: `fixed: {arena_m: 3, walls: stop}`, of so many metres a side",
+                ),
+                _ => anyhow::anyhow!(message),
+            }
         }
     }
 }

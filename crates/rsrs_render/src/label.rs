@@ -2,7 +2,7 @@
 
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{JudgeError, WINDOW_S};
+use rsrs_core::judge::phase::JudgeError;
 use rsrs_core::judge::rule::Parameter;
 use rsrs_fleet::record::Backend;
 use rsrs_pipeline::label::{Labelled, NoLabel, RunPart, Settledness};
@@ -121,13 +121,26 @@ fn evidence(label: &Labelled) -> Option<String> {
         Some(lost) => format!("lost {lost:.2}"),
         None => "lost unknown without the robots' reach".to_owned(),
     };
-    let asks_for_clusters = label.phase.behaviour().rules().ask_for(Parameter::Clustered);
-    let clustered = evidence.clustered.filter(|_| asks_for_clusters);
-    let clustered = clustered.map(|share| format!(", clustered {share:.2}"));
-    let last = lost + &clustered.unwrap_or_default();
+    let asked = label.phase.behaviour().rules().parameters();
+    let others = asked.into_iter().filter(|it| !USUAL.contains(it)).filter_map(|it| {
+        let value = it.with_unit(it.value(evidence)?);
+        Some(format!(", {it} {value}"))
+    });
+    let last = others.fold(lost, |text, other| text + &other);
     let order = order_parameters(evidence);
     Some(format!(" ({n_robots} robots, {duration_s:.0} s; {order}, {last})"))
 }
+
+/// Those that the line of any label has; others are in that of a behaviour that asks for them.
+const USUAL: [Parameter; 7] = [
+    Parameter::LOST,
+    Parameter::STUCK,
+    Parameter::BLOCKED,
+    Parameter::ROTATION,
+    Parameter::ORBIT,
+    Parameter::CIRCLINESS,
+    Parameter::CIRCLINESS_CEILING,
+];
 
 /// The order parameters of any swarm.
 pub fn order_parameters(evidence: &OrderParameters) -> String {
@@ -167,8 +180,8 @@ pub fn none(none: &NoLabel) -> String {
         NoLabel::Stopped { duration_s, ending, .. } => {
             format!("no label: {ending} after {duration_s:.0} s")
         }
-        NoLabel::Judge(JudgeError::TooShort { duration_s }) => {
-            format!("no label: {duration_s:.0} s of {WINDOW_S:.0}")
+        NoLabel::Judge(JudgeError::TooShort { duration_s, window }) => {
+            format!("no label: {duration_s:.0} s of {:.0}", window.least_s())
         }
         NoLabel::Judge(JudgeError::UnknownReach { .. }) => {
             "no label: how far a robot senses another is not known".to_owned()

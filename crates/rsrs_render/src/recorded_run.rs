@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_bags::trajectory::RecordedTrajectory;
+use rsrs_core::judge::behaviour::window::Window;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, samples_in};
+use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, judged_samples, samples_in};
 use rsrs_core::judge::rule::Rules;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::observation::order_of;
@@ -102,21 +103,35 @@ impl DrawnRun {
             blocks,
             block_s: BLOCK_S,
             duration_s,
-            // Without a label nothing was judged.
-            window_start_s: if self.run.label.is_ok() { duration_s - WINDOW_S } else { duration_s },
+            judged_s: self.judged_s(rules),
             rules,
             notes,
         }
+    }
+
+    /// The time that decided; nothing without a label.
+    fn judged_s(&self, rules: &Rules) -> [f64; 2] {
+        let trajectory = &self.run.recorded.trajectory;
+        if self.run.label.is_err() {
+            return [trajectory.duration_s(); 2];
+        }
+        let duration_s = trajectory.duration_s();
+        if rules.window != Window::Ever {
+            return [(duration_s - rules.window.reaches_back_s()).max(0.0), duration_s];
+        }
+        let samples = judged_samples(trajectory, &self.run.bodies, rules);
+        [samples.start, samples.end].map(|sample| sample as f64 * trajectory.period_s)
     }
 
     /// The order parameters of every block.
     pub fn blocks(&self) -> Vec<(f64, OrderParameters)> {
         let trajectory = &self.run.recorded.trajectory;
         let n_block = samples_in(BLOCK_S, trajectory.period_s);
+        let asked = self.rules().parameters();
         let block = |number: usize| {
             let samples = number * n_block..(number + 1) * n_block;
             let start_s = samples.start as f64 * trajectory.period_s;
-            (start_s, OrderParameters::of(trajectory, samples, &self.run.bodies))
+            (start_s, OrderParameters::with(trajectory, samples, &self.run.bodies, &asked))
         };
         (0..trajectory.n_samples() / n_block).map(block).collect()
     }
@@ -131,7 +146,7 @@ impl DrawnRun {
         self.run.lost_rows()
     }
 
-    /// From when on the swarm is in which phase: what the judge would find in the last minute, looked at
+    /// From when on the swarm is in which phase: what the judge would find then, looked at
     /// every few seconds.
     fn phases(&self) -> Vec<(f64, String)> {
         let ReadRun { recorded, bodies, behaviour, .. } = &self.run;
@@ -146,7 +161,8 @@ impl DrawnRun {
             let words = if order.is_whole() {
                 order.phase.to_string()
             } else {
-                format!("so far: {} ({:.0} s of {WINDOW_S:.0})", order.phase, order.over_s)
+                let least_s = behaviour.window().least_s();
+                format!("so far: {} ({:.0} s of {least_s:.0})", order.phase, order.over_s)
             };
             Some((n_samples as f64 * trajectory.period_s, words))
         };

@@ -22,7 +22,7 @@
 use std::ops::Range;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::judge::phase::{self, JudgeError, Verdict, WINDOW_S, samples_in};
+use rsrs_core::judge::phase::{self, JudgeError, Verdict, samples_in};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
@@ -324,11 +324,14 @@ fn is_moderate(conditions: &Conditions, fastest: Command) -> bool {
 /// Whether the lanes can run and judge a cell. What they cannot is left to the reference: it is
 /// what is refused, or far from what robots do.
 fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
-    let n_window = samples_in(WINDOW_S, conditions.period_s);
+    let window = conditions.behaviour.window();
+    let n_samples = conditions.steps(duration_s);
+    let is_long_enough = n_samples >= samples_in(window.least_s(), conditions.period_s) as u64;
+    let n_kept = || window.n_needed(n_samples as usize, conditions.period_s);
     are_for_lanes(conditions)
         && decides_in_lanes(conditions)
         && (1..=MOST_ROBOTS).contains(&conditions.robots)
-        && conditions.robots.saturating_mul(n_window) <= MOST_STATES
-        && conditions.steps(duration_s) >= n_window as u64
+        && is_long_enough
+        && conditions.robots.saturating_mul(n_kept()) <= MOST_STATES
         && is_moderate(conditions, conditions.controller.fastest())
 }

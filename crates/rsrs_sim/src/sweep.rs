@@ -12,7 +12,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::digest::mix;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{JudgeError, Phase, WINDOW_S, samples_in};
+use rsrs_core::judge::phase::{JudgeError, Phase, samples_in};
 
 use crate::batch::BatchError;
 use crate::draw::{RunKey, Seed};
@@ -152,8 +152,8 @@ pub fn sweep(conditions: &[Conditions], runs: Runs, watch: Watch<'_>) -> Result<
 ///
 /// # Errors
 ///
-/// [`SweepError`] of the first cell without robots, with too little time for the judge, or whose
-/// robots do not fit where they are to start.
+/// [`SweepError`] of the first cell without robots, with too little time for the judge or without the
+/// arena that its behaviour is about, or whose robots do not fit where they are to start.
 pub fn check(conditions: &[Conditions], runs: Runs) -> Result<(), SweepError> {
     conditions.iter().enumerate().try_for_each(|(cell, conditions)| {
         let n_steps = conditions.steps(runs.duration_s);
@@ -161,9 +161,13 @@ pub fn check(conditions: &[Conditions], runs: Runs) -> Result<(), SweepError> {
         if conditions.robots == 0 {
             return impossible(JudgeError::NoRobots.into());
         }
-        if n_steps < samples_in(WINDOW_S, conditions.period_s) as u64 {
+        let window = conditions.behaviour.window();
+        if n_steps < samples_in(window.least_s(), conditions.period_s) as u64 {
             let duration_s = n_steps as f64 * conditions.period_s;
-            return impossible(JudgeError::TooShort { duration_s }.into());
+            return impossible(JudgeError::TooShort { duration_s, window }.into());
+        }
+        if let Err(error) = conditions.behaviour.rules().check_known(&conditions.bodies()) {
+            return impossible(error.into());
         }
         let seed = Seed { seed: runs.seed, replicate: 0 };
         match placement::place(conditions, RunKey::new(seed, conditions.digest())) {

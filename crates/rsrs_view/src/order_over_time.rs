@@ -39,8 +39,8 @@ pub struct OrderPicture<'a> {
     pub block_s: f64,
     /// Length of the run, in seconds; positive.
     pub duration_s: f64,
-    /// When the judged window begins, in seconds from the start.
-    pub window_start_s: f64,
+    /// When the judged window begins and ends, in seconds from the start; at the same time if nothing is judged.
+    pub judged_s: [f64; 2],
     /// The rules that it is judged by.
     pub rules: &'a Rules,
     /// Below the curves; any texts.
@@ -65,6 +65,8 @@ struct Line {
     colour: &'static str,
     /// Where the wanted phase begins or ends.
     condition: Condition,
+    /// Where its row ends above.
+    top: f64,
 }
 
 /// Draws a run from above and its order parameters beside it.
@@ -119,18 +121,18 @@ struct Rows {
 
 impl Rows {
     fn of(picture: &OrderPicture, (left_px, top_px): (f64, f64)) -> Self {
-        let lines = lines(picture.rules);
+        let lines = lines(picture);
         let whole_s = end_s(picture.duration_s);
-        let chart = |row: usize| Chart {
+        let chart = |(row, line): (usize, &Line)| Chart {
             left_px,
             top_px: top_px + NAME_PX + row as f64 * PITCH_PX,
             width_px: WIDTH_PX,
             height_px: ROW_PX,
             x: [0.0, whole_s],
             // A line at 0 or 1 lies on no frame.
-            y: [-0.08, 1.08],
+            y: [-0.08, 1.08].map(|share| share * line.top),
         };
-        let charts = (0..lines.len()).map(chart).collect();
+        let charts = lines.iter().enumerate().map(chart).collect();
         Self { lines, charts }
     }
 
@@ -145,10 +147,10 @@ impl Rows {
         let mut elements = vec![heading];
         for (line, chart) in self.lines.iter().zip(&self.charts) {
             elements.push(name(line, chart, picture));
-            elements.push(judged(chart, picture.window_start_s));
+            elements.push(judged(chart, picture.judged_s));
             elements.push(bound(chart, line));
             elements.push(curve(chart, line, picture));
-            elements.push(shares(chart));
+            elements.push(scale(chart, line.top));
         }
         elements.push(last.frame("time since the start (s)"));
         let corner_px = (last.left_px, last.bottom_px() + BELOW_PX - 6.0);
@@ -170,7 +172,7 @@ fn end_s(duration_s: f64) -> f64 {
 
 /// What a row shows, above it.
 fn name(line: &Line, chart: &Chart, picture: &OrderPicture) -> Element {
-    let Line { colour, condition } = line;
+    let Line { colour, condition, .. } = line;
     let text = format!("{} ({}: {condition})", condition.parameter.key(), picture.rules.wanted);
     let place = format!(
         "translate({} {})",
@@ -184,18 +186,18 @@ fn name(line: &Line, chart: &Chart, picture: &OrderPicture) -> Element {
     Element::new("g").child(swatch).child(words)
 }
 
-/// The frame of a row with its numbers.
-fn shares(chart: &Chart) -> Element {
+/// The frame of a row with its numbers, up to `top`.
+fn scale(chart: &Chart, top: f64) -> Element {
     let border = rectangle(chart.left_px, chart.top_px, chart.width_px, chart.height_px)
         .with("fill", "none")
         .with("stroke", INK)
         .at("stroke-width", 1.0);
     let left = number(chart.left_px);
-    let values = [(0.0, "0"), (0.5, "0.5"), (1.0, "1")];
-    let tick = |(value, _): &(f64, &str)| format!("M{left} {}h-4", number(chart.y_px(*value)));
+    let values = [0.0, top / 2.0, top];
+    let tick = |value: &f64| format!("M{left} {}h-4", number(chart.y_px(*value)));
     let ticks = values.iter().map(tick).collect::<Vec<_>>().concat();
-    let texts = values.map(|(value, text)| {
-        line_of_text(chart.left_px - 8.0, chart.y_px(value) + 3.5, text)
+    let texts = values.map(|value| {
+        line_of_text(chart.left_px - 8.0, chart.y_px(value) + 3.5, &value.to_string())
             .at("font-size", 10.0)
             .with("text-anchor", "end")
             .with("fill", QUIET_INK)
@@ -206,37 +208,53 @@ fn shares(chart: &Chart) -> Element {
         .children(texts)
 }
 
-fn lines(rules: &Rules) -> Vec<Line> {
+fn lines(picture: &OrderPicture) -> Vec<Line> {
+    let rules = picture.rules;
     let conditions = rules.of(rules.wanted).flat_map(|rule| &rule.conditions);
     let line = |condition: &Condition| {
         let colour = colour(condition.parameter);
-        Line { colour, condition: *condition }
+        Line { colour, condition: *condition, top: top(condition, picture) }
     };
     conditions.map(line).collect()
 }
 
+/// How far up a row goes: to 1, or what is no share, to a round number beyond its bound and its values.
+fn top(condition: &Condition, picture: &OrderPicture) -> f64 {
+    if condition.parameter.unit().is_empty() {
+        return 1.0;
+    }
+    let values = picture.blocks.iter().map(|(_, order)| condition.parameter.of(order));
+    let most = values.fold(1.25 * condition.bound, f64::max).max(0.01);
+    let decade = 10.0_f64.powi(most.log10().floor() as i32);
+    let round = [1.0, 2.0, 5.0].into_iter().find(|step| step * decade >= most);
+    round.unwrap_or(10.0) * decade
+}
+
+/// Of lines that have no colour of their own.
+const OTHERS: [&str; 4] = ["#e69f00", "#0072b2", "#009e73", "#56b4e9"];
+
 /// The colour of an order parameter's line.
 pub(crate) fn colour(parameter: Parameter) -> &'static str {
     match parameter {
-        Parameter::Rotation => "#0072b2",
-        Parameter::Orbit => "#009e73",
-        Parameter::Circliness | Parameter::Clustered => "#d55e00",
-        Parameter::Blocked | Parameter::Stuck => "#555555",
-        Parameter::Lost => "#cc79a7",
+        Parameter::ROTATION => "#0072b2",
+        Parameter::ORBIT => "#009e73",
+        Parameter::CIRCLINESS | Parameter::CLUSTERED => "#d55e00",
+        Parameter::BLOCKED | Parameter::STUCK => "#555555",
+        Parameter::LOST => "#cc79a7",
+        other => {
+            let place = Parameter::all().position(|it| it == other).unwrap_or(0);
+            OTHERS[place % OTHERS.len()]
+        }
     }
 }
 
 /// The window that the judge looks at.
-fn judged(chart: &Chart, start_s: f64) -> Element {
+fn judged(chart: &Chart, [start_s, end_s]: [f64; 2]) -> Element {
     let left_px = chart.x_px(start_s.max(chart.x[0]));
-    rectangle(
-        left_px,
-        chart.top_px,
-        (chart.left_px + chart.width_px - left_px).max(0.0),
-        chart.height_px,
-    )
-    .with("fill", "#0072b2")
-    .with("fill-opacity", "0.07")
+    let right_px = chart.x_px(end_s.min(chart.x[1]));
+    rectangle(left_px, chart.top_px, (right_px - left_px).max(0.0), chart.height_px)
+        .with("fill", "#0072b2")
+        .with("fill-opacity", "0.07")
 }
 
 fn bound(chart: &Chart, line: &Line) -> Element {
@@ -251,7 +269,7 @@ fn bound(chart: &Chart, line: &Line) -> Element {
 /// The order parameter of each block, at its middle; kept within the frame.
 fn curve(chart: &Chart, line: &Line, picture: &OrderPicture) -> Element {
     let place = |(start_s, order): &(f64, OrderParameters)| {
-        let value = line.condition.parameter.of(order).clamp(0.0, 1.0);
+        let value = line.condition.parameter.of(order).clamp(0.0, line.top);
         let time_s = start_s + picture.block_s / 2.0;
         format!("{} {}", number(chart.x_px(time_s)), number(chart.y_px(value)))
     };
@@ -269,7 +287,7 @@ fn entries(picture: &OrderPicture) -> Vec<(Element, String)> {
     let bound = stroke_mark(QUIET_INK, 0.9).with("stroke-dasharray", "2 4");
     let shade = stroke_mark("#0072b2", 11.0).with("stroke-opacity", "0.07");
     let mut entries = vec![(bound, format!("bound of {}", picture.rules.wanted))];
-    if picture.window_start_s < picture.duration_s {
+    if picture.judged_s[0] < picture.judged_s[1] {
         entries.push((shade, "the window that is judged".to_owned()));
     }
     let none = || stroke_mark(QUIET_INK, 0.0);

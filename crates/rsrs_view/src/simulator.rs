@@ -59,6 +59,6 @@ pub fn keys() -> Value {
         "axes": Axis::ALL.map(axis),
         "phases": Phase::BUILT_IN.map(phase),
         "least_share": LEAST_SHARE,
-        "parameters": Parameter::ALL.map(parameter),
+        "parameters": Parameter::all().map(parameter).collect::<Vec<_>>(),
     })
 }

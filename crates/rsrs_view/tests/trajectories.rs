@@ -148,7 +148,7 @@ fn runs_that_cannot_be_drawn_are_refused() {
 #[test]
 fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
     let mill = mill(120.0);
-    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9) };
+    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9), arena_m: None };
     let n_block = samples_in(BLOCK_S, mill.period_s);
     let block = |number: usize| {
         let samples = number * n_block..(number + 1) * n_block;
@@ -162,7 +162,7 @@ fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
             blocks: &blocks,
             block_s: BLOCK_S,
             duration_s: mill.duration_s(),
-            window_start_s: 60.0,
+            judged_s: [60.0, mill.duration_s()],
             rules: &Behaviour::MILLING.rules(),
             notes: &notes,
         },
@@ -262,7 +262,7 @@ fn every_frame_of_a_film_can_be_read_and_has_the_same_text_again() {
 fn pictures_of_a_run_have_the_same_bytes_again() {
     let torn = torn(60.0);
     let picture = picture(&torn, Some(Phase::SEMI_STABLE_MILLING));
-    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9) };
+    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9), arena_m: None };
     let blocks = [(0.0, OrderParameters::of(&torn, 0..torn.n_samples(), &bodies))];
     let rules = Behaviour::MILLING.rules();
     let notes = ["robot_1 left the ring at 1 s".to_owned()];
@@ -270,7 +270,7 @@ fn pictures_of_a_run_have_the_same_bytes_again() {
         blocks: &blocks,
         block_s: 60.0,
         duration_s: 60.0,
-        window_start_s: 0.0,
+        judged_s: [0.0, 60.0],
         rules: &rules,
         notes: &notes,
     };

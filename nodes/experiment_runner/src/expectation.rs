@@ -44,6 +44,7 @@ pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerO
         ),
         length,
         robot_lost: record.robot_lost,
+        judged: record.conditions.behaviour.window(),
         countdown: countdown(plan),
         start_rule: match plan.place_check {
             PlaceCheck::Require => StartRule::Required,

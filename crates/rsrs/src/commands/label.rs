@@ -182,7 +182,7 @@ fn add(arguments: &Arguments, label: &HumanLabel) -> anyhow::Result<Outcome> {
 
 fn options(arguments: &Arguments) -> anyhow::Result<LabelOptions> {
     let bodies = match &arguments.profile {
-        None => arguments.reach.map(|reach_m| Bodies { radius_m: None, reach_m: Some(reach_m) }),
+        None => arguments.reach.map(|reach_m| Bodies { reach_m: Some(reach_m), ..Bodies::UNKNOWN }),
         Some(path) => {
             let profile = read_profile(path)?;
             let region = Region::of(&profile.sensing);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::judge::phase::WINDOW_S;
+use rsrs_core::judge::behaviour::window::Window;
 use rsrs_core::quantity::Cell;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::experiment::Time;
@@ -200,7 +200,8 @@ fn finish(
             with_help(message, help.join("\n"))
         });
     }
-    report(format, summary, text(summary, same))?;
+    let judged = record.conditions.behaviour.window();
+    report(format, summary, text((summary, judged), same))?;
     Ok(outcome(record, summary))
 }
 
@@ -217,16 +218,17 @@ fn outcome(record: &ExperimentRecord, summary: &RunSummary) -> Outcome {
 }
 
 /// What to look at: a run that is too short for a label can be drawn.
-fn next(bag: &Path, duration_s: f64) -> String {
-    if duration_s >= WINDOW_S {
+fn next(bag: &Path, duration_s: f64, judged: Window) -> String {
+    let least_s = judged.least_s();
+    if duration_s >= least_s {
         return format!("next: rsrs label {}", quoted(bag));
     }
     let picture = quoted(bag.with_extension("svg"));
-    let why = format!("a label takes {WINDOW_S:.0} s or more");
+    let why = format!("a label takes {least_s:.0} s or more");
     format!("next: rsrs draw {} -o {picture}   # {why}", quoted(bag))
 }
 
-fn text(summary: &RunSummary, same: Option<String>) -> Words {
+fn text((summary, judged): (&RunSummary, Window), same: Option<String>) -> Words {
     let bag = summary.bag.as_ref().map_or_else(String::new, |bag| bag.display().to_string());
     let pace = summary
         .real_time_factor
@@ -247,7 +249,7 @@ fn text(summary: &RunSummary, same: Option<String>) -> Words {
     }
     lines.extend(gaps::lines(&summary.gaps));
     lines.extend(same);
-    lines.extend(summary.bag.as_ref().map(|bag| next(bag, summary.duration_s)));
+    lines.extend(summary.bag.as_ref().map(|bag| next(bag, summary.duration_s, judged)));
     lines.into_iter().fold(words, Words::below)
 }
 

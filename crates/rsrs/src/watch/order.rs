@@ -3,24 +3,23 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use rsrs_core::judge::phase::WINDOW_S;
 use rsrs_core::judge::rule::{Parameter, Rules};
 use rsrs_fleet::observation::SwarmOrder;
 
 use super::look::{Signs, strong};
 use super::screen::{View, clipped, titled, write};
 
-/// All that there are, in the order in which they are shown.
-const PARAMETERS: [Parameter; 7] = [
-    Parameter::Clustered,
-    Parameter::Circliness,
-    Parameter::Rotation,
-    Parameter::Orbit,
-    Parameter::Blocked,
-    Parameter::Stuck,
-    Parameter::Lost,
+/// Those that are shown first, in this order.
+const FIRST: [Parameter; 7] = [
+    Parameter::CLUSTERED,
+    Parameter::CIRCLINESS,
+    Parameter::ROTATION,
+    Parameter::ORBIT,
+    Parameter::BLOCKED,
+    Parameter::STUCK,
+    Parameter::LOST,
 ];
-/// Columns of a name, and of a value after it.
+/// Columns of a name, unless one is longer, and of a value after it.
 const NAME: u16 = 11;
 const VALUE: u16 = 5;
 /// Eighths of a block, from none to all of it.
@@ -29,12 +28,9 @@ const BLOCKS: [&str; 9] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉", 
 /// Those that the rules of its behaviour look at, and that are known.
 fn parameters(order: &SwarmOrder) -> Vec<Parameter> {
     let rules = order.behaviour.rules();
-    let is_known = |parameter: &Parameter| match parameter {
-        Parameter::Lost => order.evidence.lost.is_some(),
-        Parameter::Clustered => order.evidence.clustered.is_some(),
-        _ => true,
-    };
-    PARAMETERS.into_iter().filter(|it| rules.ask_for(*it)).filter(is_known).collect()
+    let others = Parameter::all().filter(|it| !FIRST.contains(it));
+    let is_shown = |it: &Parameter| rules.ask_for(*it) && it.value(&order.evidence).is_some();
+    FIRST.into_iter().chain(others).filter(is_shown).collect()
 }
 
 /// How many rows it takes.
@@ -55,17 +51,20 @@ pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let phase = clipped(order.phase.title(), usize::from(area.width) - 1, view.look);
     write(buffer, area, (1, 0), &phase, phase_style.patch(strong()));
     let over = if order.is_whole() {
-        format!("last {WINDOW_S:.0} s")
+        format!("last {:.0} s", order.over_s)
     } else {
-        format!("{:.0} of {WINDOW_S:.0} s", order.over_s)
+        format!("{:.0} of {:.0} s", order.over_s, order.behaviour.window().least_s())
     };
     let room = usize::from(area.width).saturating_sub(phase.chars().count() + 4);
     if over.chars().count() <= room {
         let at = area.width - u16::try_from(over.chars().count()).unwrap_or(0) - 1;
         write(buffer, area, (at, 0), &over, view.look.quiet());
     }
-    for (row, parameter) in (1..).zip(parameters(order)) {
-        draw_parameter(view, (order, &rules, parameter), (area, row), buffer);
+    let shown = parameters(order);
+    let longest = shown.iter().map(|it| it.key().len()).max().unwrap_or(0);
+    let name = NAME.max(u16::try_from(longest).unwrap_or(NAME));
+    for (row, parameter) in (1..).zip(shown) {
+        draw_parameter(view, (order, &rules, parameter), (area, row, name), buffer);
     }
     let radius = format!("mean radius {:.2} m", order.evidence.mean_radius_m);
     let below = u16::try_from(parameters(order).len()).unwrap_or(0) + 1;
@@ -75,7 +74,7 @@ pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
 fn draw_parameter(
     view: &View<'_>,
     (order, rules, parameter): (&SwarmOrder, &Rules, Parameter),
-    (area, row): (Rect, u16),
+    (area, row, name): (Rect, u16, u16),
     buffer: &mut Buffer,
 ) {
     let value = parameter.of(&order.evidence);
@@ -86,8 +85,13 @@ fn draw_parameter(
         _ => Style::new(),
     };
     write(buffer, area, (1, row), parameter.key(), Style::new());
-    write(buffer, area, (NAME + 1, row), &format!("{value:>4.2}"), style);
-    let start = NAME + VALUE + 2;
+    let value_at = (name + 1, row);
+    if !parameter.unit().is_empty() {
+        write(buffer, area, value_at, &parameter.with_unit(value), style);
+        return;
+    }
+    write(buffer, area, value_at, &format!("{value:>4.2}"), style);
+    let start = name + VALUE + 2;
     let width = area.width.saturating_sub(start + 1);
     if width < 4 || row >= area.height {
         return;

@@ -160,13 +160,13 @@ impl AtCircliness {
     pub fn of(judged: &[(Phase, OrderParameters)]) -> Vec<Self> {
         let Some((phase, _)) = judged.first() else { return Vec::new() };
         let rules = phase.behaviour().rules();
-        let Some(bound) = rules.wanted_bound(Parameter::Circliness) else { return Vec::new() };
+        let Some(bound) = rules.wanted_bound(Parameter::CIRCLINESS) else { return Vec::new() };
         let wanted = rules.wanted;
         let lasts = |(phase, evidence): &&(Phase, OrderParameters)| {
             *phase == wanted || rules.phase(evidence) != wanted
         };
         let at = |stable_circliness: f64| {
-            let moved = rules.clone().with_wanted_bound(Parameter::Circliness, stable_circliness);
+            let moved = rules.clone().with_wanted_bound(Parameter::CIRCLINESS, stable_circliness);
             let is_mill =
                 |(_, evidence): &&(Phase, OrderParameters)| moved.phase(evidence) == wanted;
             let n_mills = judged.iter().filter(lasts).filter(is_mill).count();

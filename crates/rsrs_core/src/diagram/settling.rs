@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use crate::diagram::{DiagramCell, PhaseDiagram};
-use crate::judge::phase::{Phase, WINDOW_S};
+use crate::judge::behaviour::window::Window;
+use crate::judge::phase::Phase;
 use crate::quantity::Cell;
 use crate::statistics::share::Share;
 
@@ -41,9 +42,9 @@ impl Settling {
     }
 
     /// When the last third of a run begins; `None` if the judge cannot look at what is before.
-    pub fn last_third_s(duration_s: f64) -> Option<f64> {
+    pub fn last_third_s(duration_s: f64, window: Window) -> Option<f64> {
         let from_s = duration_s * 2.0 / 3.0;
-        (from_s >= WINDOW_S).then_some(from_s)
+        (from_s >= window.least_s()).then_some(from_s)
     }
 
     /// Whether the cell is settled, as far as these runs can show: not surely more than
@@ -113,8 +114,12 @@ mod tests {
 
         let expected = Settling { n_replicates: 3, n_changed: 1, from_s: 80.0 };
         assert_eq!(Settling::of(&before, &after, 80.0), expected);
-        assert_eq!(Settling::last_third_s(300.0), Some(200.0));
-        assert_eq!(Settling::last_third_s(60.0), None, "the judge needs a minute");
+        assert_eq!(Settling::last_third_s(300.0, Window::default()), Some(200.0));
+        assert_eq!(
+            Settling::last_third_s(60.0, Window::default()),
+            None,
+            "the judge needs a minute"
+        );
     }
 
     #[test]

@@ -6,6 +6,7 @@
 pub mod file;
 mod known;
 pub mod named;
+pub mod window;
 
 use std::fmt;
 
@@ -17,6 +18,7 @@ use crate::judge::phase::Phase;
 use crate::judge::rule::Rules;
 
 use file::{BehaviourFile, BehaviourFileError, Unusable};
+use window::Window;
 
 /// What a swarm is judged for: the handle of a behaviour that is built in, or whose file was read.
 ///
@@ -108,6 +110,11 @@ impl Behaviour {
     pub fn verb(self) -> Verb {
         let [plain, does, did] = &self.file().words.verb;
         Verb { plain, does, did }
+    }
+
+    /// Which time of a run is judged.
+    pub fn window(self) -> Window {
+        self.file().window
     }
 
     /// The rules between its phases.

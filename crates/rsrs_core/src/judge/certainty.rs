@@ -33,7 +33,7 @@ pub struct Margin {
     pub phase: Phase,
     /// The order parameter.
     pub parameter: Parameter,
-    /// Where the boundary is; dimensionless.
+    /// Where the boundary is, in the unit of the order parameter.
     pub boundary: f64,
     /// How far the order parameter is from it: positive, or zero, where this part of the rule
     /// holds, negative where it does not.
@@ -45,13 +45,13 @@ pub struct Margin {
 pub struct Nearest {
     /// The phase it gives.
     pub becomes: Phase,
-    /// How far the order parameter that moves most has to move; dimensionless.
+    /// How far the order parameter that moves most has to move, in its unit.
     pub distance: f64,
     /// The order parameters that have to move.
     pub parameters: Vec<Parameter>,
 }
 
-/// A verdict is settled if it withstands changes of every order parameter below this.
+/// A verdict is settled if it withstands changes of every order parameter below this, in its unit.
 pub const SETTLED: f64 = 0.05;
 
 impl Certainty {

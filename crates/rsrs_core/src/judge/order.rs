@@ -9,6 +9,7 @@
     reason = "what is not inlined into the function of a vector unit does without its instructions"
 )]
 
+use std::fmt;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -16,16 +17,20 @@ use serde::{Deserialize, Serialize};
 use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::robot::unicycle::Pose;
 
+mod asked;
 mod cluster;
 mod geometry;
+mod parameter;
 mod sums;
 
+pub use asked::Asked;
 pub use geometry::Vector;
+pub use parameter::{Parameter, Prerequisite};
 use sums::OrderAccumulator;
 pub use sums::{Commanded, Samples, Sums};
 
 /// Order parameters of one window: what a verdict rests on.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct OrderParameters {
     /// Share of robots that had no neighbour within reach for more than half of the window; `None`
     /// if the reach is unknown.
@@ -61,60 +66,50 @@ pub struct OrderParameters {
     /// radius is unknown. Robots between which no other one fits are of one cluster.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clustered: Option<f64>,
+    /// Those that nobody has who does not ask for them.
+    #[serde(flatten)]
+    pub asked: Asked,
 }
 
-/// One of the order parameters, by its name.
-#[derive(Clone, Copy, Debug)]
-pub struct OrderParameter {
-    /// The name in files and tables.
-    pub key: &'static str,
-    /// Whether it is about what robots were commanded, and not about poses alone.
-    pub needs_commands: bool,
-    /// Its value; `None` if it is not known.
-    pub of: fn(&OrderParameters) -> Option<f64>,
-}
-
-impl OrderParameter {
-    /// All of them, in the order of tables.
-    pub const ALL: [Self; 12] = [
-        Self::of_poses("lost", |it| it.lost),
-        Self::of_commands("blocked", |it| Some(it.blocked)),
-        Self::of_commands("stuck", |it| Some(it.stuck)),
-        Self::of_poses("rotation", |it| Some(it.rotation)),
-        Self::of_commands("orbit", |it| Some(it.orbit)),
-        Self::of_poses("fatness", |it| Some(it.fatness)),
-        Self::of_poses("tangentness", |it| Some(it.tangentness)),
-        Self::of_poses("circliness", |it| Some(it.circliness)),
-        Self::of_poses("mean_radius_m", |it| Some(it.mean_radius_m)),
-        Self::of_poses("contact_onsets_per_s", |it| it.contact_onsets_per_s),
-        Self::of_commands("circliness_ceiling", |it| Some(it.circliness_ceiling)),
-        Self::of_poses("clustered", |it| it.clustered),
-    ];
-
-    const fn of_poses(key: &'static str, of: fn(&OrderParameters) -> Option<f64>) -> Self {
-        Self { key, needs_commands: false, of }
+/// Those that nobody asked for are not there.
+impl fmt::Debug for OrderParameters {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            lost,
+            blocked,
+            stuck,
+            rotation,
+            orbit,
+            fatness,
+            tangentness,
+            circliness,
+            mean_radius_m,
+            contact_onsets_per_s,
+            circliness_ceiling,
+            clustered,
+            asked: _,
+        } = self;
+        let mut all = formatter.debug_struct("OrderParameters");
+        all.field("lost", lost)
+            .field("blocked", blocked)
+            .field("stuck", stuck)
+            .field("rotation", rotation)
+            .field("orbit", orbit)
+            .field("fatness", fatness)
+            .field("tangentness", tangentness)
+            .field("circliness", circliness)
+            .field("mean_radius_m", mean_radius_m)
+            .field("contact_onsets_per_s", contact_onsets_per_s)
+            .field("circliness_ceiling", circliness_ceiling)
+            .field("clustered", clustered);
+        for parameter in Parameter::all().filter(|it| it.is_asked()) {
+            if let Some(value) = parameter.value(self) {
+                all.field(parameter.key(), &value);
+            }
+        }
+        all.finish()
     }
-
-    const fn of_commands(key: &'static str, of: fn(&OrderParameters) -> Option<f64>) -> Self {
-        Self { key, needs_commands: true, of }
-    }
 }
-
-// A new order parameter must not be forgotten there.
-const _: fn(OrderParameters) = |OrderParameters {
-                                    lost: _,
-                                    blocked: _,
-                                    stuck: _,
-                                    rotation: _,
-                                    orbit: _,
-                                    fatness: _,
-                                    tangentness: _,
-                                    circliness: _,
-                                    mean_radius_m: _,
-                                    contact_onsets_per_s: _,
-                                    circliness_ceiling: _,
-                                    clustered: _,
-                                }| {};
 
 /// A robot is blocked when it comes less far than this share of its commanded way.
 pub const BLOCKED_SHARE: f64 = 0.2;
@@ -160,10 +155,25 @@ impl OrderParameters {
     /// Fatness, tangentness and circliness as in `Circliness.py` of kenblu24/RobotSwarmSimulator;
     /// normalised angular momentum as in the literature on mills (`MRD-YC-ALB-LSC:06`).
     pub fn of(trajectory: &Trajectory, samples: Range<usize>, bodies: &Bodies) -> Self {
+        Self::with(trajectory, samples, bodies, &[])
+    }
+
+    /// As [`Self::of`], with those of `asked` that are measured only where they are asked for
+    /// ([`Rules::parameters`](crate::judge::rule::Rules::parameters)).
+    ///
+    /// # Panics
+    ///
+    /// As [`Self::of`].
+    pub fn with(
+        trajectory: &Trajectory,
+        samples: Range<usize>,
+        bodies: &Bodies,
+        asked: &[Parameter],
+    ) -> Self {
         assert!(trajectory.n_robots > 0, "order needs at least one robot");
         assert!(!samples.is_empty() && samples.end <= trajectory.n_samples());
         let (sums, _) = sums_with_blocks(trajectory, samples, bodies, usize::MAX);
-        sums.evidence(trajectory, bodies, 0)
+        sums.evidence((trajectory, bodies), 0, asked)
     }
 }
 

@@ -16,6 +16,7 @@ use serde::{Serialize, Serializer};
 use crate::document::{did_you_mean, nearest};
 use crate::judge::behaviour::Behaviour;
 use crate::judge::behaviour::file::PhaseEntry;
+use crate::judge::behaviour::window::Window;
 use crate::judge::number::Number;
 use crate::judge::order::{OrderParameters, Samples, Sums, sums_with_blocks};
 use crate::judge::rule::{Parameter, Rules};
@@ -163,7 +164,7 @@ pub fn unknown(key: &str) -> String {
 pub struct Verdict {
     /// What the swarm settled into.
     pub phase: Phase,
-    /// The order parameters of the last [`WINDOW_S`].
+    /// The order parameters of the window that decides.
     pub evidence: OrderParameters,
     /// Those of each of its blocks of [`BLOCK_S`] by itself.
     pub blocks: Vec<OrderParameters>,
@@ -180,10 +181,12 @@ pub enum JudgeError {
     #[error("no robots, expected at least 1")]
     NoRobots,
     /// The recorded time is shorter than the window.
-    #[error("{duration_s:.1} s recorded, expected at least {WINDOW_S} s")]
+    #[error("{duration_s:.1} s recorded, expected at least {} s", window.least_s())]
     TooShort {
         /// Recorded time, in seconds.
         duration_s: f64,
+        /// Which time is judged.
+        window: Window,
     },
     /// A pose or a command that is not a finite number.
     #[error(
@@ -230,9 +233,18 @@ pub enum JudgeError {
         /// The phases that are possible, in the order in which the judge looks.
         phases: Vec<Phase>,
     },
-    /// The radius of the bodies is unknown, and with it how near robots of a cluster are.
-    #[error("the radius of the robots' bodies is not known, and decides whether they aggregate")]
-    UnknownRadius,
+    /// The radius of the bodies is unknown.
+    #[error("the radius of the robots' bodies is not known, and {parameter} depends on it")]
+    UnknownRadius {
+        /// The order parameter that a rule asks for.
+        parameter: Parameter,
+    },
+    /// There is no arena.
+    #[error("{parameter} is of an arena with walls, and there is none, or it is not known")]
+    NoArena {
+        /// The order parameter that a rule asks for.
+        parameter: Parameter,
+    },
     /// The reach is unknown, and with it who has lost whom: another reach is another phase.
     #[error("the robots' reach is not known, and decides: {}", by_reach::in_words(phases))]
     UnknownReach {
@@ -254,7 +266,7 @@ fn alternatives(phases: &[Phase]) -> String {
 /// the squares of such numbers are still finite, and millimetres are told apart at such a distance.
 const MOST: f64 = 1e9;
 
-/// The time at the end of a run that is judged, in seconds.
+/// The time at the end of a run that is judged unless a behaviour asks for another, in seconds.
 pub const WINDOW_S: f64 = 60.0;
 
 /// The longest time without a pose of a robot that is bridged within [`WINDOW_S`], in seconds: a circle
@@ -294,15 +306,15 @@ pub fn label(trajectory: &Trajectory, bodies: &Bodies) -> Result<Verdict, JudgeE
 ///
 /// # Errors
 ///
-/// As [`label`], and if the rules ask for clusters and the radius of the bodies is not known.
+/// As [`label`], and if the rules look at what needs a radius or an arena, and it is not known.
 pub fn label_with(
     trajectory: &Trajectory,
     bodies: &Bodies,
     rules: &Rules,
 ) -> Result<Verdict, JudgeError> {
     let verdict = at_any_reach(trajectory, bodies, rules)?;
-    if verdict.evidence.lost.is_none() && rules.ask_for(Parameter::Lost) {
-        let phases = by_reach::phases(trajectory, bodies.radius_m, rules);
+    if verdict.evidence.lost.is_none() && rules.ask_for(Parameter::LOST) {
+        let phases = by_reach::phases(trajectory, bodies, rules);
         return Err(JudgeError::UnknownReach { phases });
     }
     Ok(verdict)
@@ -310,7 +322,7 @@ pub fn label_with(
 
 /// As [`label_with`], of a run of which the poses alone are known ([`Trajectory::of_poses`]).
 ///
-/// Of the verdict's evidence nothing that [needs commands](crate::judge::order::OrderParameter::needs_commands)
+/// Of the verdict's evidence nothing that [needs commands](Parameter::needs_commands)
 /// means anything.
 ///
 /// # Errors
@@ -323,9 +335,8 @@ pub fn label_without_commands(
 ) -> Result<Verdict, JudgeError> {
     let verdict = at_any_reach(trajectory, bodies, rules)?;
     let reach_is_known = verdict.evidence.lost.is_some();
-    let is_known = |parameter: Parameter| match parameter {
-        Parameter::Lost => reach_is_known,
-        _ => !parameter.needs_commands(),
+    let is_known = |parameter: Parameter| {
+        if parameter == Parameter::LOST { reach_is_known } else { !parameter.needs_commands() }
     };
     let phases = rules.possible(&verdict.evidence, is_known);
     match phases[..] {
@@ -342,13 +353,11 @@ fn at_any_reach(
     bodies: &Bodies,
     rules: &Rules,
 ) -> Result<Verdict, JudgeError> {
-    check(trajectory)?;
-    if bodies.radius_m.is_none() && rules.ask_for(Parameter::Clustered) {
-        return Err(JudgeError::UnknownRadius);
-    }
-    let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
+    check(trajectory, rules.window)?;
+    rules.check_known(bodies)?;
+    let window = JudgedWindow::of(trajectory, trajectory.n_samples(), bodies, rules).remove(0);
     Ok(Verdict {
-        phase: window.phase(rules),
+        phase: window.phase,
         evidence: window.whole,
         blocks: window.blocks,
         n_robots: trajectory.n_robots,
@@ -356,40 +365,84 @@ fn at_any_reach(
     })
 }
 
-/// The order parameters of the end of a run.
+/// The order parameters of the window that decides on a run.
 #[derive(Clone, Debug)]
-pub struct LastWindow {
-    /// Of the last [`WINDOW_S`].
+pub struct JudgedWindow {
+    /// Which samples it has.
+    pub samples: Range<usize>,
+    /// Of all of it.
     pub whole: OrderParameters,
     /// Of each of its blocks of [`BLOCK_S`] by itself.
     pub blocks: Vec<OrderParameters>,
+    /// What the run settled into.
+    pub phase: Phase,
 }
 
-impl LastWindow {
-    /// The last window of each world.
+impl JudgedWindow {
+    /// The window of each world that decides by these rules: of several the first one in the wanted phase, and if
+    /// there is none the last.
     ///
     /// # Arguments
     ///
     /// * `samples`, `bodies` — of all worlds.
     /// * `n_samples` — how many samples there are; at least a window.
     #[inline(always)]
-    pub fn of<S: Samples>(samples: &S, n_samples: usize, bodies: &Bodies) -> Vec<Self> {
-        let n_window = samples_in(WINDOW_S, samples.period_s());
-        let n_block = samples_in(BLOCK_S, samples.period_s()).min(n_window);
-        let window = n_samples - n_window..n_samples;
-        let (whole, blocks) = sums_with_blocks(samples, window, bodies, n_block);
-        let evidence = |sums: &Sums<S::Number>, lane| sums.evidence(samples, bodies, lane);
-        let of_lane = |lane| Self {
-            whole: evidence(&whole, lane),
-            blocks: blocks.iter().map(|sums| evidence(sums, lane)).collect(),
+    pub fn of<S: Samples>(
+        samples: &S,
+        n_samples: usize,
+        bodies: &Bodies,
+        rules: &Rules,
+    ) -> Vec<Self> {
+        let asked = rules.parameters();
+        let mut decided: Vec<Option<Self>> = vec![None; S::Number::LANES];
+        for window in rules.window.samples(n_samples, samples.period_s()) {
+            let is_last = window.end == n_samples;
+            let looked_at = Self::in_window(samples, &window, bodies, (rules, &asked));
+            for (decided, found) in decided.iter_mut().zip(looked_at) {
+                if decided.is_none() && (is_last || found.phase == rules.wanted) {
+                    *decided = Some(found);
+                }
+            }
+            if decided.iter().all(Option::is_some) {
+                break;
+            }
+        }
+        decided.into_iter().flatten().collect()
+    }
+
+    /// What one window of each world shows.
+    #[inline(always)]
+    fn in_window<S: Samples>(
+        samples: &S,
+        window: &Range<usize>,
+        bodies: &Bodies,
+        (rules, asked): (&Rules, &[Parameter]),
+    ) -> Vec<Self> {
+        let n_block = samples_in(BLOCK_S, samples.period_s()).min(window.len());
+        let (whole, blocks) = sums_with_blocks(samples, window.clone(), bodies, n_block);
+        let evidence = |sums: &Sums<S::Number>, lane| sums.evidence((samples, bodies), lane, asked);
+        let of_lane = |lane| {
+            let whole = evidence(&whole, lane);
+            let in_block = |sums| of_whole_where_it_adds_up(evidence(sums, lane), &whole);
+            let blocks: Vec<OrderParameters> = blocks.iter().map(in_block).collect();
+            let phase = rules.lasting(rules.phase(&whole), n_good(&blocks, rules), blocks.len());
+            Self { samples: window.clone(), whole, blocks, phase }
         };
         (0..S::Number::LANES).map(of_lane).collect()
     }
+}
 
-    /// What the run settled into.
-    pub fn phase(&self, rules: &Rules) -> Phase {
-        rules.lasting(rules.phase(&self.whole), n_good(&self.blocks, rules), self.blocks.len())
+/// A block with what the whole window came to, of all that grows with the window: a part of it shows less.
+fn of_whole_where_it_adds_up(
+    mut block: OrderParameters,
+    whole: &OrderParameters,
+) -> OrderParameters {
+    for parameter in Parameter::all().filter(|it| it.adds_up()) {
+        if let Some(value) = parameter.value(whole) {
+            parameter.set(&mut block, value);
+        }
     }
+    block
 }
 
 /// How many blocks satisfy the rule of the wanted phase by themselves.
@@ -415,11 +468,12 @@ pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Op
         return None;
     }
     let rules = behaviour.rules();
+    let asked = rules.parameters();
     let n_block = samples_in(BLOCK_S, trajectory.period_s);
     let mut good_blocks = 0;
     for block in 0..trajectory.n_samples() / n_block {
         let samples = block * n_block..(block + 1) * n_block;
-        let is_good = rules.is_wanted(&OrderParameters::of(trajectory, samples, bodies));
+        let is_good = rules.is_wanted(&OrderParameters::with(trajectory, samples, bodies, &asked));
         good_blocks = if is_good { good_blocks + 1 } else { 0 };
         if good_blocks == GOOD_BLOCKS {
             let first = block + 1 - GOOD_BLOCKS;
@@ -439,13 +493,20 @@ pub fn samples_in(time_s: f64, period_s: f64) -> usize {
     ((time_s / period_s + 1e-9).floor() as usize).max(1)
 }
 
-/// The samples that are judged: the last [`WINDOW_S`] of them.
-pub(crate) fn window(trajectory: &Trajectory) -> Range<usize> {
+/// The samples that decide on the phase of a run.
+///
+/// # Arguments
+///
+/// * `trajectory` — long enough for the window of the rules, finite throughout.
+pub fn judged_samples(trajectory: &Trajectory, bodies: &Bodies, rules: &Rules) -> Range<usize> {
     let n_samples = trajectory.n_samples();
-    n_samples - samples_in(WINDOW_S, trajectory.period_s)..n_samples
+    match rules.window {
+        Window::Ever => JudgedWindow::of(trajectory, n_samples, bodies, rules).remove(0).samples,
+        window => n_samples - window.n_samples(n_samples, trajectory.period_s)..n_samples,
+    }
 }
 
-fn check(trajectory: &Trajectory) -> Result<(), JudgeError> {
+fn check(trajectory: &Trajectory, window: Window) -> Result<(), JudgeError> {
     if trajectory.n_robots == 0 {
         return Err(JudgeError::NoRobots);
     }
@@ -470,8 +531,8 @@ fn check(trajectory: &Trajectory) -> Result<(), JudgeError> {
             JudgeError::NotFinite { robot, time_s }
         });
     }
-    if trajectory.n_samples() < samples_in(WINDOW_S, trajectory.period_s) {
-        return Err(JudgeError::TooShort { duration_s: trajectory.duration_s() });
+    if trajectory.n_samples() < samples_in(window.least_s(), trajectory.period_s) {
+        return Err(JudgeError::TooShort { duration_s: trajectory.duration_s(), window });
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::judge::behaviour::Behaviour;
 use crate::judge::order::{OrderParameters, centre};
-use crate::judge::phase::{BLOCK_S, Phase, Verdict, n_good, samples_in, window};
+use crate::judge::phase::{BLOCK_S, Phase, Verdict, judged_samples, n_good, samples_in};
 use crate::judge::rule::{Condition, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
 
@@ -132,7 +132,9 @@ fn of_rules(
 impl fmt::Display for Decisive {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { phase, condition, found } = self;
-        write!(formatter, "{} {found:.2}, and {condition} is {phase}", condition.parameter.key())
+        let parameter = condition.parameter;
+        let found = parameter.with_unit(*found);
+        write!(formatter, "{parameter} {found}, and {condition} is {phase}")
     }
 }
 
@@ -178,13 +180,13 @@ fn others_mill(trajectory: &Trajectory, bodies: &Bodies, is_away: &[bool]) -> bo
         return false;
     }
     let mut others = Trajectory::new(trajectory.period_s, stayed.len());
-    for sample in window(trajectory) {
+    let rules = Behaviour::MILLING.rules();
+    for sample in judged_samples(trajectory, bodies, &rules) {
         let (poses, commands) = (trajectory.poses_at(sample), trajectory.commands_at(sample));
         others.poses.extend(stayed.iter().map(|robot| poses[*robot]));
         others.commands.extend(stayed.iter().map(|robot| commands[*robot]));
     }
     let order = OrderParameters::of(&others, 0..others.n_samples(), bodies);
-    let rules = Behaviour::MILLING.rules();
     rules.of(rules.not_lasting).any(|rule| rule.holds(&order))
 }
 
@@ -253,7 +255,7 @@ mod tests {
     use crate::robot::unicycle::Pose;
 
     const PERIOD_S: f64 = 0.1;
-    const BODIES: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9) };
+    const BODIES: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9), arena_m: None };
 
     /// Nine robots on a ring, of which some leave along a line at a time.
     fn ring(leaving: &[(usize, f64)], duration_s: f64) -> Trajectory {

@@ -2,93 +2,12 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use crate::judge::behaviour::window::Window;
+use crate::judge::order::{OrderParameters, Prerequisite};
+use crate::judge::phase::{JudgeError, Phase};
+use crate::judge::trajectory::Bodies;
 
-use crate::judge::order::{OrderParameter, OrderParameters};
-use crate::judge::phase::Phase;
-
-/// An order parameter that a rule looks at; named as in [`OrderParameters`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Parameter {
-    /// Share of lost robots.
-    Lost,
-    /// Share of stuck robots.
-    Stuck,
-    /// Share of time blocked.
-    Blocked,
-    /// Normalised angular momentum.
-    Rotation,
-    /// Way around the centroid.
-    Orbit,
-    /// Roundness.
-    Circliness,
-    /// Share of robots in the largest cluster.
-    Clustered,
-}
-
-impl Parameter {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Lost,
-        Self::Stuck,
-        Self::Blocked,
-        Self::Rotation,
-        Self::Orbit,
-        Self::Circliness,
-        Self::Clustered,
-    ];
-
-    /// The name in files and reports.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Lost => "lost",
-            Self::Stuck => "stuck",
-            Self::Blocked => "blocked",
-            Self::Rotation => "rotation",
-            Self::Orbit => "orbit",
-            Self::Circliness => "circliness",
-            Self::Clustered => "clustered",
-        }
-    }
-
-    /// The one with this name.
-    pub fn from_key(key: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|parameter| parameter.key() == key)
-    }
-
-    /// Its value; 0 for one that is not known.
-    pub fn of(self, evidence: &OrderParameters) -> f64 {
-        match self {
-            Self::Lost => evidence.lost.unwrap_or(0.0),
-            Self::Stuck => evidence.stuck,
-            Self::Blocked => evidence.blocked,
-            Self::Rotation => evidence.rotation,
-            Self::Orbit => evidence.orbit,
-            Self::Circliness => evidence.circliness,
-            Self::Clustered => evidence.clustered.unwrap_or(0.0),
-        }
-    }
-
-    /// Whether it is about what robots were commanded, and not about poses alone.
-    pub fn needs_commands(self) -> bool {
-        let mut named = OrderParameter::ALL.iter().filter(|named| named.key == self.key());
-        named.any(|named| named.needs_commands)
-    }
-
-    /// Sets its value.
-    pub(crate) fn set(self, evidence: &mut OrderParameters, value: f64) {
-        match self {
-            Self::Lost => evidence.lost = Some(value),
-            Self::Stuck => evidence.stuck = value,
-            Self::Blocked => evidence.blocked = value,
-            Self::Rotation => evidence.rotation = value,
-            Self::Orbit => evidence.orbit = value,
-            Self::Circliness => evidence.circliness = value,
-            Self::Clustered => evidence.clustered = Some(value),
-        }
-    }
-}
+pub use crate::judge::order::Parameter;
 
 /// On which side of a bound a phase is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,7 +25,7 @@ pub struct Condition {
     pub parameter: Parameter,
     /// On which side of the bound it must be.
     pub needs: Needs,
-    /// The bound; dimensionless. Below [`NONE`] no robot counts.
+    /// The bound, in the unit of the order parameter. Below [`NONE`] no robot counts.
     pub bound: f64,
 }
 
@@ -137,10 +56,11 @@ impl Condition {
 /// `0.50 or more`, `less than 0.02` or `none at all`.
 impl fmt::Display for Condition {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bound = self.parameter.with_unit(self.bound);
         match self.needs {
-            Needs::AtLeast => write!(formatter, "{:.2} or more", self.bound),
+            Needs::AtLeast => write!(formatter, "{bound} or more"),
             Needs::Below if self.bound < 0.005 => formatter.write_str("none at all"),
-            Needs::Below => write!(formatter, "less than {:.2}", self.bound),
+            Needs::Below => write!(formatter, "less than {bound}"),
         }
     }
 }
@@ -172,11 +92,13 @@ pub struct Rules {
     pub wanted: Phase,
     /// The phase of a run that shows the wanted one on the whole but does not stay in it.
     pub not_lasting: Phase,
+    /// Which time of a run is judged.
+    pub window: Window,
 }
 
-/// As many blocks of the window may break the rule of the wanted phase: a ring in which a single
-/// robot strays for a moment is still one.
-pub const STRAY_BLOCKS: usize = 1;
+/// One of so many blocks of the window may break the rule of the wanted phase, and one of any window: a ring in
+/// which a single robot strays for a moment is still one.
+pub const BLOCKS_OF_A_STRAY: usize = 6;
 
 impl Rules {
     /// The phase of a swarm with these order parameters, by the first rule that holds: that of the
@@ -212,8 +134,32 @@ impl Rules {
 
     /// Whether any of them looks at what robots were commanded.
     pub fn need_commands(&self) -> bool {
-        let mut conditions = self.rules.iter().flat_map(|rule| &rule.conditions);
-        conditions.any(|condition| condition.parameter.needs_commands())
+        self.conditions().any(|condition| condition.parameter.needs_commands())
+    }
+
+    /// The order parameters that they look at, each once.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        Parameter::all().filter(|it| self.ask_for(*it)).collect()
+    }
+
+    /// Refuses rules that look at what cannot be known of these robots: their radius, or an arena.
+    ///
+    /// # Errors
+    ///
+    /// [`JudgeError`], of the first order parameter that lacks something.
+    pub fn check_known(&self, bodies: &Bodies) -> Result<(), JudgeError> {
+        for parameter in self.parameters() {
+            match parameter.lacks(bodies) {
+                Some(Prerequisite::Arena) => return Err(JudgeError::NoArena { parameter }),
+                Some(_) => return Err(JudgeError::UnknownRadius { parameter }),
+                None => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn conditions(&self) -> impl Iterator<Item = &Condition> {
+        self.rules.iter().flat_map(|rule| &rule.conditions)
     }
 
     /// Whether the rule of the wanted phase alone holds, as blocks of a run are held against it.
@@ -249,7 +195,8 @@ impl Rules {
     ///
     /// Of nine rules this meets most labels by eye: `docs/judge_by_eye.md`.
     pub fn lasting(&self, whole: Phase, n_good: usize, n_blocks: usize) -> Phase {
-        if whole == self.wanted && n_good + STRAY_BLOCKS < n_blocks {
+        let n_stray = (n_blocks / BLOCKS_OF_A_STRAY).max(1);
+        if whole == self.wanted && n_good + n_stray < n_blocks {
             return self.not_lasting;
         }
         whole
@@ -262,8 +209,7 @@ impl Rules {
 
     /// Whether any of them looks at an order parameter.
     pub fn ask_for(&self, parameter: Parameter) -> bool {
-        let mut conditions = self.rules.iter().flat_map(|rule| &rule.conditions);
-        conditions.any(|condition| condition.parameter == parameter)
+        self.conditions().any(|condition| condition.parameter == parameter)
     }
 
     /// The bound of the wanted phase on an order parameter; `None` if it has none.

@@ -33,17 +33,25 @@ pub struct Bodies {
     /// Where bodies are seen this is more than the sensor's range: see
     /// [`Region::reach_m`](crate::robot::region::Region::reach_m).
     pub reach_m: Option<f64>,
+    /// Side of the square arena around the origin that walls enclose, in metres; `None` where there is none,
+    /// or none is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arena_m: Option<f64>,
 }
 
 impl Bodies {
-    /// What is known of robots with this sensor.
+    /// Nothing is known.
+    pub const UNKNOWN: Self = Self { radius_m: None, reach_m: None, arena_m: None };
+
+    /// What is known of robots with this sensor, in no arena.
     ///
     /// # Arguments
     ///
     /// * `region`, `sees` — where a robot detects what of a neighbour.
     /// * `radius_m` — radius of every robot's body, in metres.
     pub fn seen_by(region: &Region, sees: Sees, radius_m: f64) -> Self {
-        Self { radius_m: Some(radius_m), reach_m: Some(region.reach_m(sees, radius_m)) }
+        let reach_m = Some(region.reach_m(sees, radius_m));
+        Self { radius_m: Some(radius_m), reach_m, arena_m: None }
     }
 }
 

@@ -6,7 +6,8 @@ use std::time::Duration;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{LastWindow, Phase, WINDOW_S, samples_in};
+use rsrs_core::judge::phase::{JudgedWindow, Phase, WINDOW_S, samples_in};
+use rsrs_core::judge::rule::Rules;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
@@ -30,7 +31,8 @@ pub struct SwarmOrder {
     pub evidence: OrderParameters,
     /// The phase by the judge's rules; over less than its window, the phase so far.
     pub phase: Phase,
-    /// How much was looked at, in seconds: at most the judge's window.
+    /// How much was looked at, in seconds: at most the window of the behaviour, and of one that asks whether
+    /// something ever was, what there is now.
     pub over_s: f64,
     /// What the swarm is judged for.
     pub behaviour: Behaviour,
@@ -39,11 +41,11 @@ pub struct SwarmOrder {
 impl SwarmOrder {
     /// Whether the judge would look at as much.
     pub fn is_whole(&self) -> bool {
-        self.over_s + 1e-9 >= WINDOW_S
+        self.over_s + 1e-9 >= self.behaviour.window().least_s()
     }
 }
 
-/// The order parameters of the last minute of a trajectory, or of what there is.
+/// The order parameters of a trajectory's window at its end, or of what there is of it.
 ///
 /// # Arguments
 ///
@@ -62,17 +64,20 @@ pub fn order_of(
         return None;
     }
     let rules = behaviour.rules();
-    let n_window = samples_in(WINDOW_S, trajectory.period_s);
+    let asked = rules.parameters();
+    let window = rules.window.at_the_moment();
+    let n_window = samples_in(window.least_s(), trajectory.period_s);
     if n_samples < n_window {
-        let evidence = OrderParameters::of(trajectory, 0..n_samples, bodies);
+        let evidence = OrderParameters::with(trajectory, 0..n_samples, bodies, &asked);
         let over_s = n_samples as f64 * trajectory.period_s;
         return Some(SwarmOrder { evidence, phase: rules.phase(&evidence), over_s, behaviour });
     }
-    let window = LastWindow::of(trajectory, n_samples, bodies).remove(0);
+    let rules = Rules { window, ..rules };
+    let judged = JudgedWindow::of(trajectory, n_samples, bodies, &rules).remove(0);
     Some(SwarmOrder {
-        evidence: window.whole,
-        phase: window.phase(&rules),
-        over_s: WINDOW_S,
+        evidence: judged.whole,
+        phase: judged.phase,
+        over_s: window.reaches_back_s().min(n_samples as f64 * trajectory.period_s),
         behaviour,
     })
 }
@@ -93,7 +98,7 @@ impl Default for Swarm {
     fn default() -> Self {
         Self {
             trajectory: Trajectory::new(SOME_PERIOD_S, 0),
-            bodies: Bodies { radius_m: None, reach_m: None },
+            bodies: Bodies::UNKNOWN,
             behaviour: Behaviour::default(),
             clock: None,
             last: None,
@@ -162,8 +167,12 @@ impl Swarm {
 
     /// Gives up what is older than the judge looks back.
     fn forget(&mut self) {
+        let kept_s = self.behaviour.window().at_the_moment().reaches_back_s();
+        if kept_s.is_infinite() {
+            return;
+        }
         let Trajectory { period_s, n_robots, poses, commands } = &mut self.trajectory;
-        let most = samples_in(WINDOW_S + SPARE_S, *period_s) * *n_robots;
+        let most = samples_in(kept_s.max(WINDOW_S) + SPARE_S, *period_s) * *n_robots;
         if poses.len() > most {
             let n_old = samples_in(SPARE_S, *period_s) * *n_robots;
             poses.drain(..n_old);

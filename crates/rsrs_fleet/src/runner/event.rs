@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
+use rsrs_core::judge::behaviour::window::Window;
 use rsrs_core::robot::controller::{Command, Controller, Reaction};
 use rsrs_core::robot::unicycle::Pose;
 
@@ -32,6 +33,8 @@ pub struct RunnerOptions {
     pub length: RunLength,
     /// What to do when a robot is lost.
     pub robot_lost: RobotLost,
+    /// Which time of the run is judged.
+    pub judged: Window,
     /// How long all robots stand armed before they move, while the operator sees a countdown; zero
     /// where no person stands beside them.
     pub countdown: Duration,

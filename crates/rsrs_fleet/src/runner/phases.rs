@@ -344,7 +344,11 @@ impl Runner {
                     return self.end(Outcome::Void { reason: cause.to_string() }, now, actions);
                 }
                 (RunLength::RealTime { duration }, rule)
-                    if rule.ends_run(robot.after_s, duration.as_secs_f64()) =>
+                    if rule.ends_run(
+                        robot.after_s,
+                        duration.as_secs_f64(),
+                        self.options.judged,
+                    ) =>
                 {
                     return self.abort(&cause, now, actions);
                 }
@@ -436,7 +440,8 @@ impl Runner {
     /// Notes at once that a run will not be labelled; one that needs no poses is none.
     fn note_pose_gaps(&mut self, left: Duration, now: Duration, actions: &mut Vec<Action>) {
         if self.options.samples.contains(&SampleKind::Pose) {
-            let news = self.pose_gaps.news(self.roster.pose_silences(now), left);
+            let news =
+                self.pose_gaps.news(self.roster.pose_silences(now), left, self.options.judged);
             actions.extend(news.into_iter().map(Action::Note));
         }
     }

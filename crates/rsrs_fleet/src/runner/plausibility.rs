@@ -218,7 +218,7 @@ mod tests {
         duration_s: u64,
         change: impl Fn(usize, Duration, Pose) -> Option<Pose>,
     ) -> Vec<(u64, String)> {
-        let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.8) };
+        let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.8), arena_m: None };
         let check = MotionCheck { period_s: 0.1, bodies, walls_m: None };
         let mut plausibility = Plausibility::new(Some(check), &names());
         let command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.5 };

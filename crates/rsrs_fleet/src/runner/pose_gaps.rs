@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use rsrs_core::judge::phase::{MAX_GAP_S, WINDOW_S};
+use rsrs_core::judge::behaviour::window::Window;
+use rsrs_core::judge::phase::MAX_GAP_S;
 
 /// The robots whose gaps were noted; one gap suffices.
 #[derive(Clone, Debug, Default)]
@@ -17,12 +18,14 @@ impl PoseGaps {
     ///
     /// * `silences` — how long no pose of each robot has come.
     /// * `left` — how long the run goes on.
+    /// * `judged` — which time of it is judged.
     pub(super) fn news<'a>(
         &mut self,
         silences: impl Iterator<Item = (&'a str, Duration)>,
         left: Duration,
+        judged: Window,
     ) -> Vec<String> {
-        if left > Duration::from_secs_f64(WINDOW_S) {
+        if left.as_secs_f64() > judged.reaches_back_s() {
             return Vec::new();
         }
         let is_gap = |silence: Duration| silence > Duration::from_secs_f64(MAX_GAP_S);
@@ -30,8 +33,8 @@ impl PoseGaps {
         gaps.filter(|robot| self.0.insert((*robot).to_owned()))
             .map(|robot| {
                 format!(
-                    "{robot}: no pose for more than {MAX_GAP_S} s within the last {WINDOW_S} s of the \
-                     run, which are judged: this run will not be labelled"
+                    "{robot}: no pose for more than {MAX_GAP_S} s within {}: this run will not be labelled",
+                    judged.in_words()
                 )
             })
             .collect()
@@ -48,7 +51,7 @@ mod tests {
         let mut news = |silence_s: f64, left_s: f64| {
             let silences = [("robot_1", 0.1), ("robot_2", silence_s)];
             let silences = silences.map(|(robot, s)| (robot, Duration::from_secs_f64(s)));
-            gaps.news(silences.into_iter(), Duration::from_secs_f64(left_s))
+            gaps.news(silences.into_iter(), Duration::from_secs_f64(left_s), Window::default())
         };
 
         assert_eq!(news(4.0, 61.0), [""; 0], "it may come back in time");
@@ -56,8 +59,8 @@ mod tests {
         assert_eq!(
             news(2.1, 60.0),
             [
-                "robot_2: no pose for more than 2 s within the last 60 s of the run, which are judged: this \
-              run will not be labelled"
+                "robot_2: no pose for more than 2 s within the last 60 s, which are judged: this run will not \
+                 be labelled"
             ]
         );
         assert_eq!(news(2.2, 59.9), [""; 0]);

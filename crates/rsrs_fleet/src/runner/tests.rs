@@ -1,5 +1,6 @@
 use std::collections::BTreeSet;
 
+use rsrs_core::judge::behaviour::window::Window;
 use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 
 use super::*;
@@ -76,6 +77,7 @@ impl Bench {
             simulator_digest: 7,
             length: RunLength::Lockstep { steps: 10 },
             robot_lost: RobotLost::Abort,
+            judged: Window::default(),
             countdown: Duration::ZERO,
             start: None,
             start_rule: StartRule::Noted,

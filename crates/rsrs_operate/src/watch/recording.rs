@@ -44,7 +44,8 @@ pub fn read(path: &Path) -> anyhow::Result<RecordedFleet> {
         .map_err(|error| notes.push(format!("not judged: {}", in_one_line(&error))))
         .ok();
     let recorded = poses.and_then(|poses| {
-        let read = poses.read(&bag, record.as_ref(), Needed::JudgedEnd);
+        let behaviour = record.as_ref().map(|it| it.conditions.behaviour).unwrap_or_default();
+        let read = poses.read(&bag, record.as_ref(), Needed::Judged(behaviour.window()));
         read.map_err(|error| notes.push(format!("not judged: {error}"))).ok()
     });
 
@@ -148,10 +149,9 @@ fn swarm(
     record: Option<&ExperimentRecord>,
     since_start: &dyn Fn(u64) -> Duration,
 ) -> RecordedSwarm {
-    let unknown = Bodies { radius_m: None, reach_m: None };
     RecordedSwarm {
         start: since_start(start_ns(&recorded)),
-        bodies: record.map_or(unknown, |record| record.conditions.bodies()),
+        bodies: record.map_or(Bodies::UNKNOWN, |record| record.conditions.bodies()),
         behaviour: record.map(|record| record.conditions.behaviour).unwrap_or_default(),
         trajectory: recorded.trajectory,
     }

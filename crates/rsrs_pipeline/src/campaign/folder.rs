@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_bags::Bag;
-use rsrs_core::judge::phase::WINDOW_S;
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord};
 use serde::{Deserialize, Serialize};
 
@@ -227,7 +226,7 @@ impl CampaignFolder {
                 parts.push(LABEL);
                 (Some(labelled.phase), String::new())
             }
-            Err(error) if record.duration_s >= WINDOW_S => {
+            Err(error) if record.duration_s >= record.conditions.behaviour.window().least_s() => {
                 return Ok(Finished::NotJudged(in_one_line(&error)));
             }
             // Another run would be as short.

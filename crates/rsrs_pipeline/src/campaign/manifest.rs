@@ -7,7 +7,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use rsrs_core::judge::phase::{Phase, WINDOW_S};
+use rsrs_core::judge::phase::Phase;
 use rsrs_fleet::record::{EndingKind, ExperimentRecord, LostRobot};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -81,7 +81,8 @@ impl Manifest {
     /// Whether its run is the experiment's result. One that is void, or could not be judged though it was
     /// to last long enough, is none, and is run again.
     pub fn is_result(&self) -> bool {
-        let is_judged = self.phase.is_some() || self.record.duration_s < WINDOW_S;
+        let least_s = self.record.conditions.behaviour.window().least_s();
+        let is_judged = self.phase.is_some() || self.record.duration_s < least_s;
         self.ending == EndingKind::Completed.key() && is_judged
     }
 

@@ -64,8 +64,9 @@ enum Labels {
 /// If the bag cannot be judged, or there is no label of a judge to compare with.
 pub fn replay_into_judge(bag: &Path, recorded: Option<&Path>) -> anyhow::Result<JudgeReplay> {
     let path = recorded.map_or_else(|| beside(bag), Path::to_owned);
-    let recorded = read(&path, bag)?;
+    // The phases of the label may be those of a behaviour that the bag has.
     let labelled = label_bag(bag, LabelOptions::default())?;
+    let recorded = read(&path, bag)?;
     let Labelled { phase, evidence, n_robots, by, .. } = labelled;
     let today = JudgedPhase { phase, evidence, n_robots, by };
     if let Some((then, now)) = recorded.n_robots.zip(n_robots).filter(|(then, now)| then != now) {

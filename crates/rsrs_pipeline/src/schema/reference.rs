@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use rsrs_core::judge::order::{Parameter, Prerequisite};
 use rsrs_core::quantity::Axis;
 use serde_json::{Map, Value};
 
@@ -21,6 +22,7 @@ pub fn reference() -> String {
         section(&mut page, kind, &once(&rows));
     }
     axes(&mut page);
+    order_parameters(&mut page);
     page
 }
 
@@ -90,6 +92,30 @@ fn axes(page: &mut String) {
     page.push_str(
         "| `controller.NAME` | number `NAME` of the controller's table ([controllers.md](controllers.md)) | setting |\n",
     );
+}
+
+/// What the rules of a behaviour may look at.
+fn order_parameters(page: &mut String) {
+    page.push_str(
+        "\n## Order parameters\n\nThe keys of `when` in a behaviour file, and columns of `replicates.parquet`: numbers from 0 on \
+         that describe a window of a run.\n\
+         Those that need an arena with walls are refused where there is none.\n\n\
+         | key | unit | at most | meaning | needs |\n|---|---|---|---|---|\n",
+    );
+    for it in Parameter::all() {
+        let most = if it.most().is_finite() { it.most().to_string() } else { String::new() };
+        let needs = [
+            (Prerequisite::Commands, "commands"),
+            (Prerequisite::Reach, "reach"),
+            (Prerequisite::Radius, "radius of the bodies"),
+            (Prerequisite::Arena, "arena"),
+        ];
+        let needs: Vec<&str> =
+            needs.iter().filter(|(what, _)| it.needs(*what)).map(|(_, words)| *words).collect();
+        let words = it.words().replace('|', "\\|");
+        writeln!(page, "| `{it}` | {} | {most} | {words} | {} |", it.unit(), needs.join(", "))
+            .expect("a text takes whatever is written to it");
+    }
 }
 
 /// The definition that a schema refers to, or itself.
@@ -199,8 +225,15 @@ fn constant(choice: &Value) -> Value {
     let mut tagged = tagged.map(|(key, word)| Value::from(format!("{key}: {word}")));
     match &choice["const"] {
         own @ Value::String(_) => own.clone(),
-        _ => tagged.next().unwrap_or(Value::Null),
+        // Else the only key that a map of this choice has.
+        _ => tagged.next().or_else(|| only_key(choice)).unwrap_or(Value::Null),
     }
+}
+
+fn only_key(choice: &Value) -> Option<Value> {
+    let mut keys = choice["properties"].as_object()?.keys();
+    let key = keys.next().filter(|_| keys.next().is_none())?;
+    Some(Value::from(format!("{key}: …")))
 }
 
 fn words<'a>(choices: impl Iterator<Item = &'a Value>) -> String {

@@ -13,7 +13,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::record::Field;
 use parquet::schema::parser::parse_message_type;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::judge::order::OrderParameter;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_sim::sweep::ReplicateOutcome;
 
@@ -94,6 +94,8 @@ pub struct ReplicateTable<'a> {
     seed: u64,
     /// That of the first as many rows as there are cells, and that of the next.
     worlds: Vec<World>,
+    /// Those of the behaviour.
+    parameters: Vec<Parameter>,
     writer: SerializedFileWriter<File>,
     rows: Vec<ReplicateOutcome>,
 }
@@ -115,16 +117,18 @@ impl<'a> ReplicateTable<'a> {
             Some(_) => vec![World::Harsher, World::AsMeasured],
             None => vec![World::AsMeasured],
         };
+        let parameters = Parameter::of_behaviour(result.source.sweep.behaviour.known());
         let properties = WriterProperties::builder()
             .set_created_by("rsrs".to_owned())
             .set_compression(parquet::basic::Compression::SNAPPY)
             .set_max_row_group_row_count(Some(GROUP_ROWS))
             .build();
-        let schema = parse_message_type(&schema(&diagram.axes)).context("schema of the rows")?;
+        let schema = parse_message_type(&schema(&diagram.axes, &parameters))
+            .context("schema of the rows")?;
         let file = File::create(path).with_context(|| cannot_write(path))?;
         let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))
             .with_context(|| cannot_write(path))?;
-        Ok(Self { path, diagram, seed, worlds, writer, rows: Vec::new() })
+        Ok(Self { path, diagram, seed, worlds, parameters, writer, rows: Vec::new() })
     }
 
     /// Appends rows.
@@ -172,8 +176,8 @@ impl<'a> ReplicateTable<'a> {
         integers(&mut group, rows.iter().map(|row| row.replicate))?;
         integers(&mut group, rows.iter().map(|_| seed))?;
         keys(&mut group, &phases)?;
-        for OrderParameter { of, .. } in OrderParameter::ALL {
-            let values: Vec<_> = rows.iter().map(|row| of(&row.evidence)).collect();
+        for parameter in &self.parameters {
+            let values: Vec<_> = rows.iter().map(|row| parameter.value(&row.evidence)).collect();
             optional_doubles(&mut group, &values)?;
         }
         keys(&mut group, &worlds)?;
@@ -186,14 +190,14 @@ fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())
 }
 
-fn schema(axes: &[Axis]) -> String {
+fn schema(axes: &[Axis], parameters: &[Parameter]) -> String {
     let axes = axes.iter().map(|axis| format!("required double {axis};"));
     let fixed = [
         "required int64 replicate;".to_owned(),
         "required int64 seed;".to_owned(),
         "required binary phase (utf8);".to_owned(),
     ];
-    let columns = OrderParameter::ALL.iter().map(|it| format!("optional double {};", it.key));
+    let columns = parameters.iter().map(|it| format!("optional double {it};"));
     let world = ["required binary world (utf8);".to_owned()];
     let fields: Vec<String> = axes.chain(fixed).chain(columns).chain(world).collect();
     format!("message replicate {{ {} }}", fields.join(" "))

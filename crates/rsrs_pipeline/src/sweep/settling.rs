@@ -95,7 +95,9 @@ fn of_conditions(
     execution: Execution<'_>,
 ) -> anyhow::Result<Option<Vec<Settling>>> {
     let duration_s = source.sweep.duration_s;
-    let Some(from_s) = Settling::last_third_s(duration_s).filter(|_| !conditions.is_empty()) else {
+    let window = source.sweep.behaviour.known().window();
+    let from_s = Settling::last_third_s(duration_s, window);
+    let Some(from_s) = from_s.filter(|_| !conditions.is_empty()) else {
         return Ok(None);
     };
     let phases = |duration_s| -> anyhow::Result<Vec<Phase>> {

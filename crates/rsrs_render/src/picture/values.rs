@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
-use rsrs_core::judge::order::OrderParameter;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::statistics::share::Share;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::execution::n_threads;
@@ -34,7 +34,7 @@ const DIFFERENCE: &str = "difference";
 impl CellNumber {
     /// The names of all.
     pub fn keys() -> impl Iterator<Item = &'static str> {
-        OrderParameter::ALL.iter().map(|it| it.key).chain([SETTLING_TIME, DIFFERENCE])
+        Parameter::all().map(Parameter::key).chain([SETTLING_TIME, DIFFERENCE])
     }
 
     /// The one with a name.
@@ -68,6 +68,15 @@ impl CellNumber {
         match self {
             Self::Difference => of_worlds(result),
             Self::Order(key) => {
+                let behaviour = result.source.sweep.behaviour.known();
+                if Parameter::of_behaviour(behaviour).iter().all(|it| it.key() != key) {
+                    return Err(with_help(
+                        format!(
+                            "the runs of this sweep have no {key}: {behaviour} does not ask for it"
+                        ),
+                        "name it in a rule of the behaviour, and sweep again",
+                    ));
+                }
                 let mut of_worlds = Vec::new();
                 for world in worlds {
                     of_worlds.push((*world, replicate_table::means(folder, result, *world, key)?));

@@ -2,7 +2,7 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::number::Number;
-use rsrs_core::judge::phase::{LastWindow, Verdict, WINDOW_S, samples_in};
+use rsrs_core::judge::phase::{JudgedWindow, Verdict};
 
 use super::judge::{Commands, LookAtEnd, Past};
 use super::outside::{Lanes, UnitLanes};
@@ -105,12 +105,15 @@ impl<S: Simd> Engine for UnitEngine<S> {
         duration_s: f64,
     ) -> Result<Option<Vec<Verdict>>, PlacementError> {
         let n_samples = conditions.steps(duration_s);
-        let n_window = samples_in(WINDOW_S, conditions.period_s);
-        let known = self.commands.take().filter(|commands| commands.are_of(conditions));
-        let commands = known.unwrap_or_else(|| Commands::new(conditions));
+        let rules = conditions.behaviour.rules();
+        let (n_all, period_s) = (n_samples as usize, conditions.period_s);
+        let n_window = rules.window.n_samples(n_all, period_s);
+        let known = self.commands.take().filter(|commands| commands.are_of(conditions, n_window));
+        let commands = known.unwrap_or_else(|| Commands::new(conditions, n_window));
         // What the last sample detects is part of it, and found out by one more step.
         let n_more = usize::from(commands.vary);
-        let mut swarms = self.place(conditions, runs, n_window.max(2) + n_more)?;
+        let mut swarms =
+            self.place(conditions, runs, rules.window.n_needed(n_all, period_s).max(2) + n_more)?;
         if commands.vary {
             self.rows.keep_detections(self.simd.no());
         }
@@ -119,12 +122,11 @@ impl<S: Simd> Engine for UnitEngine<S> {
             return Ok(None);
         }
         let commands = &*self.commands.insert(commands);
-        let rules = conditions.behaviour.rules();
         let (simd, bodies) = (self.simd, conditions.bodies());
         let past = Past { simd, rows: &self.rows, commands, bodies };
-        let look = LookAtEnd { past, n_samples: n_samples as usize, n_lanes: runs.len() };
-        let verdict = |window: LastWindow| Verdict {
-            phase: window.phase(&rules),
+        let look = LookAtEnd { past, n_samples: n_all, rules: &rules, n_lanes: runs.len() };
+        let verdict = |window: JudgedWindow| Verdict {
+            phase: window.phase,
             evidence: window.whole,
             blocks: window.blocks,
             n_robots: conditions.robots,

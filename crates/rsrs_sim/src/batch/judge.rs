@@ -5,7 +5,8 @@ use std::ops::Range;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::number::{Mask, Number};
 use rsrs_core::judge::order::{Commanded, Samples, Vector, look_back};
-use rsrs_core::judge::phase::{BLOCK_S, LastWindow, WINDOW_S, samples_in};
+use rsrs_core::judge::phase::{BLOCK_S, JudgedWindow, samples_in};
+use rsrs_core::judge::rule::Rules;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::{Command, ControllerParameters, decide};
 use rsrs_core::robot::unicycle::Pose;
@@ -43,15 +44,17 @@ pub struct Commands {
 }
 
 impl Commands {
-    /// Adds up what a controller commands in the judge's window and in one of its blocks.
-    pub fn new(conditions: &Conditions) -> Self {
+    /// Adds up what a controller commands in the judge's window, which has so many samples, and in one of its
+    /// blocks.
+    pub fn new(conditions: &Conditions, n_window: usize) -> Self {
         let Conditions { period_s, robots: n_robots, .. } = *conditions;
         let controller = conditions.controller.parameters().expect("the lanes have two commands");
         let command = decide(false, controller);
         let in_window = |n| (n, Commanded::of(|_, _| command, period_s, 0..n, n_robots));
         let n_looks = look_back(period_s);
         let speeds_m_s = (0..n_looks).map(|_| command.speed_m_s).sum();
-        let windows = [WINDOW_S, BLOCK_S].map(|time_s| in_window(samples_in(time_s, period_s)));
+        let n_block = samples_in(BLOCK_S, period_s).min(n_window);
+        let windows = [n_window, n_block].map(in_window);
         let looks = (n_looks, speeds_m_s);
         let amounts = |command: Command| (command.speed_m_s, command.turn_rate_rad_s.abs());
         let commands = controller.commands();
@@ -60,10 +63,11 @@ impl Commands {
         Self { controller, period_s, n_robots, windows, vary, speeds_m_s, looks }
     }
 
-    /// Whether these are the commands under such conditions.
-    pub fn are_of(&self, conditions: &Conditions) -> bool {
+    /// Whether these are the commands under such conditions, in a window of so many samples.
+    pub fn are_of(&self, conditions: &Conditions, n_window: usize) -> bool {
         let of = (conditions.controller.parameters(), conditions.period_s, conditions.robots);
-        of == (Some(self.controller), self.period_s, self.n_robots)
+        let is_same = of == (Some(self.controller), self.period_s, self.n_robots);
+        is_same && self.windows[0].0 == n_window
     }
 }
 
@@ -156,24 +160,26 @@ impl<S: Simd, const HALF: usize> Half<'_, S, HALF> {
     }
 }
 
-/// Looks at the last window of runs of so many samples.
+/// Looks at what decides on runs of so many samples.
 pub struct LookAtEnd<'a, S: Simd> {
     pub past: Past<'a, S>,
     pub n_samples: usize,
+    /// By which they are judged.
+    pub rules: &'a Rules,
     /// Lanes that matter, from the first one on.
     pub n_lanes: usize,
 }
 
 impl<S: Simd> Work for LookAtEnd<'_, S> {
-    type Output = Vec<LastWindow>;
+    type Output = Vec<JudgedWindow>;
 
     #[inline(always)]
-    fn run(self) -> Vec<LastWindow> {
-        let Self { past, n_samples, n_lanes } = self;
+    fn run(self) -> Vec<JudgedWindow> {
+        let Self { past, n_samples, rules, n_lanes } = self;
         let bodies = &past.bodies;
-        let mut windows = LastWindow::of(&Half::<S, 0>(past), n_samples, bodies);
+        let mut windows = JudgedWindow::of(&Half::<S, 0>(past), n_samples, bodies, rules);
         if n_lanes > S::LANES / 2 {
-            windows.extend(LastWindow::of(&Half::<S, 1>(past), n_samples, bodies));
+            windows.extend(JudgedWindow::of(&Half::<S, 1>(past), n_samples, bodies, rules));
         }
         windows.truncate(n_lanes);
         windows

@@ -173,6 +173,68 @@ fn every_behaviour_is_judged_alike_in_lanes_and_by_the_reference() {
 }
 
 #[test]
+fn what_only_some_behaviours_ask_for_is_the_same_in_lanes_and_by_the_reference() {
+    let behaviour = Behaviour::parse(
+        "asking.yaml",
+        "name: asking\nwords: {noun: asking, swarm: a swarm, verb: [ask, asks, asked]}\n\
+         phases: [{key: asking}, {key: silent}]\notherwise: silent\n\
+         rules: [{phase: asking, when: {polarisation: {below: 0.3}, spread_m: {at_least: 0.5}, \
+         wall_distance_m: {at_least: 0.5}, coverage: {at_least: 0.2}, visited: {at_least: 0.02}}}]",
+    )
+    .expect("it is a behaviour");
+    let mut conditions = flockbots(0.15, 0.75, &HARSHER);
+    conditions.behaviour = behaviour;
+    conditions.arena = Arena { side_m: 4.0, walls: Walls::Clamp };
+    let asked = behaviour.rules().parameters();
+    for unit in VectorUnit::available() {
+        let judged = batch(unit).judge(&conditions, 5, 0..18, 150.0).expect("fit and long");
+
+        for (replicate, judged) in (0..).zip(&judged) {
+            let expected = judged_by_reference(&conditions, Seed { seed: 5, replicate }, 150.0);
+            assert_eq!(bits(judged), bits(&expected), "{unit:?} {replicate}");
+            let is_known = |evidence| asked.iter().all(|it| it.value(evidence).is_some());
+            assert!(is_known(&judged.evidence) && judged.blocks.iter().all(is_known), "{judged:?}");
+        }
+    }
+}
+
+#[test]
+fn any_time_of_a_run_is_judged_alike_in_lanes_and_by_the_reference() {
+    for (number, window) in
+        ["{last_s: 25}", "{last_s: 90}", "whole_run", "ever"].into_iter().enumerate()
+    {
+        let behaviour = Behaviour::parse(
+            "windows.yaml",
+            &format!(
+                "name: window_{number}\nwords: {{noun: it, swarm: a swarm, verb: [do, does, did]}}\n\
+                 phases: [{{key: window_{number}_yes}}, {{key: window_{number}_no}}]\n\
+                 otherwise: window_{number}_no\nwindow: {window}\n\
+                 rules: [{{phase: window_{number}_yes, when: {{rotation: {{at_least: 0.7}}, \
+                 polarisation: {{below: 0.5}}}}}}]"
+            ),
+        )
+        .expect("it is a behaviour");
+        for undetected in [None, Some(Command { speed_m_s: 0.1, turn_rate_rad_s: 0.3 })] {
+            let mut conditions = flockbots(0.15, 0.75, &HARSHER);
+            conditions.behaviour = behaviour;
+            if let Some(undetected) = undetected {
+                let detected = Command { speed_m_s: 0.15, turn_rate_rad_s: -0.75 };
+                conditions.controller = ControllerParameters::of(detected, undetected).into();
+            }
+            for unit in VectorUnit::available() {
+                let judged = batch(unit).judge(&conditions, 5, 0..18, 124.0).expect("fit and long");
+
+                for (replicate, judged) in (0..).zip(&judged) {
+                    let seed = Seed { seed: 5, replicate };
+                    let expected = judged_by_reference(&conditions, seed, 124.0);
+                    assert_eq!(bits(judged), bits(&expected), "{unit:?} {replicate} {window}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn robots_are_looked_at_whenever_they_may_meet_or_part() {
     // Few robots, one run alone: nothing else in the vector makes the batch look closely.
     let mut between_walls = flockbots(0.1, 0.5, &HARSHER);

@@ -7,6 +7,7 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::Behaviour;
+use super::window::{LAST_S, Window};
 use crate::document::{self, DocumentError, did_you_mean, is_name, nearest};
 use crate::help::Help;
 use crate::judge::phase::{MOST_PHASES, Phase};
@@ -26,10 +27,14 @@ pub struct BehaviourFile {
     pub rules: Vec<RuleEntry>,
     /// Key of the phase if none holds.
     pub otherwise: String,
-    /// Key of the phase of a run that shows the wanted one on the whole, but not in all of its blocks of 10 s
-    /// but one (default: `otherwise`).
+    /// Key of the phase of a run that shows the wanted one on the whole, but in more than one of six of its
+    /// blocks of 10 s not (default: `otherwise`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_lasting: Option<String>,
+    /// Which time of a run is judged: `{last_s: 60}` (default), with another number of seconds from 10 on;
+    /// `whole_run`; or `ever`, where a run counts that was in the wanted phase in any 60 s of it.
+    #[serde(default, skip_serializing_if = "Window::is_usual")]
+    pub window: Window,
 }
 
 /// What sentences call a behaviour.
@@ -64,7 +69,7 @@ pub struct PhaseEntry {
 pub struct RuleEntry {
     /// Key of the phase.
     pub phase: String,
-    /// Bounds on order parameters, all of which must hold: `{lost: {at_most: 0.1}, rotation: {at_least: 0.5}}`, or `below`.
+    /// Bounds on [order parameters](#order-parameters), all of which must hold: `{lost: {at_most: 0.1}, rotation: {at_least: 0.5}}`, or `below`.
     pub when: Bounds,
 }
 
@@ -72,7 +77,7 @@ pub struct RuleEntry {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounds(Vec<Condition>);
 
-/// A bound as a file has it; dimensionless.
+/// A bound as a file has it, in the unit of its order parameter.
 #[derive(Clone, Copy, Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Bound {
@@ -155,6 +160,12 @@ pub enum Unusable {
         /// What is given.
         found: String,
     },
+    /// A window that is too short, or too long.
+    #[error("`window` is the last {found} s, expected {} to {} s", LAST_S[0], LAST_S[1])]
+    Window {
+        /// How many seconds it has, as text.
+        found: String,
+    },
     /// A word that is empty.
     #[error("`words` has an empty text")]
     NoWord,
@@ -229,6 +240,11 @@ impl BehaviourFile {
         if [noun, swarm].into_iter().chain(verb).any(|word| word.trim().is_empty()) {
             return Err(Unusable::NoWord);
         }
+        if let Window::LastS(last_s) = self.window
+            && !(LAST_S[0]..=LAST_S[1]).contains(&last_s)
+        {
+            return Err(Unusable::Window { found: last_s.to_string() });
+        }
         let given = self.rules.iter().map(|rule| &rule.phase);
         for key in given.chain([&self.otherwise]).chain(&self.not_lasting) {
             if !keys.contains(&key.as_str()) {
@@ -291,6 +307,7 @@ impl BehaviourFile {
             otherwise: place(&self.otherwise),
             wanted: Phase::new(behaviour, 0),
             not_lasting: place(self.not_lasting.as_ref().unwrap_or(&self.otherwise)),
+            window: self.window,
         }
     }
 }
@@ -375,17 +392,19 @@ impl<'de> Deserialize<'de> for Bounds {
                 let mut conditions: Vec<Condition> = Vec::new();
                 while let Some((key, bound)) = map.next_entry::<String, Bound>()? {
                     let parameter = Parameter::from_key(&key).ok_or_else(|| {
-                        let keys = Parameter::ALL.map(Parameter::key);
-                        let meant = did_you_mean(nearest(&key, keys));
+                        let keys: Vec<&str> = Parameter::all().map(Parameter::key).collect();
+                        let meant = did_you_mean(nearest(&key, keys.iter().copied()));
                         let keys = keys.join(", ");
                         de::Error::custom(format!(
                             "unknown order parameter `{key}`, expected one of {keys}{meant}"
                         ))
                     })?;
-                    if !bound.bound().is_finite() || bound.bound() < 0.0 {
-                        let found = bound.bound();
+                    let (found, most) = (bound.bound(), parameter.most());
+                    if !found.is_finite() || !(0.0..=most).contains(&found) {
+                        let to =
+                            if most.is_finite() { format!("to {most}") } else { "on".to_owned() };
                         return Err(de::Error::custom(format!(
-                            "the bound of {key} is {found}, expected a number from 0 on"
+                            "the bound of {key} is {found}, expected a number from 0 {to}"
                         )));
                     }
                     conditions.push(bound.condition(parameter));
@@ -405,7 +424,7 @@ impl schemars::JsonSchema for Bounds {
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         schemars::json_schema!({
             "type": "object",
-            "propertyNames": {"enum": Parameter::ALL.map(Parameter::key)},
+            "propertyNames": {"enum": Parameter::all().map(Parameter::key).collect::<Vec<_>>()},
             "additionalProperties": generator.subschema_for::<Bound>(),
         })
     }

@@ -3,12 +3,13 @@
 
 use std::ops::Range;
 
+use super::asked::{measured, rounds_surely};
 use super::cluster::clustered;
 use super::geometry::{
     Vector, angle_between, centroid, cross, distance_m2, dot, nearest_neighbours,
 };
 use super::{
-    BLOCKED_SHARE, CONTACT_TOLERANCE, LOST_SHARE, OrderParameters, RESOLUTION, STUCK_SHARE,
+    BLOCKED_SHARE, CONTACT_TOLERANCE, LOST_SHARE, OrderParameters, Parameter, STUCK_SHARE,
     look_back, rounded,
 };
 use crate::judge::number::{Mask, Number};
@@ -166,7 +167,13 @@ impl<N: Number<Scalar = f64>> Sums<N> {
     /// # Arguments
     ///
     /// * `samples`, `bodies` — those that the sums are of.
-    pub fn evidence<S>(&self, samples: &S, bodies: &Bodies, lane: usize) -> OrderParameters
+    /// * `asked` — what is measured besides, as far as it is measured only where it is asked for.
+    pub fn evidence<S>(
+        &self,
+        (samples, bodies): (&S, &Bodies),
+        lane: usize,
+        asked: &[Parameter],
+    ) -> OrderParameters
     where
         S: Samples<Number = N>,
     {
@@ -174,7 +181,7 @@ impl<N: Number<Scalar = f64>> Sums<N> {
         if !self.is_certain(lane)
             && let Some(trajectory) = samples.trajectory(lane, window.clone())
         {
-            return OrderParameters::of(&trajectory, 0..self.n_samples, bodies);
+            return OrderParameters::with(&trajectory, 0..self.n_samples, bodies, asked);
         }
         let period_s = samples.period_s();
         let Commanded { way_m, mean_turn_rad } = samples.commanded(window.clone(), lane);
@@ -204,6 +211,7 @@ impl<N: Number<Scalar = f64>> Sums<N> {
             mean_radius_m: self.radius_m.lane(lane) / n_poses,
             contact_onsets_per_s: bodies.radius_m.map(|_| self.onsets.lane(lane) / robot_seconds),
             circliness_ceiling: 1.0 - mean_turn_rad / 2.0,
+            asked: measured((samples, bodies), &window, lane, asked),
             clustered: bodies.radius_m.map(|radius_m| clustered(samples, window, lane, radius_m)),
         }
     }
@@ -218,13 +226,6 @@ impl<N: Number<Scalar = f64>> Sums<N> {
             .iter()
             .all(|sum| rounds_surely((sum.lane(lane) / n_poses).abs(), margin))
     }
-}
-
-/// Whether all numbers within a margin of a mean are rounded to the same one. What is not a number
-/// is not.
-fn rounds_surely(mean: f64, margin: f64) -> bool {
-    let whole = mean / RESOLUTION;
-    ((whole - whole.floor()) - 0.5).abs() * RESOLUTION > margin
 }
 
 /// The motion of one robot around the centroid.
@@ -423,6 +424,7 @@ impl<'a, S: Samples> OrderAccumulator<'a, S> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::RESOLUTION;
     use super::*;
 
     #[test]

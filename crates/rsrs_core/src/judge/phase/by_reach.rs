@@ -3,7 +3,7 @@
 use crate::judge::order::nearest_neighbours_m;
 use crate::judge::trajectory::{Bodies, Trajectory};
 
-use super::{Phase, Rules, label_with, window};
+use super::{Phase, Rules, label_with};
 
 /// How closely the reach is found from which on another phase holds, in metres.
 const RESOLUTION_M: f64 = 1e-3;
@@ -13,20 +13,21 @@ const RESOLUTION_M: f64 = 1e-3;
 /// # Arguments
 ///
 /// * `trajectory` — at least as long as what is judged, finite throughout.
-/// * `radius_m` — radius of the bodies, in metres, if it is known.
+/// * `bodies` — what else is known of the robots.
 ///
 /// # Returns
 ///
 /// Ascending; the first one holds from 0.
-pub fn phases(trajectory: &Trajectory, radius_m: Option<f64>, rules: &Rules) -> Vec<(f64, Phase)> {
+pub fn phases(trajectory: &Trajectory, bodies: &Bodies, rules: &Rules) -> Vec<(f64, Phase)> {
     let phase = |reach_m: f64| {
-        let bodies = Bodies { radius_m, reach_m: Some(reach_m) };
+        let bodies = Bodies { reach_m: Some(reach_m), ..*bodies };
         label_with(trajectory, &bodies, rules)
             .expect("a trajectory that was checked is judged where the reach is known")
             .phase
     };
-    let samples = window(trajectory);
-    let farthest_m = samples
+    let n_samples = trajectory.n_samples();
+    let n_needed = rules.window.n_needed(n_samples, trajectory.period_s);
+    let farthest_m = (n_samples - n_needed..n_samples)
         .flat_map(|sample| nearest_neighbours_m(trajectory.poses_at(sample)))
         .filter(|distance_m| distance_m.is_finite())
         .fold(0.0, f64::max);

@@ -6,7 +6,7 @@
 
 use rsrs_core::digest::Digest;
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::order::{OrderParameters, Parameter};
 use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
@@ -26,8 +26,9 @@ pub struct BlockId {
 /// The bytes of a block's file.
 pub fn encode(place: BlockId, block: &Block, outcomes: &[ReplicateOutcome]) -> Vec<u8> {
     let mut bytes = header(place, block);
+    let parameters = Parameter::of_behaviour(place.behaviour);
     for outcome in outcomes {
-        encode_row(outcome, &mut bytes);
+        encode_row(outcome, &parameters, &mut bytes);
     }
     let digest = digest(&bytes);
     bytes.extend(digest.to_le_bytes());
@@ -39,14 +40,14 @@ pub fn decode(place: BlockId, block: &Block, bytes: &[u8]) -> Option<Vec<Replica
     let (content, found) = bytes.split_last_chunk::<8>().map(|(content, end)| (content, *end))?;
     let rows = content.strip_prefix(header(place, block).as_slice())?;
     let n_rows = usize::try_from(block.n_rows()).ok()?;
-    if u64::from_le_bytes(found) != digest(content) || rows.len() != n_rows * ROW {
+    let parameters = Parameter::of_behaviour(place.behaviour);
+    let n_bytes = PHASE_AND_PRESENCE + 8 * parameters.len();
+    if u64::from_le_bytes(found) != digest(content) || rows.len() != n_rows * n_bytes {
         return None;
     }
-    let rows = block.rows().zip(rows.chunks_exact(ROW));
-    rows.map(|((cell, replicate), bytes)| {
-        decode_row((cell, replicate), bytes, place.behaviour.phases())
-    })
-    .collect()
+    let rows = block.rows().zip(rows.chunks_exact(n_bytes));
+    let phases = place.behaviour.phases();
+    rows.map(|(which, bytes)| decode_row(which, bytes, (phases, &parameters))).collect()
 }
 
 fn header(place: BlockId, block: &Block) -> Vec<u8> {
@@ -64,41 +65,13 @@ fn digest(bytes: &[u8]) -> u64 {
     digest.value()
 }
 
-const NUMBERS: usize = 12;
+/// Bytes of one row before its numbers: its phase, and which numbers there are.
+const PHASE_AND_PRESENCE: usize = 1 + 2;
 
-/// Bytes of one row: phase, which numbers there are, the numbers.
-const ROW: usize = 1 + 2 + 8 * NUMBERS;
-
-fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
+fn encode_row(outcome: &ReplicateOutcome, parameters: &[Parameter], bytes: &mut Vec<u8>) {
     bytes.push(u8::try_from(outcome.phase.place()).expect("phases are few"));
-    let OrderParameters {
-        lost,
-        blocked,
-        stuck,
-        rotation,
-        orbit,
-        fatness,
-        tangentness,
-        circliness,
-        mean_radius_m,
-        contact_onsets_per_s,
-        circliness_ceiling,
-        clustered,
-    } = outcome.evidence;
-    let numbers: [Option<f64>; NUMBERS] = [
-        lost,
-        Some(blocked),
-        Some(stuck),
-        Some(rotation),
-        Some(orbit),
-        Some(fatness),
-        Some(tangentness),
-        Some(circliness),
-        Some(mean_radius_m),
-        contact_onsets_per_s,
-        Some(circliness_ceiling),
-        clustered,
-    ];
+    let numbers: Vec<Option<f64>> =
+        parameters.iter().map(|parameter| parameter.value(&outcome.evidence)).collect();
     let present =
         numbers.iter().enumerate().map(|(bit, number)| u16::from(number.is_some()) << bit);
     bytes.extend(present.sum::<u16>().to_le_bytes());
@@ -108,27 +81,20 @@ fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
 fn decode_row(
     (cell, replicate): (usize, u64),
     bytes: &[u8],
-    phases: &[Phase],
+    (phases, parameters): (&[Phase], &[Parameter]),
 ) -> Option<ReplicateOutcome> {
     let phase = *phases.get(usize::from(bytes[0]))?;
     let present = u16::from_le_bytes([bytes[1], bytes[2]]);
-    let (numbers, _) = bytes[3..].as_chunks::<8>();
-    let optional =
-        |column: usize| (present >> column & 1 == 1).then(|| f64::from_le_bytes(numbers[column]));
-    let evidence = OrderParameters {
-        lost: optional(0),
-        blocked: optional(1)?,
-        stuck: optional(2)?,
-        rotation: optional(3)?,
-        orbit: optional(4)?,
-        fatness: optional(5)?,
-        tangentness: optional(6)?,
-        circliness: optional(7)?,
-        mean_radius_m: optional(8)?,
-        contact_onsets_per_s: optional(9),
-        circliness_ceiling: optional(10)?,
-        clustered: optional(11),
-    };
+    let (numbers, _) = bytes[PHASE_AND_PRESENCE..].as_chunks::<8>();
+    let mut evidence = OrderParameters::default();
+    for (bit, (parameter, number)) in parameters.iter().zip(numbers).enumerate() {
+        if present >> bit & 1 == 1 {
+            parameter.set(&mut evidence, f64::from_le_bytes(*number));
+        } else if parameter.value(&evidence).is_some() {
+            // One that every window has.
+            return None;
+        }
+    }
     Some(ReplicateOutcome { cell, replicate, phase, evidence })
 }
 
@@ -163,6 +129,7 @@ mod tests {
                 contact_onsets_per_s: (cell == 3).then_some(-0.0),
                 circliness_ceiling: 0.10,
                 clustered: (cell == 4).then_some(0.11),
+                ..OrderParameters::default()
             },
         };
         block().rows().zip(Phase::BUILT_IN).map(outcome).collect()

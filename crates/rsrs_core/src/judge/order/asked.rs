@@ -1,0 +1,242 @@
+//! Order parameters that a window has only where the rules of a behaviour ask for them: so others cost nothing.
+
+use std::fmt;
+use std::ops::Range;
+
+use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+use super::geometry::{Vector, centroid, distance_m2};
+use super::parameter::Parameter;
+use super::sums::Samples;
+use super::{RESOLUTION, rounded};
+use crate::judge::number::Number;
+use crate::judge::trajectory::{Bodies, Trajectory};
+
+/// How many there are.
+pub const N_ASKED: usize = 5;
+
+/// The values of those that were asked for; in files under their names, beside the others.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Asked(pub(super) [Option<f64>; N_ASKED]);
+
+impl Serialize for Asked {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let known = Parameter::all().filter(|it| it.is_asked()).zip(self.0);
+        let known: Vec<_> = known.filter_map(|(it, value)| Some((it.key(), value?))).collect();
+        let mut map = serializer.serialize_map(Some(known.len()))?;
+        for (key, value) in known {
+            map.serialize_entry(key, &value)?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Asked {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ByKey;
+        impl<'de> Visitor<'de> for ByKey {
+            type Value = Asked;
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("order parameters by name")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Asked, A::Error> {
+                let mut asked = Asked::default();
+                while let Some(key) = map.next_key::<String>()? {
+                    let named = Parameter::all().filter(|it| it.is_asked());
+                    match named.zip(&mut asked.0).find(|(it, _)| it.key() == key) {
+                        Some((_, value)) => *value = map.next_value()?,
+                        None => {
+                            map.next_value::<IgnoredAny>()?;
+                        }
+                    }
+                }
+                Ok(asked)
+            }
+        }
+        deserializer.deserialize_map(ByKey)
+    }
+}
+
+/// How one is measured.
+pub struct Measure {
+    /// Its value in a window; what it needs is known.
+    of: fn(&Look) -> f64,
+    /// Whether it is a mean over headings, which is [`rounded`].
+    is_of_headings: bool,
+    /// Whether it grows with the window.
+    pub adds_up: bool,
+}
+
+/// T. Vicsek et al., Phys. Rev. Lett. 75, 1226 (1995): the absolute value of the average normalised velocity.
+pub const POLARISATION: Measure =
+    Measure { of: polarisation, is_of_headings: true, adds_up: false };
+
+/// The second moment by which M. Gauci et al., IJRR 33(8), 2014, measure dispersion is this, squared, times the
+/// number of robots, over the square of a body's diameter.
+pub const SPREAD: Measure = Measure { of: spread_m, is_of_headings: false, adds_up: false };
+
+/// Ours.
+pub const WALL_DISTANCE: Measure =
+    Measure { of: wall_distance_m, is_of_headings: false, adds_up: false };
+
+/// A. Özdemir et al., "Spatial coverage without computation", ICRA 2019, report coverage "with no robot
+/// redundancy": of as many cells as there are robots, the share that has one. That the cells are equal squares is
+/// how we read it.
+pub const COVERAGE: Measure = Measure { of: coverage, is_of_headings: false, adds_up: false };
+
+/// Ours: what a robot that cleans would have cleaned.
+pub const VISITED: Measure = Measure { of: visited, is_of_headings: false, adds_up: true };
+
+/// A window of one world, by itself.
+struct Look {
+    n_robots: usize,
+    /// In metres, sample by sample, robot by robot.
+    places: Vec<Vector<f64>>,
+    /// Of length 1, likewise; empty where nothing is of headings.
+    headings: Vec<Vector<f64>>,
+    /// Side of the arena, and radius of a body, in metres.
+    arena_m: f64,
+    radius_m: f64,
+}
+
+/// Measures what is asked for in a window of one lane.
+///
+/// # Arguments
+///
+/// * `window` — not empty.
+/// * `asked` — of those that are no fields, others being left out, and those that lack what they need.
+pub fn measured<S: Samples>(
+    (samples, bodies): (&S, &Bodies),
+    window: &Range<usize>,
+    lane: usize,
+    asked: &[Parameter],
+) -> Asked {
+    let mut found = Asked::default();
+    let is_measured = |it: &Parameter| asked.contains(it) && it.lacks(bodies).is_none();
+    let all = Parameter::all().filter_map(|it| Some((it, it.asked()?)));
+    let mut look: Option<Look> = None;
+    for ((parameter, measure), value) in all.zip(&mut found.0) {
+        if !is_measured(&parameter) {
+            continue;
+        }
+        let look = look.get_or_insert_with(|| Look::of(samples, bodies, window, lane));
+        *value = Some(if measure.is_of_headings {
+            let mean = (measure.of)(look);
+            // As the means over headings among the sums: by how much one may differ is a constant for what a
+            // heading may be longer or shorter than 1, and for each addition.
+            let margin = 2e-13 + 2.3e-16 * look.places.len() as f64;
+            let again = (!rounds_surely(mean, margin))
+                .then(|| samples.trajectory(lane, window.clone()))
+                .flatten();
+            let by_definition =
+                |it: Trajectory| (measure.of)(&Look::of(&it, bodies, &(0..it.n_samples()), 0));
+            rounded(again.map_or(mean, by_definition))
+        } else {
+            (measure.of)(look)
+        });
+    }
+    found
+}
+
+/// Whether all numbers within a margin of a mean are rounded to the same one. What is not a number
+/// is not.
+pub(super) fn rounds_surely(mean: f64, margin: f64) -> bool {
+    let whole = mean / RESOLUTION;
+    ((whole - whole.floor()) - 0.5).abs() * RESOLUTION > margin
+}
+
+impl Look {
+    fn of<S: Samples>(samples: &S, bodies: &Bodies, window: &Range<usize>, lane: usize) -> Self {
+        let in_lane = |(x, y): Vector<S::Number>| (x.lane(lane), y.lane(lane));
+        let heading = |pose: &S::Pose| {
+            let (along, inverse) = samples.heading(pose);
+            in_lane((along.0 * inverse, along.1 * inverse))
+        };
+        let poses = || window.clone().flat_map(|sample| samples.poses_at(sample));
+        Self {
+            n_robots: samples.poses_at(window.start).len(),
+            places: poses().map(|pose| in_lane(samples.place(pose))).collect(),
+            headings: poses().map(heading).collect(),
+            arena_m: bodies.arena_m.unwrap_or(f64::NAN),
+            radius_m: bodies.radius_m.unwrap_or(f64::NAN),
+        }
+    }
+
+    /// The mean of a number of each sample.
+    fn mean(&self, of: impl Fn(&[Vector<f64>]) -> f64, vectors: &[Vector<f64>]) -> f64 {
+        let samples = vectors.chunks_exact(self.n_robots);
+        let n_samples = samples.len() as f64;
+        samples.map(of).sum::<f64>() / n_samples
+    }
+
+    /// The number of the cell that holds a place, of so many along each side of the arena; who is beyond it is in
+    /// the nearest.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "it is clamped to the cells first"
+    )]
+    fn cell(&self, place: Vector<f64>, n_along: usize) -> usize {
+        let along = |coordinate_m: f64| {
+            let share = coordinate_m / self.arena_m + 0.5;
+            (share * n_along as f64).clamp(0.0, n_along as f64 - 1.0) as usize
+        };
+        along(place.0) * n_along + along(place.1)
+    }
+}
+
+fn polarisation(look: &Look) -> f64 {
+    let length = |headings: &[Vector<f64>]| {
+        let (x, y) = centroid(0.0, headings);
+        (x * x + y * y).sqrt()
+    };
+    look.mean(length, &look.headings)
+}
+
+fn spread_m(look: &Look) -> f64 {
+    let spread_m = |places: &[Vector<f64>]| {
+        let centre = centroid(0.0, places);
+        let squares: f64 = places.iter().map(|place| distance_m2(*place, centre)).sum();
+        (squares / places.len() as f64).sqrt()
+    };
+    look.mean(spread_m, &look.places)
+}
+
+fn wall_distance_m(look: &Look) -> f64 {
+    let distance_m = |(x, y): &Vector<f64>| (look.arena_m / 2.0 - x.abs().max(y.abs())).max(0.0);
+    let mean_m =
+        |places: &[Vector<f64>]| places.iter().map(distance_m).sum::<f64>() / places.len() as f64;
+    look.mean(mean_m, &look.places)
+}
+
+fn coverage(look: &Look) -> f64 {
+    // No more cells than robots, so that all of them can be covered.
+    let n_along = look.n_robots.isqrt();
+    let share =
+        |places: &[Vector<f64>]| n_cells(look, places, n_along) as f64 / (n_along * n_along) as f64;
+    look.mean(share, &look.places)
+}
+
+/// More cells along a side than that would be finer than what poses are known to, and cost memory.
+const MOST_ALONG: f64 = 1000.0;
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "it is clamped to a number of cells first"
+)]
+fn visited(look: &Look) -> f64 {
+    let n_along = (look.arena_m / (2.0 * look.radius_m)).floor().clamp(1.0, MOST_ALONG) as usize;
+    n_cells(look, &look.places, n_along) as f64 / (n_along * n_along) as f64
+}
+
+/// How many cells hold one of these places or more.
+fn n_cells(look: &Look, places: &[Vector<f64>], n_along: usize) -> usize {
+    let mut is_held = vec![false; n_along * n_along];
+    for place in places {
+        is_held[look.cell(*place, n_along)] = true;
+    }
+    is_held.into_iter().filter(|is_held| *is_held).count()
+}
