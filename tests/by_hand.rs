@@ -11,7 +11,9 @@ use rsrs_msgs::nav_msgs::Odometry;
 
 use crate::command::repository;
 use crate::fleet::{ROBOTS, experiment, node};
-use crate::pages::{IN_RCLPY, OF_CONTROLLERS, WITHOUT_FLOOR, WITHOUT_ROBOTS, script_of};
+use crate::pages::{
+    IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, WITHOUT_FLOOR, WITHOUT_ROBOTS, script_of,
+};
 use crate::processes::{Process, is_starved, rsrs};
 use rsrs_testing::network::{TIMEOUT, in_own_network};
 
@@ -31,6 +33,9 @@ const SHORTER_RUNS: [(&str, &str); 8] = [
     ("--behaviour milling --forward\n", "--behaviour milling --forward --controllers 200\n"),
     ("seeds: [2, 3]", "seeds: [2]"),
 ];
+/// The same of the swarm that is written from nothing.
+const FEWER_RUNS: [(&str, &str); 2] =
+    [("choose results -o", "choose results --confirm 100 -o"), ("seq 11", "seq 2")];
 const RCLPY_FLEET: &str = include_str!("../docs/examples/rclpy_fleet.py");
 
 /// What pages have their reader type, with less to wait for where no long tests are asked for.
@@ -203,6 +208,44 @@ fn the_page_of_controllers_works_to_the_letter() {
     for file in ["results/sweep.yaml", "diagram.png", "run/metadata.yaml", "run.png"] {
         assert!(folder.path().join(file).is_file(), "{file}\n{errors}");
     }
+}
+
+#[test]
+fn the_page_of_ones_own_swarm_works_to_the_letter_and_finds_what_it_says() {
+    in_own_network(
+        "by_hand::the_page_of_ones_own_swarm_works_to_the_letter_and_finds_what_it_says",
+        async || {
+            let script = shortened(&OF_OWN_SWARM, &FEWER_RUNS);
+
+            let (folder, output) = typed_in_time(&script, &[], (&[], 900));
+
+            let text = String::from_utf8_lossy(&output.stdout);
+            let errors = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{}\n{text}\n{errors}", output.status);
+            let read = |file: &str| {
+                std::fs::read_to_string(folder.path().join(file))
+                    .unwrap_or_else(|error| panic!("{file}: {error}\n{errors}"))
+            };
+            // Who hardly tumbles mops by the errors of its sensor, and who tumbles at 0.03 without them.
+            let cells = read("why/cells.csv");
+            let mopped = |cell: &str| -> u32 {
+                let row = cells.lines().find_map(|row| row.strip_prefix(&format!("{cell},40,")));
+                let share = row.and_then(|row| row.split(',').next()?.parse().ok());
+                share.unwrap_or_else(|| panic!("{cell}: {cells}"))
+            };
+            assert_eq!(mopped("0.0003,0.0005"), 0);
+            assert!(mopped("0.0003,0.05") > 30 && mopped("0.03,0.0005") > 30, "{cells}");
+            assert!(read("results/choice.json").contains("\"controller.tumble\": 0.0003"));
+            assert!(text.contains("run_1: mopped"), "{text}");
+            let is_long = std::env::var_os("RSRS_LONG_TESTS").is_some();
+            let verdict = if is_long { "verdict: supported" } else { "2 of 2 runs mopped" };
+            assert!(text.contains(verdict), "{text}");
+            assert!(
+                folder.path().join("mopped.png").is_file()
+                    && folder.path().join("why.png").is_file()
+            );
+        },
+    );
 }
 
 #[test]

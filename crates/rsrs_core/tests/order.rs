@@ -4,7 +4,7 @@
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::{OrderParameters, Parameter};
-use rsrs_core::judge::phase::{JudgeError, label, label_with};
+use rsrs_core::judge::phase::{JudgeError, label, label_with, samples_in};
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::unicycle::Pose;
@@ -15,7 +15,7 @@ const BODIES: Bodies = Bodies { radius_m: Some(0.1), reach_m: Some(1.0), arena_m
 
 /// Robots whose poses are a function of robot and time.
 fn run(n_robots: usize, duration_s: f64, pose: impl Fn(usize, f64) -> Pose) -> Trajectory {
-    let n_samples = (duration_s / PERIOD_S).round() as usize;
+    let n_samples = samples_in(duration_s, PERIOD_S);
     let poses = (0..n_samples).flat_map(|sample| {
         let time_s = sample as f64 * PERIOD_S;
         (0..n_robots).map(|robot| pose(robot, time_s)).collect::<Vec<_>>()
@@ -97,7 +97,7 @@ fn a_swarm_with_a_robot_in_each_cell_covers_its_arena() {
 
     assert_near(measured(&run(9, 20.0, spread), "coverage"), 1.0);
     assert_near(measured(&gathered, "coverage"), 1.0 / 9.0);
-    assert_near(measured(&half_of_the_time, "coverage"), (1.0 + 1.0 / 9.0) / 2.0);
+    assert_near(measured(&half_of_the_time, "coverage"), f64::midpoint(1.0, 1.0 / 9.0));
     assert_near(measured(&ten, "coverage"), 1.0);
 }
 

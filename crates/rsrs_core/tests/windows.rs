@@ -2,7 +2,7 @@
 
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::behaviour::file::BehaviourFile;
-use rsrs_core::judge::phase::{JudgeError, Verdict, judged_samples, label_with};
+use rsrs_core::judge::phase::{JudgeError, Verdict, judged_samples, label_with, samples_in};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::unicycle::Pose;
 
@@ -11,7 +11,7 @@ const BODIES: Bodies = Bodies { radius_m: Some(0.1), reach_m: Some(1.0), arena_m
 
 /// Four robots that head one way in some of the time, and each its own in the rest.
 fn aligned_in(times_s: std::ops::Range<f64>, duration_s: f64) -> Trajectory {
-    let n_samples = (duration_s / PERIOD_S).round() as usize;
+    let n_samples = samples_in(duration_s, PERIOD_S);
     let poses = (0..n_samples * 4).map(|row| {
         let (time_s, robot) = ((row / 4) as f64 * PERIOD_S, row % 4);
         let own_rad = std::f64::consts::FRAC_PI_2 * robot as f64;

@@ -224,10 +224,15 @@ fn top(condition: &Condition, picture: &OrderPicture) -> f64 {
         return 1.0;
     }
     let values = picture.blocks.iter().map(|(_, order)| condition.parameter.of(order));
-    let most = values.fold(1.25 * condition.bound, f64::max).max(0.01);
-    let decade = 10.0_f64.powi(most.log10().floor() as i32);
-    let round = [1.0, 2.0, 5.0].into_iter().find(|step| step * decade >= most);
-    round.unwrap_or(10.0) * decade
+    let most = values.fold(1.25 * condition.bound, f64::max);
+    let mut top = 0.01;
+    for factor in [2.0, 2.5, 2.0].into_iter().cycle() {
+        if top >= most {
+            break;
+        }
+        top *= factor;
+    }
+    top
 }
 
 /// Of lines that have no colour of their own.

@@ -49,7 +49,7 @@ pub struct JudgedPhase {
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Labels {
-    One(JudgedPhase),
+    One(Box<JudgedPhase>),
     Several(Vec<JudgedPhase>),
 }
 
@@ -99,7 +99,7 @@ fn read(path: &Path, bag: &Path) -> anyhow::Result<JudgedPhase> {
     let labels: Labels = serde_json::from_str(&text)
         .with_context(|| format!("{file} is no label, as `rsrs label --format json` prints it"))?;
     let label = match labels {
-        Labels::One(label) => label,
+        Labels::One(label) => *label,
         Labels::Several(several) => match <[JudgedPhase; 1]>::try_from(several) {
             Ok([label]) => label,
             Err(several) => bail!("{file} holds {} labels, expected 1", several.len()),
