@@ -12,7 +12,7 @@ use rsrs_msgs::nav_msgs::Odometry;
 use crate::command::repository;
 use crate::fleet::{ROBOTS, experiment, node};
 use crate::pages::{
-    IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, WITHOUT_FLOOR, WITHOUT_ROBOTS, script_of,
+    IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, OF_SENSORS, WITHOUT_FLOOR, WITHOUT_ROBOTS, script_of,
 };
 use crate::processes::{Process, is_starved, rsrs};
 use rsrs_testing::network::{TIMEOUT, in_own_network};
@@ -246,6 +246,26 @@ fn the_page_of_ones_own_swarm_works_to_the_letter_and_finds_what_it_says() {
             );
         },
     );
+}
+
+#[test]
+fn the_page_of_sensors_takes_two_of_them_from_the_sweep_to_an_episode() {
+    let script = script_of(&OF_SENSORS);
+
+    let (folder, output) = typed_in_time(&script, &[], (&[], 600));
+
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}\n{errors}", output.status);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains(" 0 different"), "{text}");
+    let bag = Bag::open(&folder.path().join("run")).expect("a bag");
+    for robot in &ROBOTS[..5] {
+        for topic in ["detection", "detection/wall"] {
+            let name = format!("/{robot}/{topic}");
+            let n_messages = bag.messages_on([name.clone()]).count();
+            assert!(n_messages > 2000, "{name}: {n_messages}");
+        }
+    }
 }
 
 #[test]

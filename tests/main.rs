@@ -54,6 +54,7 @@ mod scale;
 mod schemas;
 #[cfg(feature = "security")]
 mod secured_fleet;
+mod sensors;
 mod simulated_bags;
 mod simulator;
 mod starting_files;

@@ -86,6 +86,7 @@ impl Topic {
     ///
     /// assert_eq!(topics::STATUS.robot_of("/lab/robot_3/status"), Some("lab/robot_3"));
     /// assert_eq!(topics::STATUS.robot_of("/robot_3/controller/status"), None);
+    /// assert_eq!(topics::STATUS.robot_of("/robot_3/detection/status"), None, "a reading of that name");
     /// ```
     pub fn robot_of<'a>(&self, name: &'a str) -> Option<&'a str> {
         let is_of_all = |topic: &Topic| topic.is_absolute() && topic.name == name;
@@ -93,6 +94,9 @@ impl Topic {
             topic.name.len() > self.name.len() && before(name, topic.name).is_some()
         };
         let is_another = |topic: &Topic| is_of_all(topic) || is_longer(topic);
+        if let Some((robot, _)) = further_reading(name) {
+            return (self.name == FURTHER_DETECTION.name).then_some(robot);
+        }
         before(name, self.name).filter(|_| !self.is_absolute() && !ALL.iter().any(is_another))
     }
 
@@ -136,6 +140,37 @@ const LATCHED: Qos =
 
 /// Whether the robot sees another one; one sample per control period.
 pub const DETECTION: Topic = topic::<std_msgs::Bool>("detection", Qos::reliable(LOCKSTEP_DEPTH));
+/// A further reading of a robot with several sensors, beside [`DETECTION`]: on [`further_detection`]; kept for who
+/// subscribes once it is told what the robot reports.
+pub const FURTHER_DETECTION: Topic = topic::<std_msgs::Bool>(
+    "detection/*",
+    Qos {
+        reliability: Reliability::Reliable,
+        durability: Durability::TransientLocal,
+        depth: LOCKSTEP_DEPTH,
+    },
+);
+/// The name of a robot's [`FURTHER_DETECTION`] of one reading.
+///
+/// # Example
+///
+/// ```
+/// use rsrs_msgs::topics;
+///
+/// assert_eq!(topics::further_detection("robot_3", "wall"), "/robot_3/detection/wall");
+/// assert_eq!(topics::further_reading("/robot_3/detection/wall"), Some(("robot_3", "wall")));
+/// assert_eq!(topics::further_reading("/robot_3/detection"), None);
+/// ```
+pub fn further_detection(robot: &str, reading: &str) -> String {
+    format!("{}/{reading}", DETECTION.for_robot(robot))
+}
+
+/// The robot and the reading whose topic has this name, if it is a [`FURTHER_DETECTION`].
+pub fn further_reading(name: &str) -> Option<(&str, &str)> {
+    let (before_reading, reading) = name.rsplit_once('/')?;
+    before(before_reading, DETECTION.name).map(|robot| (robot, reading))
+}
+
 /// The command that answers a detection; in lockstep, stamped with the detection's `/clock`.
 pub const CMD_VEL: Topic =
     topic::<geometry_msgs::TwistStamped>("cmd_vel", Qos::reliable(LOCKSTEP_DEPTH));
@@ -228,6 +263,7 @@ pub const ROSOUT: Topic = topic::<rcl_interfaces::Log>(
 /// All of them.
 pub const ALL: &[Topic] = &[
     DETECTION,
+    FURTHER_DETECTION,
     CMD_VEL,
     CMD_VEL_UNSTAMPED,
     ODOM,

@@ -44,7 +44,7 @@ impl Live {
     pub fn step(&mut self, n_steps: u32) {
         for _ in 0..n_steps {
             let mut commands = Vec::with_capacity(self.conditions.robots);
-            self.controllers.decide(self.world.sense(), &mut commands);
+            self.controllers.decide(self.world.sense_all(), &mut commands);
             self.past.poses.extend(self.world.poses());
             self.past.commands.extend_from_slice(&commands);
             self.world.advance(&commands);

@@ -61,17 +61,23 @@ pub fn simulated(
         None => work(py, Some(1), &Progress::None, |execution| {
             let cancel = execution.observer.cancel();
             let mut controllers = Controllers::new(conditions, seed);
-            run_controlled(world, conditions, duration_s, |detected, commands| {
-                controllers.decide(detected, commands);
+            run_controlled(world, conditions, duration_s, |readings, commands| {
+                controllers.decide(readings, commands);
                 let is_over = cancel.load(std::sync::atomic::Ordering::Relaxed);
                 if is_over { Err(anyhow::anyhow!("interrupted")) } else { Ok(()) }
             })
         })?,
-        Some(controller) => run_controlled(world, conditions, duration_s, |detected, commands| {
-            py.check_signals()?;
-            let answer = controller.call1((PyArray1::from_slice(py, detected),))?;
-            arrays::commands(&answer, detected.len(), commands)
-        })?,
+        Some(controller) => {
+            let names = conditions.robot.reading_names();
+            let one = names.refuse_further("a function in place of their controller is given");
+            one.map_err(|error| refused(error.to_string()))?;
+            run_controlled(world, conditions, duration_s, |readings, commands| {
+                py.check_signals()?;
+                let detected: Vec<bool> = readings.iter().map(|it| it.detection()).collect();
+                let answer = controller.call1((PyArray1::from_vec(py, detected),))?;
+                arrays::commands(&answer, readings.len(), commands)
+            })?
+        }
     };
     let Observed { trajectory, detections } = observed;
     let robots = (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect();

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
-use rsrs_core::robot::region::Region;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::sweep::source::read_profile;
 
@@ -23,7 +22,7 @@ impl Profile {
     #[new]
     pub fn new(text: &str) -> PyResult<Self> {
         RobotProfile::parse("Profile", text).map(Self).map_err(|error| match error {
-            ProfileError::Document(document) => helped(&document),
+            error @ (ProfileError::Document(_) | ProfileError::SensorAt { .. }) => helped(&error),
             error => refused(format!("this does not describe a robot: {error}")),
         })
     }
@@ -53,7 +52,7 @@ impl Profile {
     /// How far from its centre a robot senses the centre of another, in metres.
     #[getter]
     fn reach_m(&self) -> f64 {
-        Region::of(&self.0.sensing).reach_m(self.0.sensing.sees, self.0.body.radius_m)
+        self.0.reach_m()
     }
     /// Control period, in seconds.
     #[getter]

@@ -184,6 +184,8 @@ impl PyWorlds {
         keep_s: f64,
     ) -> PyResult<Self> {
         let PyConditions { conditions, range: usual } = conditions.clone();
+        let one = conditions.robot.reading_names().refuse_further("worlds that are commanded give");
+        one.map_err(|error| refused(error.to_string()))?;
         if n_worlds == 0 || conditions.robots == 0 {
             return Err(refused("no worlds or no robots, expected at least 1 of both"));
         }

@@ -18,7 +18,6 @@ use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::rsrs::{RobotStatus, WorldDigest};
 use rsrs_msgs::simulation_interfaces::{Result as Outcome, StepSimulationResponse};
-use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::{ClockPublisher, wall_time};
 use rsrs_ros::complaints::Complaints;
@@ -424,8 +423,8 @@ impl<'a> Simulation<'a> {
         }
         let stamp = stamp_ns.map_or_else(wall_time, Time::from_nanos);
         let Sensed { digest, ours, virtual_detections } = placed_world.sense();
-        for (robot, (data, _)) in self.robots.iter().zip(&ours) {
-            robot.publish_detection(Bool { data: *data }).await?;
+        for (robot, (readings, _)) in self.robots.iter().zip(&ours) {
+            robot.publish_readings(*readings).await?;
         }
         self.real.publish(&virtual_detections).await?;
         for robot in placed_world

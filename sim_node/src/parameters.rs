@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use rsrs_core::conditions::{Conditions, Impossible};
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::sensor::FurtherReadings;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::parameters::simulator::{
     CONDITIONS, FULL_NAME, HARDWARE_ONLY, LOCKSTEP, ODOM, POSE, REAL_TIME, REPLICATE, ROBOTS, SEED,
@@ -63,6 +64,9 @@ pub enum WorldError {
     /// A cell that was set by hand makes no world.
     #[error(transparent)]
     Cell(#[from] CellRefused),
+    /// What the robots report has no topics.
+    #[error("`{CONDITIONS}`: {0}")]
+    Readings(#[from] FurtherReadings),
     /// The robots are not those of the conditions.
     #[error(transparent)]
     Rows(#[from] RowsError),
@@ -269,6 +273,9 @@ pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Want
         gates: gates(server),
     };
     check_gates(&placed)?;
+    if placed.gates == Gates::Elsewhere {
+        conditions.robot.reading_names().refuse_further("the nodes of robots publish")?;
+    }
     let seed = Seed { seed, replicate };
     let world = World::new(&conditions, seed)?;
     let controllers = Controllers::new(&conditions, seed);

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::sensor::Readings;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::simulator::Placed;
 use rsrs_msgs::builtin_interfaces::Time;
@@ -43,7 +44,7 @@ pub struct Sensed {
     /// Digest of the world's state.
     pub digest: u64,
     /// What each of our robots reports, and where it is; shape `[n_ours]`.
-    pub ours: Vec<(bool, Motion)>,
+    pub ours: Vec<(Readings, Motion)>,
     /// What each real robot would see of ours; shape `[n_followed]`.
     pub virtual_detections: Vec<bool>,
 }
@@ -77,16 +78,17 @@ impl PlacedWorld {
         self.follow();
         let step = self.world.step_index();
         let digest = self.world.digest();
-        let detections = self.world.sense().to_vec();
+        let readings = self.world.sense_all().to_vec();
         let poses: Vec<Pose> = self.world.poses().collect();
         let motions = self.rows.ours.iter().zip(&self.obeyed).map(|(row, command)| {
-            (detections[*row], Motion { pose: poses[*row], command: *command })
+            (readings[*row], Motion { pose: poses[*row], command: *command })
         });
         let ours = motions.collect();
         let of_ours: Vec<Pose> = self.rows.ours.iter().map(|row| poses[*row]).collect();
         let followed = self.followed.iter_mut();
-        let virtual_detections =
-            followed.map(|robot| robot.detects(&of_ours, (step, detections[robot.row]))).collect();
+        let detects =
+            |robot: &mut Followed| robot.detects(&of_ours, (step, readings[robot.row].detection()));
+        let virtual_detections = followed.map(detects).collect();
         Sensed { digest, ours, virtual_detections }
     }
 
@@ -109,7 +111,7 @@ impl PlacedWorld {
     pub fn advance_freely(&mut self) {
         self.follow();
         let mut all = Vec::with_capacity(self.conditions.robots);
-        self.controllers.decide(self.world.sense(), &mut all);
+        self.controllers.decide(self.world.sense_all(), &mut all);
         self.advance(self.rows.ours.iter().map(|row| all[*row]).collect());
     }
 
@@ -136,7 +138,7 @@ impl PlacedWorld {
             names: Arc::clone(&self.names),
             is_ours: Arc::clone(&self.is_ours),
             poses: self.world.poses().collect(),
-            detections: self.world.sense().to_vec(),
+            readings: self.world.sense_all().to_vec(),
             look: Arc::clone(&self.look),
             text: format!("{n_robots} robots, {time_s:.1} s\n{text}"),
         }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::sensor::{ReadingNames, Readings};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::experiment::Time as TimeMode;
@@ -37,6 +38,8 @@ pub struct VirtualRobot {
     /// What the gate of a robot node let through last, and when.
     let_through: Option<(Command, Duration)>,
     detection: Publisher<Bool>,
+    /// Of its readings besides `detection`, in this world.
+    further: Vec<Publisher<Bool>>,
     odom: Publisher<Odometry>,
     /// The status of the gate, where it is here.
     status: Option<Publisher<RobotStatus>>,
@@ -79,6 +82,7 @@ impl VirtualRobot {
             gate: counting(Robot::new(options.clone())).of_a_new_process(),
             options,
             detection: session.publish_on(&node, &detection.for_robot(name), detection.qos)?,
+            further: Vec::new(),
             odom: session.publish_on(&node, &odom.for_robot(name), odom.qos)?,
             status: match gates {
                 Gates::Here => {
@@ -110,6 +114,21 @@ impl VirtualRobot {
         }
         self.gate = counting(self.gate.anew(options.clone()));
         self.options = options;
+    }
+
+    /// Has topics for what it reports in a world, which those who come later get from its beginning.
+    ///
+    /// # Errors
+    ///
+    /// If a topic cannot be made.
+    pub fn report(&mut self, session: &Session, readings: &ReadingNames) -> anyhow::Result<()> {
+        self.further.clear();
+        for reading in readings.further() {
+            let topic = topics::further_detection(&self.name, reading);
+            let qos = topics::FURTHER_DETECTION.qos;
+            self.further.push(session.publish_on(&self.node, &topic, qos)?);
+        }
+        Ok(())
     }
 
     /// Lets the gate take an event, and publishes the status that follows, if one does.
@@ -166,13 +185,16 @@ impl VirtualRobot {
         }
     }
 
-    /// Publishes what the sensor reports in this step.
+    /// Publishes what the sensors report in this step: `detection` last, which the controller answers.
     ///
     /// # Errors
     ///
     /// If a reliable subscriber stops acknowledging.
-    pub async fn publish_detection(&self, detection: Bool) -> anyhow::Result<()> {
-        Ok(self.detection.publish(detection).await?)
+    pub async fn publish_readings(&self, readings: Readings) -> anyhow::Result<()> {
+        for (place, further) in self.further.iter().enumerate() {
+            further.publish(Bool { data: readings.has(place + 1) }).await?;
+        }
+        Ok(self.detection.publish(Bool { data: readings.detection() }).await?)
     }
 
     /// Publishes where the robot is and what it does: ground truth, and the command obeyed.

@@ -4,9 +4,11 @@
 //! `eq:simulatorreq`, which is about trajectories, nor `eq:finalgap`, which is about behaviours:
 //! imperfection also helps (some false detections break up split groups).
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
-use crate::conditions::{Conditions, ConditionsError, Settings, SimulatedRobot};
+use crate::conditions::{Conditions, ConditionsError, Settings, SimulatedRobot, SimulatedSensor};
 use crate::quantity::Axis;
 use crate::robot::contact::ContactModel;
 use crate::robot::controller::Command;
@@ -27,7 +29,7 @@ mod lost;
 )]
 pub struct CapabilityViolation {
     /// Name of the capability, with its unit.
-    pub capability: &'static str,
+    pub capability: Cow<'static, str>,
     /// The measured robot's.
     pub measured: String,
     /// The simulated robot's.
@@ -71,13 +73,15 @@ pub fn violations(
         numbers(&measured, simulated).into_iter().filter_map(Compared::violation).collect();
     found.extend(rotation(&measured.robot, &simulated.robot));
     found.extend(contact(&measured.robot, &simulated.robot));
-    found.extend(region(&measured.robot, &simulated.robot));
+    let [measured, simulated] = [&measured.robot, &simulated.robot];
+    found.extend(region(&measured.sensors()[0], &simulated.sensors()[0]));
+    found.extend(further_readings(measured, simulated));
     Ok(found)
 }
 
 /// One number of both robots.
 struct Compared {
-    capability: &'static str,
+    capability: Cow<'static, str>,
     measured: f64,
     simulated: f64,
     order: Order,
@@ -141,8 +145,8 @@ fn numbers(measured: &Conditions, simulated: &Conditions) -> Vec<Compared> {
         ("sensor latency (steps)", both(|robot| f64::from(robot.latency_steps)), MoreIsWorse),
         ("control period (s)", periods, MoreIsWorse),
     ];
-    let compared = |(capability, (measured, simulated), order)| Compared {
-        capability,
+    let compared = |(capability, (measured, simulated), order): (&'static str, _, _)| Compared {
+        capability: capability.into(),
         measured,
         simulated,
         order,
@@ -153,7 +157,7 @@ fn numbers(measured: &Conditions, simulated: &Conditions) -> Vec<Compared> {
 fn rotation(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<CapabilityViolation> {
     let is_better = simulated.rotates_while_blocked && !measured.rotates_while_blocked;
     is_better.then(|| CapabilityViolation {
-        capability: "turns while blocked",
+        capability: "turns while blocked".into(),
         measured: "no".to_owned(),
         simulated: "yes".to_owned(),
         expected: "no",
@@ -167,7 +171,7 @@ fn contact(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<Capa
         other => other.name().to_owned(),
     };
     let (measured, simulated) = (described(measured), described(simulated));
-    let capability = "what robots do when they touch";
+    let capability = "what robots do when they touch".into();
     (measured != simulated).then_some(CapabilityViolation {
         capability,
         measured,
@@ -176,12 +180,57 @@ fn contact(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<Capa
     })
 }
 
+/// What the sensors of a list tell besides the first reading, which is among the numbers of every robot.
+fn further_readings(
+    measured: &SimulatedRobot,
+    simulated: &SimulatedRobot,
+) -> Vec<CapabilityViolation> {
+    let mut found = Vec::new();
+    for (place, (measured, simulated)) in
+        measured.sensors().iter().zip(&simulated.sensors()).enumerate()
+    {
+        let of = |capability: &str| Cow::from(format!("sensor `{}`: {capability}", measured.name));
+        let is_first = place == 0;
+        let mut rows = Vec::new();
+        if !is_first {
+            let latency = [measured, simulated].map(|sensor| f64::from(sensor.latency_steps));
+            rows.push((of("sensor latency (steps)"), latency, Order::MoreIsWorse));
+        }
+        let readings = readings(measured).into_iter().zip(readings(simulated));
+        for ((name, measured), (_, simulated)) in readings.skip(usize::from(is_first)) {
+            let of = |capability: &str| Cow::from(format!("reading `{name}`: {capability}"));
+            let both = [0, 1].map(|place| [measured[place], simulated[place]]);
+            rows.push((of("true-positive rate"), both[0], Order::LessIsWorse));
+            rows.push((of("false-positive rate"), both[1], Order::MoreIsWorse));
+        }
+        let compared = rows.into_iter().map(|(capability, [measured, simulated], order)| {
+            Compared { capability, measured, simulated, order }.violation()
+        });
+        found.extend(compared.flatten());
+        if !is_first {
+            let violation = region(measured, simulated);
+            found.extend(
+                violation.map(|it| CapabilityViolation { capability: of(&it.capability), ..it }),
+            );
+        }
+    }
+    found
+}
+
+/// The readings of a sensor, with the probabilities of a true and of a false one.
+fn readings(sensor: &SimulatedSensor) -> Vec<(&str, [f64; 2])> {
+    let first = (sensor.name.as_str(), [sensor.true_positive, sensor.false_positive]);
+    let others = sensor.details.or.iter();
+    let others = others.map(|it| (it.name.as_str(), [it.true_positive, it.false_positive]));
+    std::iter::once(first).chain(others).collect()
+}
+
 /// The simulated region must lie in the measured one, for what it must contain of a neighbour.
-fn region(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<CapabilityViolation> {
+fn region(measured: &SimulatedSensor, simulated: &SimulatedSensor) -> Option<CapabilityViolation> {
     // A body that touches a region is seen from further away than its centre in the same region.
     if simulated.sees == Sees::Body && measured.sees == Sees::Centre {
         return Some(CapabilityViolation {
-            capability: "what of a neighbour is seen",
+            capability: "what of a neighbour is seen".into(),
             measured: "its centre".to_owned(),
             simulated: "its body".to_owned(),
             expected: "its centre",
@@ -197,7 +246,7 @@ fn region(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<Capab
         (_, simulated) => border_m(simulated).iter().all(|point| covers(&measured.region, *point)),
     };
     (!is_inside).then(|| CapabilityViolation {
-        capability: "sensing region",
+        capability: "sensing region".into(),
         measured: described(&measured.region),
         simulated: described(&simulated.region),
         expected: "inside the measured one",

@@ -8,6 +8,7 @@ pub mod limits;
 pub mod operator;
 mod own_robots;
 mod resolve;
+mod sensors;
 pub mod start_file;
 mod starts;
 
@@ -22,10 +23,12 @@ use crate::robot::contact::ContactModel;
 use crate::robot::controller::Controller;
 use crate::robot::profile::Sees;
 use crate::robot::region::Region;
+use crate::robot::sensor::SensorDetails;
 use crate::robot::unicycle::Pose;
 
 pub use check::Impossible;
 pub use resolve::{ConditionsError, Settings, check_axis};
+pub use sensors::SimulatedSensor;
 pub use starts::StartsError;
 
 /// All aspects of a world, resolved to numbers: the paper's `E`.
@@ -183,6 +186,12 @@ pub struct SimulatedRobot {
     pub false_positive: f64,
     /// Steps by which a detection arrives late.
     pub latency_steps: u32,
+    /// What else its first sensor, to which all above belongs, tells.
+    #[serde(default, skip_serializing_if = "SensorDetails::is_plain")]
+    pub details: SensorDetails,
+    /// Its other sensors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further_sensors: Vec<SimulatedSensor>,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
@@ -223,7 +232,10 @@ impl Conditions {
 
     /// Properties of the robots and their arena that the judge needs.
     pub fn bodies(&self) -> Bodies {
-        let bodies = Bodies::seen_by(&self.robot.region, self.robot.sees, self.robot.radius_m);
-        Bodies { arena_m: self.arena.walls_m().map(|walls_m| 2.0 * walls_m), ..bodies }
+        Bodies {
+            radius_m: Some(self.robot.radius_m),
+            reach_m: Some(self.robot.reach_m()),
+            arena_m: self.arena.walls_m().map(|walls_m| 2.0 * walls_m),
+        }
     }
 }

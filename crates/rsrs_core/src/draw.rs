@@ -73,7 +73,17 @@ impl RunKey {
 
     /// The key of one robot's draws for one purpose.
     pub fn key(&self, robot: usize, purpose: Purpose) -> Key {
-        let words = [self.digest, self.seed.replicate, robot as u64, purpose as u64];
+        self.key_of(robot, purpose as u64)
+    }
+
+    /// The key of the detections of one of a robot's sensors, by its place among all: of the first that of its
+    /// [`Purpose::Detection`].
+    pub fn sensor_key(&self, robot: usize, sensor: usize) -> Key {
+        self.key_of(robot, Purpose::Detection as u64 | (sensor as u64) << 8)
+    }
+
+    fn key_of(&self, robot: usize, purpose: u64) -> Key {
+        let words = [self.digest, self.seed.replicate, robot as u64, purpose];
         let key = words.iter().fold(mix(self.seed.seed ^ KEY_SALT), |key, word| {
             mix(key.wrapping_mul(KEY_FACTOR) ^ *word)
         });
@@ -167,11 +177,14 @@ mod tests {
             RunKey::new(Seed { seed: 1, replicate: 2 }, 9).key(0, Purpose::Detection),
             run_key().key(9, Purpose::Detection),
             run_key().key(0, Purpose::GustX),
+            run_key().sensor_key(0, 1),
+            run_key().sensor_key(0, 2),
         ];
 
         for other in others {
             assert_ne!(other, base);
             assert!((0..64).any(|step| other.uniform24(step) != base.uniform24(step)));
         }
+        assert_eq!(run_key().sensor_key(0, 0), base, "the first sensor is that of one");
     }
 }

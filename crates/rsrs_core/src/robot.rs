@@ -7,6 +7,7 @@ pub mod other_profile;
 pub mod pose_source;
 pub mod profile;
 pub mod region;
+pub mod sensor;
 pub mod shape;
 pub mod unicycle;
 pub mod wheels;

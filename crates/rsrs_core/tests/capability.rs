@@ -43,11 +43,11 @@ fn the_default_factors_make_every_robot_of_ours_worse_in_every_cell() {
 fn each_better_capability_is_named() {
     let measured = profile(PROFILES[0]);
     let as_measured = cells(&measured, SWEEP)[0].clone();
-    let named = |change: fn(&mut Conditions)| -> Vec<&'static str> {
+    let named = |change: fn(&mut Conditions)| -> Vec<String> {
         let mut conditions = as_measured.clone();
         change(&mut conditions);
         let found = violations(&measured, &conditions).unwrap();
-        found.iter().map(|violation| violation.capability).collect()
+        found.into_iter().map(|violation| violation.capability.into_owned()).collect()
     };
 
     assert_eq!(named(|_| ()), Vec::<&str>::new());

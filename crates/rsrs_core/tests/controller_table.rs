@@ -94,7 +94,7 @@ rows:
     let (program, mut memory) = (controller.program(), Memory::default());
 
     let speeds: Vec<f64> =
-        (0..8).map(|_| program.decide(false, &mut memory, key).speed_m_s).collect();
+        (0..8).map(|_| program.decide(false.into(), &mut memory, key).speed_m_s).collect();
 
     // 0.25 s are three periods of 0.1 s.
     assert_eq!(speeds, [0.2, 0.2, 0.2, 0.0, 0.2, 0.2, 0.2, 0.0]);
@@ -117,7 +117,7 @@ rows:
         let key = transition_key(Seed { seed: 7, replicate: 0 }, controller.digest(), robot);
         let mut memory = Memory::default();
         for _ in 0..2000 {
-            let command = program.decide(true, &mut memory, key);
+            let command = program.decide(true.into(), &mut memory, key);
             let count = match (command.speed_m_s, command.turn_rate_rad_s) {
                 (0.0, _) => &mut waits,
                 (_, 1.0) => &mut left,
@@ -185,7 +185,7 @@ fn what_is_written_wrong_is_refused_with_its_line_and_a_cure() {
         (
             format!("rows:\n  - {{when: {{detecton: true}}, {stop}}}\n"),
             "controller.yaml:2: unknown sensor `detecton`; did you mean `detection`?",
-            "the sensor of these robots is `detection`",
+            "these robots report `detection`",
         ),
         (
             "numbers: {turn_rad_s: {value: 1, from: 0, to: 2}}\nrows:\n  - {command: {speed_m_s: 0, \
@@ -358,7 +358,7 @@ proptest! {
         let (program, mut memory) = (controller.program(), Memory::default());
         let key = transition_key(Seed { seed: 1, replicate: 0 }, 0, 0);
         for detected in detections {
-            let command = program.decide(detected, &mut memory, key);
+            let command = program.decide(detected.into(), &mut memory, key);
             prop_assert_eq!(command, decide(detected, parameters));
         }
     }

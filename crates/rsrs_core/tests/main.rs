@@ -20,5 +20,6 @@ mod numbers;
 mod order;
 mod plan;
 mod recovery;
+mod sensors;
 mod trials;
 mod windows;

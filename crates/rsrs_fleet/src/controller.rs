@@ -8,6 +8,7 @@ use std::time::Duration;
 use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::state_machine::{Memory, Program};
 use rsrs_core::robot::controller::{self, Command, Reaction};
+use rsrs_core::robot::sensor::Readings;
 
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
@@ -25,6 +26,13 @@ use lease_gate::LeaseGate;
 pub enum Event {
     /// A reading of the sensor: whether it detects something.
     Detection(bool),
+    /// A reading of a further sensor.
+    Reading {
+        /// Which, by its place among the readings of the controller; above 0.
+        reading: usize,
+        /// Whether it is true.
+        is_true: bool,
+    },
     /// This step begins by the simulator's clock, in nanoseconds of simulated time.
     Clock(u64),
     /// A lease arrived.
@@ -99,11 +107,27 @@ pub struct Controller {
     /// Detections that wait for their step's clock, and clocks that wait for their detection.
     detections: VecDeque<bool>,
     clocks: VecDeque<u64>,
+    /// Of the readings that it needs besides.
+    further: Vec<Further>,
     beat: Heartbeat<RobotState>,
     silence: Silence,
     /// The lease, if no gate in front of the wheels holds it.
     lease_gate: Option<LeaseGate>,
 }
+
+/// A reading besides `detection`, as it came.
+#[derive(Clone, Debug, Default)]
+struct Further {
+    /// Those that wait for the detection of their step, in lockstep.
+    waiting: VecDeque<bool>,
+    /// The newest, elsewhere.
+    newest: Option<bool>,
+    /// Detections since that came.
+    n_behind: u32,
+}
+
+/// A further sensor that was silent for so many detections is silent: its robot is not commanded any more.
+pub const MOST_BEHIND: u32 = 3;
 
 /// So long a process that has just started publishes no command, unless a run arms it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -127,6 +151,7 @@ impl Controller {
             robot: robot.to_owned(),
             program: settings.controller.program(),
             digest: settings.controller.digest_with(settings.reaction),
+            further: further(&settings),
             memory: Memory::default(),
             settings,
             bound: None,
@@ -201,6 +226,13 @@ impl Controller {
                 self.detections.push_back(detected);
                 self.answer(&mut actions, now);
             }
+            Event::Reading { reading, is_true } => {
+                let (place, stamp) = (reading.checked_sub(1), self.settings.stamp);
+                if let Some(further) = place.and_then(|place| self.further.get_mut(place)) {
+                    further.take(is_true, stamp);
+                    self.answer(&mut actions, now);
+                }
+            }
             Event::Clock(stamp_ns) => {
                 if self.settings.stamp == Stamp::Clock {
                     self.clocks.push_back(stamp_ns);
@@ -223,7 +255,15 @@ impl Controller {
         actions
     }
 
-    /// One command for each detection; in lockstep the nth detection belongs to the nth clock.
+    /// The further reading that keeps it from commanding, by its place among all: elsewhere than in lockstep one
+    /// that never came, or not with the last detections.
+    pub fn silent_reading(&self) -> Option<usize> {
+        let is_free = self.settings.stamp == Stamp::Wall;
+        self.further.iter().position(|it| is_free && it.is_silent()).map(|place| place + 1)
+    }
+
+    /// One command for each detection; in lockstep the nth detection belongs to the nth clock, and the nth of each
+    /// further reading.
     fn answer(&mut self, actions: &mut Vec<Action>, now: Duration) {
         if self.is_silent(now) {
             // In lockstep the world waits for each answer; elsewhere an old one is useless.
@@ -235,26 +275,46 @@ impl Controller {
         while let Some(detected) = self.detections.front().copied() {
             let stamp_ns = match self.settings.stamp {
                 Stamp::Wall => None,
+                Stamp::Clock if self.further.iter().any(|it| it.waiting.is_empty()) => return,
                 Stamp::Clock => match self.clocks.pop_front() {
                     Some(stamp_ns) => Some(stamp_ns),
                     None => return,
                 },
             };
             self.detections.pop_front();
-            let command = self.decide(detected, now);
+            let Some(found) = self.reported(detected) else { continue };
+            let command = self.decide(found, now);
             actions.push(Action::Command { command, stamp_ns });
         }
     }
 
-    /// The command for a detection. In lockstep each step is one of the run; elsewhere a robot that does not
+    /// What all sensors report with a detection; `None` where one of them is silent.
+    #[expect(clippy::fn_params_excessive_bools, reason = "binary is what a reading is")]
+    fn reported(&mut self, detected: bool) -> Option<Readings> {
+        let mut found = Readings::from(detected);
+        let mut is_whole = true;
+        for (place, further) in self.further.iter_mut().enumerate() {
+            let reading = match self.settings.stamp {
+                Stamp::Clock => further.waiting.pop_front(),
+                Stamp::Wall => {
+                    further.n_behind = further.n_behind.saturating_add(1);
+                    further.newest.filter(|_| !further.is_silent())
+                }
+            };
+            found.set(place + 1, reading.unwrap_or_default());
+            is_whole &= reading.is_some();
+        }
+        is_whole.then_some(found)
+    }
+
+    /// The command for what is reported. In lockstep each step is one of the run; elsewhere a robot that does not
     /// move yet stays at the start.
-    #[expect(clippy::fn_params_excessive_bools, reason = "binary is what the sensor is")]
-    fn decide(&mut self, detected: bool, now: Duration) -> Command {
+    fn decide(&mut self, found: Readings, now: Duration) -> Command {
         let is_of_run =
             self.settings.stamp == Stamp::Clock || self.state(now) == RobotState::Moving;
         let mut start = Memory::default();
         let memory = if is_of_run { &mut self.memory } else { &mut start };
-        self.program.decide(detected, memory, self.settings.transition_key)
+        self.program.decide(found, memory, self.settings.transition_key)
     }
 
     fn is_silent(&self, now: Duration) -> bool {
@@ -291,6 +351,7 @@ impl Controller {
     fn begin(&mut self) {
         self.detections.clear();
         self.clocks.clear();
+        self.further = further(&self.settings);
         self.memory = Memory::default();
     }
 
@@ -327,6 +388,25 @@ impl Controller {
             stop_reason,
             battery_v: f32::NAN,
         }
+    }
+}
+
+/// None has come of what a controller needs besides `detection`.
+fn further(settings: &Settings) -> Vec<Further> {
+    settings.controller.reading_names().further().map(|_| Further::default()).collect()
+}
+
+impl Further {
+    #[expect(clippy::fn_params_excessive_bools, reason = "binary is what a reading is")]
+    fn take(&mut self, is_true: bool, stamp: Stamp) {
+        match stamp {
+            Stamp::Clock => self.waiting.push_back(is_true),
+            Stamp::Wall => (self.newest, self.n_behind) = (Some(is_true), 0),
+        }
+    }
+
+    fn is_silent(&self) -> bool {
+        self.newest.is_none() || self.n_behind > MOST_BEHIND
     }
 }
 
@@ -458,6 +538,63 @@ mod tests {
         let published = controller.on_event(Event::Detection(true), Duration::ZERO);
 
         assert_eq!(commands(&published), [(0.75, None)]);
+    }
+
+    /// A robot that turns one way for a wall, and the other way for a robot; else it drives.
+    fn with_two_sensors(stamp: Stamp) -> Controller {
+        let json = r#"{"sensors":[["detection"],["wall"]],"rows":[
+            {"state":"go","when":{"wall":true},"command":{"speed_m_s":0.0,"turn_rate_rad_s":2.0}},
+            {"state":"go","when":{"detection":true},"command":{"speed_m_s":0.0,"turn_rate_rad_s":-1.0}},
+            {"state":"go","command":{"speed_m_s":0.2,"turn_rate_rad_s":0.0}}]}"#;
+        let machine = StateMachine::from_json(json).unwrap();
+        let settings = controller(stamp).settings().clone();
+        let controller = controller::Controller::Machine(machine);
+        Controller::new("robot_1", Settings { controller, ..settings })
+    }
+
+    #[test]
+    fn a_detection_is_answered_with_the_newest_of_each_further_sensor_and_none_that_is_silent() {
+        let mut controller = with_two_sensors(Stamp::Wall);
+        let now = Duration::ZERO;
+        let wall = |is_true| Event::Reading { reading: 1, is_true };
+        let mut turns = |event| -> Vec<f64> {
+            commands(&controller.on_event(event, now)).into_iter().map(|(turn, _)| turn).collect()
+        };
+
+        let nothing: [f64; 0] = [];
+        assert_eq!(turns(Event::Detection(true)), nothing, "no wall was reported yet");
+        assert_eq!(turns(wall(true)), nothing, "a robot decides once for each detection");
+        assert_eq!(turns(Event::Detection(true)), [2.0]);
+        turns(wall(false));
+        for _ in 0..MOST_BEHIND {
+            assert_eq!(turns(Event::Detection(true)), [-1.0]);
+        }
+        assert_eq!(turns(Event::Detection(true)), nothing, "it is silent");
+        assert_eq!(controller.silent_reading(), Some(1));
+        controller.on_event(wall(false), now);
+        assert_eq!(controller.silent_reading(), None);
+    }
+
+    #[test]
+    fn in_lockstep_the_nth_detection_is_answered_with_the_nth_of_each_further_sensor() {
+        let mut controller = with_two_sensors(Stamp::Clock);
+        let now = Duration::ZERO;
+        let wall = |is_true| Event::Reading { reading: 1, is_true };
+        let events = [
+            Event::Detection(true),
+            Event::Clock(130),
+            Event::Detection(false),
+            wall(false),
+            Event::Clock(260),
+            wall(true),
+        ];
+
+        let answers: Vec<_> =
+            events.into_iter().map(|event| commands(&controller.on_event(event, now))).collect();
+
+        let none = Vec::new;
+        let [first, second] = [vec![(-1.0, Some(130))], vec![(2.0, Some(260))]];
+        assert_eq!(answers, [none(), none(), none(), first, none(), second]);
     }
 
     #[test]

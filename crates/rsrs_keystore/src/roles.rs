@@ -56,6 +56,7 @@ const EVERYBODY: &[Kind] = &[
 /// Who publishes each topic; nobody else may.
 pub const PUBLISHERS: &[(Topic, &[Kind])] = &[
     (topics::DETECTION, &[Kind::Robot, Kind::Simulator]),
+    (topics::FURTHER_DETECTION, &[Kind::Robot, Kind::Simulator]),
     (topics::CMD_VEL, &[Kind::Robot, Kind::Controllers]),
     (topics::CMD_VEL_UNSTAMPED, &[Kind::Robot, Kind::Controllers]),
     (topics::ODOM, &[Kind::Robot, Kind::Simulator]),

@@ -9,6 +9,7 @@ use rsrs_bags::{BagError, BagSummary, ChannelId};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::sensor::Readings;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
@@ -76,11 +77,11 @@ pub fn write(
     let steps = conditions.steps(record.duration_s);
     for step in 1..=steps {
         let digest = world.digest();
-        let detections = world.sense().to_vec();
+        let readings = world.sense_all().to_vec();
         let poses: Vec<Pose> = world.poses().collect();
         let mut commands = Vec::with_capacity(conditions.robots);
-        controllers.decide(&detections, &mut commands);
-        let moment = Moment { poses: &poses, detections: &detections, obeyed: &obeyed, digest };
+        controllers.decide(&readings, &mut commands);
+        let moment = Moment { poses: &poses, readings: &readings, obeyed: &obeyed, digest };
         recorder.step(step, &moment, &commands)?;
         world.advance(&commands);
         trajectory.poses.extend(poses);
@@ -96,7 +97,7 @@ struct Moment<'a> {
     /// Where the robots are; shape `[n_robots]`.
     poses: &'a [Pose],
     /// What they see; shape `[n_robots]`.
-    detections: &'a [bool],
+    readings: &'a [Readings],
     /// The commands that brought them here; shape `[n_robots]`.
     obeyed: &'a [Command],
     /// The fingerprint of the world.
@@ -129,7 +130,7 @@ impl<'a> Lockstep<'a> {
                 time_ns,
                 pose: moment.poses[robot],
                 obeyed: moment.obeyed[robot],
-                detected: moment.detections[robot],
+                readings: moment.readings[robot],
                 command: commands[robot],
             })
             .collect();

@@ -218,8 +218,8 @@ impl Batch {
     ///
     /// # Panics
     ///
-    /// If the robots are not all alike, do not stop on contact, or have a controller with states: the lanes have no
-    /// others.
+    /// If the robots are not all alike, do not stop on contact, have more than one plain sensor, or a controller with
+    /// states: the lanes have no others.
     pub fn digests(
         &mut self,
         conditions: &Conditions,
@@ -227,7 +227,10 @@ impl Batch {
         replicates: Range<u64>,
         n_steps: u64,
     ) -> Result<Vec<Vec<u64>>, PlacementError> {
-        assert!(are_for_lanes(conditions), "the lanes have robots that are alike and stop");
+        assert!(
+            are_for_lanes(conditions),
+            "the lanes have robots that are alike, stop and have one plain sensor"
+        );
         assert!(decides_in_lanes(conditions), "the lanes have two commands over one detection");
         let runs = runs(conditions, seed, replicates);
         let mut digests = Vec::with_capacity(runs.len());
@@ -253,7 +256,10 @@ impl Batch {
         replicates: Range<u64>,
         n_steps: u64,
     ) -> Result<(), PlacementError> {
-        assert!(are_for_lanes(conditions), "the lanes have robots that are alike and stop");
+        assert!(
+            are_for_lanes(conditions),
+            "the lanes have robots that are alike, stop and have one plain sensor"
+        );
         assert!(decides_in_lanes(conditions), "the lanes have two commands over one detection");
         let runs = runs(conditions, seed, replicates);
         runs.chunks(self.lanes())
@@ -290,9 +296,11 @@ pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
     can_run(conditions, duration_s)
 }
 
-/// Whether the lanes have what these robots are: one kind for all, which stops on contact.
+/// Whether the lanes have what these robots are: one kind for all, which stops on contact and has one plain sensor.
 fn are_for_lanes(conditions: &Conditions) -> bool {
-    conditions.are_robots_alike() && conditions.robot.contact == ContactModel::Stop
+    conditions.are_robots_alike()
+        && conditions.robot.contact == ContactModel::Stop
+        && conditions.robot.has_one_plain_sensor()
 }
 
 /// Whether the lanes have its controller: two commands over one detection. A machine with states runs in

@@ -4,6 +4,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::draw::{Key, Seed};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::controller::state_machine::{Memory, Program, transition_key};
+use rsrs_core::robot::sensor::Readings;
 
 /// What decides for each robot, and what each remembers.
 ///
@@ -24,16 +25,15 @@ impl Controllers {
         }
     }
 
-    /// Appends the command of each robot for what it detects; both have the shape `[n_robots]`.
+    /// Appends the command of each robot for what it reports; both have the shape `[n_robots]`.
     ///
     /// # Panics
     ///
-    /// If there is not one detection for each robot.
-    pub fn decide(&mut self, detections: &[bool], commands: &mut Vec<Command>) {
-        assert_eq!(detections.len(), self.robots.len(), "one detection for each robot");
-        let robots = self.robots.iter_mut().zip(detections);
-        commands.extend(
-            robots.map(|((memory, key), detected)| self.program.decide(*detected, memory, *key)),
-        );
+    /// If there are not the readings of each robot, or not those that the conditions' robots have.
+    pub fn decide(&mut self, readings: &[Readings], commands: &mut Vec<Command>) {
+        assert_eq!(readings.len(), self.robots.len(), "what each robot reports");
+        let robots = self.robots.iter_mut().zip(readings);
+        commands
+            .extend(robots.map(|((memory, key), found)| self.program.decide(*found, memory, *key)));
     }
 }

@@ -3,6 +3,7 @@
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::sensor::Readings;
 
 use crate::controllers::Controllers;
 use crate::draw::Seed;
@@ -54,7 +55,7 @@ pub fn run_episode_into(
     let mut commands = Vec::with_capacity(conditions.robots);
     for _ in 0..conditions.steps(duration_s) {
         commands.clear();
-        controllers.decide(world.sense(), &mut commands);
+        controllers.decide(world.sense_all(), &mut commands);
         trajectory.poses.extend(world.poses());
         trajectory.commands.extend_from_slice(&commands);
         world.advance(&commands);
@@ -67,12 +68,13 @@ pub fn run_episode_into(
 pub struct Observed {
     /// Poses and commands.
     pub trajectory: Trajectory,
-    /// Whether a robot detected something, in the order of the poses; shape `[n_samples * n_robots]`.
+    /// Whether a robot detected something, of several sensors with the first, in the order of the poses; shape
+    /// `[n_samples * n_robots]`.
     pub detections: Vec<bool>,
 }
 
-/// Runs one episode under any controller: it is given the detections of all robots, shape `[n_robots]`, and
-/// appends their commands, as many.
+/// Runs one episode under any controller: it is given what all robots report, shape `[n_robots]`, and appends their
+/// commands, as many.
 ///
 /// Of `duration_s`, in seconds, `floor(duration / Δt)` steps are made, `world` being a new one of the
 /// conditions. With [`Controllers::decide`] as the controller this is [`run_episode`].
@@ -84,15 +86,15 @@ pub fn run_controlled<E>(
     mut world: World,
     conditions: &Conditions,
     duration_s: f64,
-    mut controller: impl FnMut(&[bool], &mut Vec<Command>) -> Result<(), E>,
+    mut controller: impl FnMut(&[Readings], &mut Vec<Command>) -> Result<(), E>,
 ) -> Result<Observed, E> {
     let mut trajectory = Trajectory::new(conditions.period_s, conditions.robots);
     let (mut detections, mut commands) = (Vec::new(), Vec::with_capacity(conditions.robots));
     for _ in 0..conditions.steps(duration_s) {
-        let detected = world.sense();
+        let readings = world.sense_all();
         commands.clear();
-        controller(detected, &mut commands)?;
-        detections.extend_from_slice(detected);
+        controller(readings, &mut commands)?;
+        detections.extend(readings.iter().map(|readings| readings.detection()));
         trajectory.poses.extend(world.poses());
         trajectory.commands.extend_from_slice(&commands);
         world.advance(&commands);
@@ -122,7 +124,7 @@ pub fn episode_digests(
         .map(|_| {
             let digest = world.digest();
             commands.clear();
-            controllers.decide(world.sense(), &mut commands);
+            controllers.decide(world.sense_all(), &mut commands);
             world.advance(&commands);
             digest
         })

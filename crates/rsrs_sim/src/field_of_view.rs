@@ -116,11 +116,12 @@ impl FieldOfView {
 
     /// The view of a simulated robot upon robots with bodies of another radius, in metres.
     pub fn upon(robot: &SimulatedRobot, other_radius_m: f64) -> Self {
-        let body_m = match robot.sees {
-            Sees::Body => other_radius_m,
-            Sees::Centre => 0.0,
-        };
-        match &robot.region {
+        Self::of(&robot.region, seen_radius_m(robot.sees, other_radius_m))
+    }
+
+    /// The view of a region upon robots of which so much around the centre is seen, in metres.
+    pub fn of(region: &Region, body_m: f64) -> Self {
+        match region {
             Region::Cone { half_angle_rad, range_m } => {
                 Self::Cone(ConeView::new(*half_angle_rad, *range_m, body_m))
             }
@@ -136,6 +137,14 @@ impl FieldOfView {
             Self::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
             Self::Polygon(polygon) => polygon.sees(forward_m, lateral_m, d2_m2),
         }
+    }
+}
+
+/// How much around its centre is seen of a robot with a body of this radius, in metres.
+pub fn seen_radius_m(sees: Sees, radius_m: f64) -> f64 {
+    match sees {
+        Sees::Body => radius_m,
+        Sees::Centre => 0.0,
     }
 }
 

@@ -29,6 +29,8 @@ mod numbering;
 pub mod placement;
 pub mod pushing;
 mod robots;
+mod sensors;
+mod wall_view;
 
 pub mod draw;
 pub mod turn;

@@ -35,6 +35,8 @@
 //! Where robots have profiles of their own, each is sensed for and moved by its own numbers, and two
 //! radii take the place of `2r`: the neighbour's is the one by which a body is seen.
 //!
+//! Where robots have several sensors, or one that is not plain, [`crate::sensors`] has what each reports.
+//!
 //! Where robots push each other, [`crate::pushing`] has the last word on `(x, y)`; where they pass through
 //! each other, or push, nobody is ahead or behind.
 //!
@@ -47,6 +49,7 @@ mod displace;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::digest::Digest;
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::sensor::Readings;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::contact::{Blocked, Contact};
@@ -59,6 +62,7 @@ use crate::numbering::Numbering;
 use crate::placement::{self, PlacementError};
 use crate::pushing::Pushing;
 use crate::robots::{Drive, Robots, WorldParameters};
+use crate::sensors::Sensors;
 
 /// A swarm of robots, one step at a time.
 ///
@@ -71,7 +75,7 @@ use crate::robots::{Drive, Robots, WorldParameters};
 /// let seed = Seed { seed: 1, replicate: 0 };
 /// let mut world = World::new(conditions, seed)?;
 /// let mut commands = Vec::new();
-/// Controllers::new(conditions, seed).decide(world.sense(), &mut commands);
+/// Controllers::new(conditions, seed).decide(world.sense_all(), &mut commands);
 /// world.advance(&commands);
 /// # Ok(())
 /// # }
@@ -94,6 +98,10 @@ pub struct World {
     kinds: Option<Kinds>,
     /// Where somebody pushes.
     pushing: Option<Pushing>,
+    /// Where a robot has more than one plain sensor; then the detections above are nobody's, and places are robots.
+    sensors: Option<Sensors>,
+    /// What was sensed last, robot by robot.
+    readings: Vec<Readings>,
 }
 
 impl World {
@@ -107,7 +115,9 @@ impl World {
         let poses = placement::place(conditions, run)?;
         let n_robots = conditions.robots;
         let rules = WorldParameters::new(conditions);
-        let is_worth_it = n_robots >= grid::WORTH_FROM && conditions.are_robots_alike();
+        let sensors = Sensors::new(conditions, run);
+        let is_plain = conditions.are_robots_alike() && sensors.is_none();
+        let is_worth_it = n_robots >= grid::WORTH_FROM && is_plain;
         let grid = is_worth_it.then(|| Grid::new(&rules.view, rules.contact));
         Ok(Self {
             rules,
@@ -122,6 +132,8 @@ impl World {
             grid: grid.flatten(),
             kinds: Kinds::new(conditions),
             pushing: Pushing::new(conditions),
+            sensors,
+            readings: vec![Readings::default(); n_robots],
         })
     }
 
@@ -139,7 +151,7 @@ impl World {
     ///
     /// # Returns
     ///
-    /// What each sensor reports now: `y`, shape `[n_robots]`.
+    /// What the sensor of each robot reports now: `y`, shape `[n_robots]`; of several sensors that of `detection`.
     pub fn sense(&mut self) -> &[bool] {
         if self.step.is_multiple_of(REORDERED_EVERY) {
             self.reorder();
@@ -159,6 +171,14 @@ impl World {
                 sense_with(around, found, sees);
             }
         }
+        self.is_sensed = true;
+        for (place, robot) in self.numbering.robots().iter().enumerate() {
+            self.blocked[*robot as usize] = self.blocked_at[place].ahead;
+        }
+        if let Some(sensors) = &mut self.sensors {
+            sensors.sense(&self.robots, self.step);
+            return sensors.detection(self.step);
+        }
         let row = self.detections.row_mut(self.step);
         let keys = &self.robots.detection_keys;
         for (place, robot) in self.numbering.robots().iter().enumerate() {
@@ -167,11 +187,20 @@ impl World {
             let rules = self.kinds.as_ref().map_or(&self.rules, |kinds| kinds.rules_for(robot));
             let limit = if is_seen { rules.true_positive } else { rules.false_positive };
             row[robot] = keys[place].uniform24(self.step as u32) < limit;
-            self.blocked[robot] = self.blocked_at[place].ahead;
         }
         self.detections.overtake(self.step);
-        self.is_sensed = true;
         self.detections.delivered(self.step)
+    }
+
+    /// As [`Self::sense`], with what all sensors of each robot report now; shape `[n_robots]`.
+    pub fn sense_all(&mut self) -> &[Readings] {
+        self.sense();
+        if let Some(sensors) = &self.sensors {
+            return sensors.arrived();
+        }
+        let arrived = self.readings.iter_mut().zip(self.detections.delivered(self.step));
+        arrived.for_each(|(readings, detected)| *readings = Readings::from(*detected));
+        &self.readings
     }
 
     /// Keeps the robots of a large swarm in the order of their cells.
@@ -242,6 +271,9 @@ impl World {
             columns.push(&robots.yaw_rate_rad_s);
         }
         let numbers = columns.into_iter().flat_map(|column| self.numbering.by_robot(column));
+        if let Some(sensors) = &self.sensors {
+            return digest(self.step, numbers, sensors.under_way(self.step).copied());
+        }
         digest(self.step, numbers, self.detections.under_way(self.step).copied())
     }
 

@@ -116,10 +116,16 @@
       pen.globalAlpha = 1;
     }
 
-    region([x_m, y_m, heading], is_lit) {
+    regions(pose, is_lit) {
+      // What a report tells of detections is that of the first sensor.
+      this.replay.regions_m.forEach((corners_m, sensor) =>
+        this.region(pose, corners_m, is_lit && sensor === 0));
+    }
+
+    region([x_m, y_m, heading], corners_m, is_lit) {
       const pen = this.context;
       const [sine, cosine] = [Math.sin(heading), Math.cos(heading)];
-      this.path(this.replay.region_m.map(([ahead, left]) =>
+      this.path(corners_m.map(([ahead, left]) =>
         this.point(x_m + ahead * cosine - left * sine, y_m + ahead * sine + left * cosine)));
       pen.closePath();
       pen.globalAlpha = is_lit ? 0.45 : 0.1;

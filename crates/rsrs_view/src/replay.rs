@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::{Conditions, SimulatedSensor};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::region::Region;
@@ -58,8 +58,8 @@ pub struct Replay {
     /// One unit of a place, in metres.
     unit_m: f64,
     radius_m: f64,
-    /// Where a neighbour is detected, in the robot's frame, in metres.
-    region_m: Vec<[f64; 2]>,
+    /// The region of each sensor, that of `detection` first, in the robot's frame, in metres.
+    regions_m: Vec<Vec<[f64; 2]>>,
     /// Centre and radius, in metres.
     ring_m: Option<[f64; 3]>,
     lost: Vec<usize>,
@@ -107,7 +107,7 @@ impl Replay {
             half_side_m: rounded(square.half_side_m),
             unit_m,
             radius_m,
-            region_m: outline(&conditions.robot.region),
+            regions_m: conditions.robot.sensors().iter().map(region).collect(),
             ring_m: shown
                 .ring
                 .map(|ring| [ring.centre_m.0, ring.centre_m.1, ring.radius_m].map(rounded)),
@@ -170,7 +170,16 @@ fn answers_detection(command: Command, controller: ControllerParameters) -> bool
     is_answer && away(detected) < away(undetected)
 }
 
-/// The outline of a sensor's region, in the robot's frame, in metres.
+/// The outline of a sensor's region as it is turned on the robot, in the robot's frame, in metres.
+fn region(sensor: &SimulatedSensor) -> Vec<[f64; 2]> {
+    let corners_m = outline(&sensor.region).into_iter();
+    if sensor.details.bearing_rad == 0.0 {
+        return corners_m.collect();
+    }
+    corners_m.map(|corner| sensor.in_frame_of_robot(corner).map(rounded)).collect()
+}
+
+/// The outline of a region that points ahead, in the robot's frame, in metres.
 pub fn outline(region: &Region) -> Vec<[f64; 2]> {
     match region {
         Region::Polygon { corners_m } => {

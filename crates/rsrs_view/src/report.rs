@@ -127,7 +127,7 @@ pub struct CellFacts {
     /// What the replay shows, or why there is none.
     pub caption: String,
     /// What stands behind the address of the simulator's page for this cell, without its source; `None` of a
-    /// controller that the page does not have.
+    /// controller or sensors that the page does not have.
     pub address: Option<String>,
 }
 

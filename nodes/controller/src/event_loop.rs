@@ -32,6 +32,8 @@ use crate::sight::VirtualSight;
 /// What reaches the controllers: of one robot, or of all.
 enum Input {
     Of(usize, Event),
+    /// A further reading of a robot, by name.
+    Reading(usize, String, bool),
     Virtual(usize, Bool),
     Lease(RunLease),
     Clock(u64),
@@ -51,6 +53,8 @@ struct Hosted {
     arming: Arming,
     /// Whether the robot sees a virtual one, in a mixed fleet.
     sight: VirtualSight,
+    /// What its controller needs besides `detection`.
+    further: BTreeMap<String, Subscription>,
 }
 
 enum CmdVel {
@@ -139,7 +143,7 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
         first.node.log(Level::Info, &ready);
     }
     tokio::select! {
-        ended = run_loop(&mut hosted, (&server, e_stop), &mut events) => ended,
+        ended = run_loop(&mut hosted, (&server, e_stop), (session, &received), &mut events) => ended,
         ended = session.ended() => Err(ended.into()),
     }
 }
@@ -167,7 +171,8 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     };
     let (arming, sight) = (Arming::Disarmed, VirtualSight::default());
     let robot = robot.to_owned();
-    Ok(Hosted { robot, machine, node, cmd_vel, status, gate_status, arming, sight })
+    let further = BTreeMap::new();
+    Ok(Hosted { robot, machine, node, cmd_vel, status, gate_status, arming, sight, further })
 }
 
 fn subscribe_detection(
@@ -186,6 +191,40 @@ fn subscribe_detection(
         // The receiver is gone only while the node shuts down.
         drop(received.send(Input::Of(index, Event::Detection(is_detected))));
     })?)
+}
+
+impl Hosted {
+    /// Receives what its controller needs besides `detection`, and nothing else.
+    fn follow(
+        &mut self,
+        session: &Session,
+        index: usize,
+        received: &UnboundedSender<Input>,
+    ) -> anyhow::Result<()> {
+        let names = self.machine.settings().controller.reading_names();
+        self.further.retain(|name, _| names.place(name).is_some());
+        for name in names.further() {
+            if self.further.contains_key(name) {
+                continue;
+            }
+            let (received, reading) = (received.clone(), name.to_owned());
+            let topic = topics::further_detection(&self.robot, name);
+            let qos = topics::FURTHER_DETECTION.qos;
+            let subscription = session.subscribe(&self.node, &topic, qos, move |sample| {
+                let Bool { data } = sample.message;
+                drop(received.send(Input::Reading(index, reading.clone(), data)));
+            })?;
+            self.further.insert(name.to_owned(), subscription);
+        }
+        Ok(())
+    }
+
+    /// The event of a further reading, if its controller needs it.
+    #[expect(clippy::fn_params_excessive_bools, reason = "binary is what a reading is")]
+    fn reading(&self, name: &str, is_true: bool) -> Option<Event> {
+        let reading = self.machine.settings().controller.reading_names().place(name)?;
+        Some(Event::Reading { reading, is_true })
+    }
 }
 
 /// In a mixed fleet the simulator publishes which real robots see virtual ones.
@@ -254,6 +293,7 @@ impl EStop {
 async fn run_loop(
     hosted: &mut [Hosted],
     (server, mut e_stop): (&ParameterServer, Option<EStop>),
+    (session, sender): (&Session, &UnboundedSender<Input>),
     events: &mut UnboundedReceiver<Input>,
 ) -> anyhow::Result<()> {
     let start = since_boot();
@@ -275,7 +315,18 @@ async fn run_loop(
                     hosted[index].sight.receive(detection, Instant::now());
                 }
                 for (index, event) in dispatch(received, hosted, server, &mut complaints) {
-                    step(&mut hosted[index], server, event, passed()).await?;
+                    let is_set = matches!(event, Event::Parameters(_));
+                    let controller = &mut hosted[index];
+                    step(controller, server, event, passed()).await?;
+                    if is_set {
+                        controller.follow(session, index, sender)?;
+                    }
+                    if let Some(silent) = controller.machine.silent_reading() {
+                        let names = controller.machine.settings().controller.reading_names();
+                        let name = names.iter().nth(silent).unwrap_or_default();
+                        let text = format!("nothing on `detection/{name}`: no command");
+                        complaints.warn(&controller.node, &text);
+                    }
                 }
             }
             _ = beat.tick() => {
@@ -304,6 +355,10 @@ fn dispatch(
             vec![(index, Event::Detection(detected))]
         }
         Input::Of(index, event) => vec![(index, event)],
+        Input::Reading(index, name, is_true) => {
+            let event = hosted[index].reading(&name, is_true);
+            event.map(|event| (index, event)).into_iter().collect()
+        }
         Input::Virtual(..) => Vec::new(),
         Input::Clock(stamp_ns) => all(Event::Clock(stamp_ns)),
         Input::EStop(EStopMessage::State { source, engaged }) => {

@@ -126,7 +126,9 @@ pub async fn run(
     let session = Session::open(network)?;
     let node = session.node("/", NODE)?;
     let tracked = Tracked::of_run(plan);
-    let recorded_topics = recorded_topics::recorded_topics(&plan.robots, tracked.topics());
+    let readings = plan.record.conditions.robot.reading_names();
+    let recorded_topics =
+        recorded_topics::recorded_topics(&plan.robots, &readings, tracked.topics());
     let place = |topic: &RecordedTopic| tracked.index_of(&topic.name, &topic.type_name);
     let places = recorded_topics.iter().map(place).collect();
     let server = ParameterServer::without_parameters(&session, &node)?;

@@ -74,6 +74,7 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
             vec![Event::Commanded { robot: robot(index), command }]
         }
         Role::Detection(_)
+        | Role::FurtherDetection(_)
         | Role::Odometry(_)
         | Role::Pose(_)
         | Role::Tracker

@@ -143,6 +143,7 @@ impl Plan {
         profiles.check_limits(&conditions.controller).with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
         let backend = backend(request.backend, &robots);
+        refuse_sensors(backend, &robots, &conditions).with_context(|| fleet_name.clone())?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
             provenance: Provenance::new(&measured.digest(), &conditions),
@@ -425,6 +426,28 @@ fn unused_keys(robots: &[FleetRobot]) -> Option<String> {
 fn backend(asked: Backend, robots: &[FleetRobot]) -> Backend {
     let has_virtual = robots.iter().any(|robot| robot.driver == Driver::Virtual);
     if asked == Backend::Fleet && has_virtual { Backend::Mixed } else { asked }
+}
+
+/// Robots with several sensors are simulated; drivers of real ones publish one reading, and what real robots would
+/// detect of virtual ones is known for one plain sensor.
+fn refuse_sensors(
+    backend: Backend,
+    robots: &[FleetRobot],
+    conditions: &Conditions,
+) -> anyhow::Result<()> {
+    let is_real = |robot: &FleetRobot| robot.driver != Driver::Virtual;
+    if backend == Backend::Simulator || !robots.iter().any(is_real) {
+        return Ok(());
+    }
+    conditions.robot.reading_names().refuse_further("drivers of real robots publish")?;
+    let is_mixed = !robots.iter().all(is_real);
+    if is_mixed && !conditions.have_one_plain_sensor() {
+        bail!(
+            "real and virtual robots meet in this fleet, and their sensor is not plain, expected one that \
+             detects robots ahead, whatever stands in between"
+        );
+    }
+    Ok(())
 }
 
 fn refuse_unstamped(robots: &[FleetRobot]) -> anyhow::Result<()> {

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rsrs_bags::definitions::Definition;
 use rsrs_bags::trajectory::TrackedTopic;
+use rsrs_core::robot::sensor::ReadingNames;
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetRobot};
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{ReceivedRaw, Session, SessionError, Subscription};
@@ -15,6 +16,8 @@ use tokio::sync::mpsc::UnboundedSender;
 pub enum Role {
     /// The readings of a robot's sensor.
     Detection(usize),
+    /// Those of a further one.
+    FurtherDetection(usize),
     /// A robot's velocity command.
     Command(usize),
     /// Odometry: the own estimate of a robot, or the ground truth of the simulator.
@@ -139,8 +142,13 @@ pub const LEAST_DEPTH: u32 = 100;
 ///
 /// # Arguments
 ///
+/// * `readings` — what the robots report.
 /// * `tracked` — those with the poses of the robots, which may be among those of every run.
-pub fn recorded_topics(robots: &[FleetRobot], tracked: &[TrackedTopic]) -> Vec<RecordedTopic> {
+pub fn recorded_topics(
+    robots: &[FleetRobot],
+    readings: &ReadingNames,
+    tracked: &[TrackedTopic],
+) -> Vec<RecordedTopic> {
     let mut recorded_topics = Vec::new();
     for (index, robot) in robots.iter().enumerate() {
         let cmd_vel = match robot.cmd_vel {
@@ -157,6 +165,11 @@ pub fn recorded_topics(robots: &[FleetRobot], tracked: &[TrackedTopic]) -> Vec<R
             (topics::CONTROLLER_STATUS, Role::Controller(index)),
         ] {
             recorded_topics.push(RecordedTopic::new(topic.for_robot(&robot.name), topic, role));
+        }
+        for reading in readings.further() {
+            let name = topics::further_detection(&robot.name, reading);
+            let (topic, role) = (topics::FURTHER_DETECTION, Role::FurtherDetection(index));
+            recorded_topics.push(RecordedTopic::new(name, topic, role));
         }
         if receives_virtual_detections(robot, robots) {
             let topic = topics::VIRTUAL_DETECTION;

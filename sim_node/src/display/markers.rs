@@ -9,7 +9,7 @@ use rsrs_msgs::geometry_msgs::{Point, Vector3};
 use rsrs_msgs::std_msgs::ColorRGBA;
 use rsrs_msgs::visualization_msgs::{Marker, MarkerArray};
 
-use super::scene::{Scene, seen_from};
+use super::scene::{Scene, SensorLook, seen_from};
 
 const BODY: ColorRGBA = color(0.20, 0.45, 0.70, 1.0);
 /// Robots that the simulator only follows.
@@ -80,20 +80,19 @@ fn headings(scene: &Scene) -> Marker {
 
 /// The outline of each sensing region, coloured by what the sensor reports.
 fn sensors(scene: &Scene) -> Marker {
-    let corners_m = &scene.look.sensor_m;
-    let sides: Vec<[f64; 2]> = (0..corners_m.len())
-        .flat_map(|side| [corners_m[side], corners_m[(side + 1) % corners_m.len()]])
-        .collect();
-    let outline = |pose| sides.iter().map(move |corner| seen_from(pose, *corner));
-    let color = |detected: &bool| {
-        let color = if *detected { SEEING } else { BLIND };
-        std::iter::repeat_n(color, sides.len())
-    };
-    Marker {
-        points: scene.poses.iter().flat_map(outline).collect(),
-        colors: scene.detections.iter().flat_map(color).collect(),
-        ..marker(scene, "sensors", Marker::LINE_LIST)
+    let (mut points, mut colors) = (Vec::new(), Vec::new());
+    for (pose, readings) in scene.poses.iter().zip(&scene.readings) {
+        for SensorLook { corners_m, readings: own } in &scene.look.sensors {
+            let detects = own.clone().any(|reading| readings.has(reading));
+            let color = if detects { SEEING } else { BLIND };
+            for (side, corner) in corners_m.iter().enumerate() {
+                let next = corners_m[(side + 1) % corners_m.len()];
+                points.extend([*corner, next].map(|corner| seen_from(pose, corner)));
+                colors.extend([color; 2]);
+            }
+        }
     }
+    Marker { points, colors, ..marker(scene, "sensors", Marker::LINE_LIST) }
 }
 
 /// The circle around the centroid whose radius is the robots' mean distance from it.
@@ -139,6 +138,7 @@ mod tests {
     use rsrs_core::conditions::{Conditions, Settings};
     use rsrs_core::robot::profile::RobotProfile;
     use rsrs_core::robot::region::Region;
+    use rsrs_core::robot::sensor::Readings;
     use rsrs_msgs::builtin_interfaces::Time;
 
     use super::super::Look;
@@ -172,7 +172,7 @@ mod tests {
             names: ["a", "b", "c", "d"].map(str::to_owned).into(),
             is_ours: [true, true, true, false].into(),
             poses: (0..4).map(pose).collect(),
-            detections: vec![false, true, false, false],
+            readings: [false, true, false, false].map(Readings::from).to_vec(),
             look: Arc::new(look),
             text: "stable milling".to_owned(),
         }

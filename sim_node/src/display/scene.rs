@@ -1,9 +1,11 @@
 //! One moment of the world, as viewers see it.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::robot::region::Region;
+use rsrs_core::robot::sensor::Readings;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Transform, TransformStamped, Vector3};
@@ -21,25 +23,46 @@ const N_ARC: usize = 17;
 pub struct Look {
     /// Radius of the body, in metres.
     pub radius_m: f64,
-    /// Corners of the sensing region in the robot's frame, in metres.
-    pub sensor_m: Vec<[f64; 2]>,
+    /// The sensors, that of `detection` first.
+    pub sensors: Vec<SensorLook>,
+}
+
+/// What a sensor looks like.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorLook {
+    /// Corners of its region in the robot's frame, in metres.
+    pub corners_m: Vec<[f64; 2]>,
+    /// Its readings, by place among all.
+    pub readings: Range<usize>,
 }
 
 impl Look {
-    /// Of the robots under these conditions.
+    /// That of the robots under these conditions.
     pub fn of(conditions: &Conditions) -> Self {
-        let sensor_m = match &conditions.robot.region {
-            Region::Polygon { corners_m } => corners_m.clone(),
-            Region::Cone { half_angle_rad, range_m } => {
-                let on_arc = |point: usize| {
-                    let share = 2.0 * point as f64 / (N_ARC - 1) as f64 - 1.0;
-                    let (sine, cosine) = libm::sincos(half_angle_rad * share);
-                    [range_m * cosine, range_m * sine]
-                };
-                [[0.0, 0.0]].into_iter().chain((0..N_ARC).map(on_arc)).collect()
-            }
-        };
-        Self { radius_m: conditions.robot.radius_m, sensor_m }
+        let mut n_readings = 0;
+        let sensors = conditions.robot.sensors().into_iter().map(|sensor| {
+            let first = n_readings;
+            n_readings += 1 + sensor.details.or.len();
+            let corners_m = corners_m(&sensor.region).into_iter();
+            let turned = corners_m.map(|corner| sensor.in_frame_of_robot(corner));
+            SensorLook { corners_m: turned.collect(), readings: first..n_readings }
+        });
+        Self { radius_m: conditions.robot.radius_m, sensors: sensors.collect() }
+    }
+}
+
+/// The corners of a region that points ahead.
+fn corners_m(region: &Region) -> Vec<[f64; 2]> {
+    match region {
+        Region::Polygon { corners_m } => corners_m.clone(),
+        Region::Cone { half_angle_rad, range_m } => {
+            let on_arc = |point: usize| {
+                let share = 2.0 * point as f64 / (N_ARC - 1) as f64 - 1.0;
+                let (sine, cosine) = libm::sincos(half_angle_rad * share);
+                [range_m * cosine, range_m * sine]
+            };
+            [[0.0, 0.0]].into_iter().chain((0..N_ARC).map(on_arc)).collect()
+        }
     }
 }
 
@@ -55,7 +78,7 @@ pub struct Scene {
     /// Where they are; shape `[n_robots]`.
     pub poses: Vec<Pose>,
     /// What their sensors report; shape `[n_robots]`.
-    pub detections: Vec<bool>,
+    pub readings: Vec<Readings>,
     /// What they look like.
     pub look: Arc<Look>,
     /// What is written above them.

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use rsrs_core::robot::sensor::{ReadingNames, Readings};
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Event, Gates};
-use rsrs_msgs::std_msgs::Bool;
 use rsrs_ros::logging::Level;
 
 use super::{Simulation, Step, step_response};
@@ -37,12 +37,14 @@ impl Simulation<'_> {
         let now = self.start.elapsed();
         for (index, robot) in self.robots.iter_mut().enumerate() {
             robot.on_event(robot::Event::WithoutWorld(index >= n_placed), now).await?;
+            robot.report(self.session, &ReadingNames::default())?;
         }
         match wanted {
             Ok(Some(wanted)) => {
                 let placed = wanted.placed.clone();
                 for robot in &mut self.robots[..placed.robots.len()] {
                     robot.join(placed.time, Duration::from_nanos(placed.period_ns));
+                    robot.report(self.session, &wanted.conditions.robot.reading_names())?;
                 }
                 self.subscriptions.follow_types(self.session, &self.robots, placed.time)?;
                 self.follow(&wanted.rows, Duration::from_nanos(placed.period_ns))?;
@@ -91,7 +93,7 @@ impl Simulation<'_> {
         }
         self.sensed_nothing = Instant::now();
         for robot in &self.robots[self.placed_robots().len()..] {
-            robot.publish_detection(Bool { data: false }).await?;
+            robot.publish_readings(Readings::default()).await?;
         }
         Ok(())
     }

@@ -138,7 +138,14 @@ impl FaultyFleet {
             let time_ns = self.time_ns();
             let state = &mut self.robots[robot];
             let (pose, obeyed) = (state.pose, state.command);
-            steps.push(RobotStep { robot, time_ns, pose, obeyed, detected, command });
+            steps.push(RobotStep {
+                robot,
+                time_ns,
+                pose,
+                obeyed,
+                readings: detected.into(),
+                command,
+            });
             state.next_decision_s += self.conditions.period_s + jitter_s;
             state.command = command;
         }

@@ -6,7 +6,6 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{Phase, unknown};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_core::robot::region::Region;
 
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, bad_arguments};
@@ -185,8 +184,8 @@ fn options(arguments: &Arguments) -> anyhow::Result<LabelOptions> {
         None => arguments.reach.map(|reach_m| Bodies { reach_m: Some(reach_m), ..Bodies::UNKNOWN }),
         Some(path) => {
             let profile = read_profile(path)?;
-            let region = Region::of(&profile.sensing);
-            Some(Bodies::seen_by(&region, profile.sensing.sees, profile.body.radius_m))
+            let (radius_m, reach_m) = (profile.body.radius_m, profile.reach_m());
+            Some(Bodies { radius_m: Some(radius_m), reach_m: Some(reach_m), arena_m: None })
         }
     };
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };

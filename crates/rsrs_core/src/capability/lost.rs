@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use crate::robot::harsher::{KEPT, TRUNCATED_SD, one_decimal};
-use crate::robot::profile::RobotProfile;
+use crate::robot::profile::{RobotProfile, Sensing};
 
 /// A capability that the measured robot has and the simulated one has all but lost.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
@@ -69,21 +69,33 @@ pub fn lost_capabilities(measured: &RobotProfile, simulated: &RobotProfile) -> V
         gain("least speed gain", least(&mut { speeds }), sds(measured)[0], sds(simulated)[0]),
         gain("least turning gain", least(&mut { turns }), sds(measured)[1], sds(simulated)[1]),
     ];
-    sensor(measured, simulated).into_iter().chain(motion.into_iter().flatten()).collect()
+    let sensors = measured.sensors().zip(simulated.sensors());
+    let seen = sensors.flat_map(|((_, measured), (_, simulated))| sensor(measured, simulated));
+    seen.chain(motion.into_iter().flatten()).collect()
 }
 
-fn sensor(measured: &RobotProfile, simulated: &RobotProfile) -> Option<LostCapability> {
-    let sees = |robot: &RobotProfile| robot.sensing.true_positive - robot.sensing.false_positive;
-    if sees(simulated) > BLIND || sees(measured) <= BLIND {
+fn sensor(measured: &Sensing, simulated: &Sensing) -> Vec<LostCapability> {
+    let rates = |sensing: &Sensing| -> Vec<(f64, f64)> {
+        sensing.true_positives().zip(sensing.false_positives()).collect()
+    };
+    let readings = rates(measured).into_iter().zip(rates(simulated));
+    readings.filter_map(|(measured, simulated)| reading(measured, simulated)).collect()
+}
+
+/// A reading, by the probabilities of a true and of a false one.
+fn reading(
+    (true_positive, false_positive): (f64, f64),
+    (simulated, simulated_false): (f64, f64),
+) -> Option<LostCapability> {
+    if simulated - simulated_false > BLIND || true_positive - false_positive <= BLIND {
         return None;
     }
-    let true_positive = measured.sensing.true_positive;
     // What is to be kept must itself be more than the false detections.
-    let kept = (KEPT * true_positive).max(simulated.sensing.false_positive + 2.0 * BLIND);
+    let kept = (KEPT * true_positive).max(simulated_false + 2.0 * BLIND);
     Some(LostCapability {
         capability: "true-positive rate",
         measured: true_positive,
-        simulated: simulated.sensing.true_positive,
+        simulated,
         meaning: "hardly more than its false detections",
         key: "miss_factor",
         instead: one_decimal((1.0 - kept) / (1.0 - true_positive)),

@@ -1,12 +1,14 @@
 //! Whether conditions make a world: every number against what it can mean.
 
-use super::{Conditions, GainDistribution, Placement, SimulatedRobot, StartsError, starts};
+use super::{Conditions, GainDistribution, Placement, SimulatedRobot, StartsError, Walls, starts};
 use crate::quantity::Bounds;
 use crate::robot::controller::state_machine::StateMachine;
 use crate::robot::controller::structure::{self, Flaw};
 use crate::robot::controller::{Command, Controller, ControllerParameters};
-use crate::robot::profile::{MAX_CORNERS, MOST_FRICTION};
+use crate::robot::profile::{MAX_CORNERS, MOST_FRICTION, Sensing};
 use crate::robot::region::Region;
+use crate::robot::sensor::file::SensorEntry;
+use crate::robot::sensor::{self, Detects, SensorFlaw};
 
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
@@ -58,6 +60,21 @@ pub enum Impossible {
         row: usize,
         /// Why.
         source: Flaw,
+    },
+    /// A sensor cannot be.
+    #[error(transparent)]
+    Sensor(#[from] SensorFlaw),
+    /// A sensor of walls where there are none.
+    #[error("sensor `{name}` detects walls, and there are none")]
+    NoWalls {
+        /// Name of its first reading.
+        name: String,
+    },
+    /// A controller for robots that report other things.
+    #[error("controller.sensors are not what the robots report: {expected}")]
+    Readings {
+        /// Names of what they report.
+        expected: String,
     },
     /// The sensor's polygon is no region.
     #[error(
@@ -111,8 +128,9 @@ impl Conditions {
             }
             let own = |source| Impossible::OwnRobot { place, source: Box::new(source) };
             check_robot(robot).map_err(own)?;
+            check_sensors(robot, self).map_err(own)?;
         }
-        Ok(())
+        check_sensors(&self.robot, self)
     }
 }
 
@@ -185,6 +203,30 @@ fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
         within(key, found, bounds)?;
     }
     check_region(&robot.region)
+}
+
+fn check_sensors(robot: &SimulatedRobot, conditions: &Conditions) -> Result<(), Impossible> {
+    if !robot.has_one_plain_sensor() {
+        let sensors = robot.sensors();
+        let entries: Vec<SensorEntry> =
+            sensors.iter().map(|it| SensorEntry::of(&it.name, &Sensing::from(it))).collect();
+        sensor::file::sensors(&entries)?;
+        for sensor in sensors {
+            check_region(&sensor.region)?;
+            within("latency_steps", f64::from(sensor.latency_steps), Bounds::AMOUNT)?;
+            if sensor.details.detects(Detects::Wall) && conditions.arena.walls == Walls::None {
+                return Err(Impossible::NoWalls { name: sensor.name });
+            }
+        }
+    }
+    let names = robot.reading_names();
+    match &conditions.controller {
+        Controller::Machine(machine) if machine.sensors != names => {
+            let expected = names.iter().collect::<Vec<_>>().join(", ");
+            Err(Impossible::Readings { expected })
+        }
+        _ => Ok(()),
+    }
 }
 
 fn check_region(region: &Region) -> Result<(), Impossible> {

@@ -12,6 +12,7 @@ use super::ConditionsError;
 use crate::quantity::{Axis, Number};
 use crate::robot::controller::state_machine::{Row, StateMachine, Transition};
 use crate::robot::controller::{Command, Controller};
+use crate::robot::sensor::ReadingNames;
 use crate::robot::wheels::Wheels;
 
 pub use check::{Place, TableError, TableFlaw, TableProblem};
@@ -72,7 +73,7 @@ pub struct TableRow {
     /// The state (default: `start`).
     #[serde(default = "start")]
     pub state: String,
-    /// What sensors must report, as `detection: true`; without it, whatever they do.
+    /// What sensors must report, as `detection: true`; one that is left out may report anything.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub when: BTreeMap<String, bool>,
     /// The command for this control period.
@@ -148,7 +149,8 @@ impl ControllerTable {
         })
     }
 
-    /// What the table comes to, with these numbers, on a robot with these wheels and this control period.
+    /// What the table comes to, with these numbers, on a robot with these wheels and this control period, whose
+    /// one reading is `detection` ([`Controller::for_robots_with`] for others).
     ///
     /// # Errors
     ///
@@ -199,7 +201,7 @@ impl ControllerTable {
             Ok(Row { state: row.state.clone(), when: row.when.clone(), command, next })
         };
         let rows = self.rows.iter().enumerate().map(row).collect::<Result<_, TableFlaw>>()?;
-        Ok(StateMachine { rows, numbers: values })
+        Ok(StateMachine { rows, numbers: values, sensors: ReadingNames::default() })
     }
 }
 

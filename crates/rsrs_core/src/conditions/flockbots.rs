@@ -8,6 +8,7 @@ use crate::robot::contact::ContactModel;
 use crate::robot::controller::ControllerParameters;
 use crate::robot::profile::Sees;
 use crate::robot::region::Region;
+use crate::robot::sensor::SensorDetails;
 
 impl Conditions {
     /// Flockbots that are made worse than they are, at 0.15 m/s and 0.75 rad/s, which start in a disc as
@@ -58,6 +59,8 @@ impl Conditions {
                 true_positive: 0.80,
                 false_positive: 0.08,
                 latency_steps: 0,
+                details: SensorDetails::default(),
+                further_sensors: Vec::new(),
             },
             own_robots: BTreeMap::new(),
             period_s: 0.13,

@@ -41,6 +41,12 @@ impl Conditions {
         // Where robots start has been checked, or is once all are there.
         let settings = Settings { placement: None, ..settings.clone() };
         let Self { controller, robot: own, .. } = Self::resolve(robot, &settings)?;
+        let [found, expected] = [&own, &self.robot].map(SimulatedRobot::reading_names);
+        if found != expected {
+            let [found, expected] =
+                [found, expected].map(|names| names.iter().collect::<Vec<_>>().join(", "));
+            return Err(ConditionsError::OtherReadings { found, expected });
+        }
         // The wheels of a table's rows are those of each robot.
         if controller != self.controller {
             return Err(ConditionsError::OtherWheels);

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use super::capabilities::{check_bounds, check_value};
 use super::check::Impossible;
 use super::controller_table::{ControllerTable, TableFlaw};
-use super::{Arena, Conditions, GainDistribution, Placement, SimulatedRobot, Walls};
+use super::{
+    Arena, Conditions, GainDistribution, Placement, SimulatedRobot, SimulatedSensor, Walls,
+};
 use crate::document::{did_you_mean, nearest};
 use crate::help::Help;
 use crate::judge::behaviour::Behaviour;
@@ -89,6 +91,14 @@ pub enum ConditionsError {
     /// A table that these robots cannot follow.
     #[error(transparent)]
     Table(#[from] TableFlaw),
+    /// A robot among others whose controller is told other things.
+    #[error("its sensors report {found}, and those of the first robots {expected}")]
+    OtherReadings {
+        /// Names of its readings, in words.
+        found: String,
+        /// Those of the first robots.
+        expected: String,
+    },
     /// A robot among others for which the table is another controller.
     #[error(
         "its wheels make other commands of the controller's table than those of the first robots"
@@ -109,6 +119,9 @@ impl Help for ConditionsError {
                 Some("name its file: `controller: controllers/FILE.yaml`".to_owned())
             }
             Self::Table(flaw) => flaw.help(),
+            Self::Impossible(Impossible::NoWalls { .. }) => {
+                Some("give the arena walls, `walls: stop`, or leave the sensor out".to_owned())
+            }
             _ => None,
         }
     }
@@ -144,7 +157,8 @@ impl Conditions {
         let required = |value: Option<f64>, axis| value.ok_or(ConditionsError::Missing { axis });
         let controller = if let Some(table) = &settings.controller {
             table.check_values(&numbers)?;
-            table.resolve(&numbers, robot.actuation.wheels, robot.computation.period_s)?
+            let (wheels, period_s) = (robot.actuation.wheels, robot.computation.period_s);
+            table.resolve(&numbers, wheels, period_s)?.for_robots_with(robot.reading_names())
         } else {
             let detected = Command {
                 speed_m_s: required(operator.speed_m_s, Axis::Speed)?,
@@ -286,6 +300,10 @@ fn simulated_robot(robot: &RobotProfile, controller: &Controller) -> SimulatedRo
         true_positive: sensing.true_positive,
         false_positive: sensing.false_positive,
         latency_steps: sensing.latency_steps,
+        details: sensing.details.clone(),
+        further_sensors: (robot.further_sensors.iter())
+            .map(|sensor| SimulatedSensor::of(&sensor.name, &sensor.sensing))
+            .collect(),
     }
 }
 

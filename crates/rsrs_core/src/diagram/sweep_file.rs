@@ -334,7 +334,7 @@ impl SweepFile {
         file: &str,
         measured: &RobotProfile,
     ) -> Result<Vec<(Cell, Conditions)>, SweepFileError> {
-        self.check_controller(file)?;
+        self.check_controller(file, Some(measured))?;
         if let NamedBehaviour::File(path) = &self.behaviour {
             let (file, path) = (file.to_owned(), path.clone());
             return Err(SweepFileError::BehaviourNotRead { file, path });

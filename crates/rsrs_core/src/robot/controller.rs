@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use state_machine::{Answers, Program, StateMachine};
 
 use crate::digest::Digest;
+use crate::robot::sensor::ReadingNames;
 
 /// What the operator sets on every robot: the swept plane of the phase diagram.
 ///
@@ -137,6 +138,23 @@ impl Controller {
                 digest.word(u64::from(reaction == Reaction::Constant));
                 digest.value()
             }
+        }
+    }
+
+    /// The same on robots that report this.
+    #[must_use]
+    pub fn for_robots_with(self, sensors: ReadingNames) -> Self {
+        match self {
+            Self::Parameters(parameters) => Self::Parameters(parameters),
+            Self::Machine(machine) => Self::Machine(StateMachine { sensors, ..machine }),
+        }
+    }
+
+    /// What it asks of robots: `detection` alone, or the readings of those that it is for.
+    pub fn reading_names(&self) -> ReadingNames {
+        match self {
+            Self::Parameters(_) => ReadingNames::default(),
+            Self::Machine(machine) => machine.sensors.clone(),
         }
     }
 

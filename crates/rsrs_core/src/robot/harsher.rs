@@ -4,7 +4,7 @@ use serde::de::Error as _;
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize};
 
-use crate::robot::profile::RobotProfile;
+use crate::robot::profile::{RobotProfile, Sensing};
 
 /// The factors that make the simulated robot worse than the measured one.
 ///
@@ -105,7 +105,7 @@ impl HarsherFactors {
     /// §IV: the simulated robots are "less capable in every aspect".
     pub fn for_robot(measured: &RobotProfile) -> Self {
         let usual = Self::default();
-        let (actuation, sensing) = (&measured.actuation, &measured.sensing);
+        let actuation = &measured.actuation;
         let (speed, turn) = (&actuation.speed, &actuation.turn);
         let speeds = speed.gain_by_command.iter().map(|gain| gain.mean);
         let turns = turn.means();
@@ -117,15 +117,20 @@ impl HarsherFactors {
             .gain_sd_factor
             .min(slowest(&mut { speeds }, speed.robot_sd))
             .min(slowest(&mut { turns }, turn.robot_sd));
-        let least_detections = (1.0 - KEPT * sensing.true_positive) / (1.0 - sensing.true_positive);
+        let probabilities = || measured.sensors().flat_map(|(_, it)| it.true_positives());
+        let least_detections = probabilities()
+            .map(|true_positive| (1.0 - KEPT * true_positive) / (1.0 - true_positive))
+            .fold(f64::INFINITY, f64::min);
+        let has_polygon = measured.sensors().any(|(_, sensing)| sensing.polygon_m.is_some());
+        let latency_steps = measured.sensors().map(|(_, sensing)| sensing.latency_steps).max();
         let if_any = |has: bool, factor: f64| if has { factor } else { 1.0 };
         let drifts = turn.bias_sd_rad_s > 0.0 || turn.heading_noise_sd_rad > 0.0;
         Self {
             gain_sd_factor: one_decimal(gain_sd_factor),
             miss_factor: one_decimal(usual.miss_factor.min(least_detections)),
             false_positive_factor: usual.false_positive_factor,
-            polygon_scale: if_any(sensing.polygon_m.is_some(), 0.95),
-            latency_extra_steps: sensing.latency_steps.min(1),
+            polygon_scale: if_any(has_polygon, 0.95),
+            latency_extra_steps: latency_steps.unwrap_or_default().min(1),
             gust_factor: if_any(actuation.gust.sd_m_s > 0.0, 1.5),
             drift_factor: if_any(drifts, 1.5),
             yaw_lag_factor: if_any(actuation.yaw_lag_s > 0.0, 1.25),
@@ -175,18 +180,41 @@ impl HarsherFactors {
             *sd = tidy(*sd * self.drift_factor);
         }
         actuation.yaw_lag_s = tidy(actuation.yaw_lag_s * self.yaw_lag_factor);
-        let sensing = &mut simulated.sensing;
-        let miss = (1.0 - sensing.true_positive) * self.miss_factor;
-        sensing.true_positive = tidy((1.0 - miss).clamp(0.0, 1.0));
-        sensing.false_positive =
-            tidy((sensing.false_positive * self.false_positive_factor).clamp(0.0, 1.0));
+        for sensing in simulated.sensings_mut() {
+            self.apply_to_sensor(sensing);
+        }
+        Ok(simulated)
+    }
+
+    fn apply_to_sensor(&self, sensing: &mut Sensing) {
+        let alarms: f64 = sensing.false_positives().sum();
+        // Of several readings one at most is reported.
+        let false_positive_factor = match sensing.details.or.as_slice() {
+            [] => self.false_positive_factor,
+            _ => self.false_positive_factor.min(1.0 / alarms),
+        };
+        let details = &mut sensing.details;
+        let first =
+            (&mut sensing.true_positive, &mut sensing.false_positive, &mut details.taken_for);
+        let or = details.or.iter_mut();
+        let or = or.map(|it| (&mut it.true_positive, &mut it.false_positive, &mut it.taken_for));
+        for (true_positive, false_positive, taken_for) in std::iter::once(first).chain(or) {
+            let measured = 1.0 - *true_positive;
+            let miss = measured * self.miss_factor;
+            *true_positive = tidy((1.0 - miss).clamp(0.0, 1.0));
+            // What is missed is taken for something else as often as it was.
+            let factor = if measured > 0.0 { (1.0 - *true_positive) / measured } else { 1.0 };
+            for mistaken in taken_for.values_mut() {
+                *mistaken = tidy(*mistaken * factor);
+            }
+            *false_positive = tidy((*false_positive * false_positive_factor).clamp(0.0, 1.0));
+        }
         sensing.latency_steps += self.latency_extra_steps;
         if let Some(polygon) = &mut sensing.polygon_m {
             for coordinate in polygon.iter_mut().flatten() {
                 *coordinate = tidy(*coordinate * self.polygon_scale);
             }
         }
-        Ok(simulated)
     }
 
     fn check(&self) -> Result<(), NotHarsher> {

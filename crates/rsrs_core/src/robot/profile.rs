@@ -2,6 +2,7 @@
 
 mod check;
 mod differences;
+mod file;
 mod origin;
 mod unmeasured;
 
@@ -10,9 +11,14 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::document::{self, DocumentError};
+use crate::help::Help;
 use crate::robot::contact::ContactModel;
+use crate::robot::sensor::{FurtherSensor, SensorDetails, SensorFlaw, SensorProblem};
 use crate::robot::wheels::Wheels;
 
+use file::ProfileFile;
+
+pub(crate) use check::is_convex;
 pub use check::{MAX_HALF_ANGLE_RAD, MOST_FRICTION, PERIOD_BOUNDS_S};
 pub use origin::TrialOrigin;
 
@@ -21,8 +27,11 @@ pub use origin::TrialOrigin;
 /// # Source
 ///
 /// §IV step 1: actuation, sensing, computation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
+///
+/// In a file, `sensing` is the one sensor of a robot that detects its neighbours ahead; `sensors` is a list of any, whose
+/// first one is `sensing` here.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "ProfileFile", into = "ProfileFile")]
 pub struct RobotProfile {
     /// Name of the kind of robot.
     pub name: String,
@@ -30,8 +39,10 @@ pub struct RobotProfile {
     pub body: Body,
     /// How it follows commands: `θᵃ` and disturbances.
     pub actuation: Actuation,
-    /// What it detects: `θˢ`.
+    /// What it detects: `θˢ`; of several sensors the first.
     pub sensing: Sensing,
+    /// Its other sensors.
+    pub further_sensors: Vec<FurtherSensor>,
     /// How often it decides.
     pub computation: Computation,
     /// Where the numbers come from.
@@ -163,6 +174,23 @@ pub struct Sensing {
     pub false_positive: f64,
     /// Steps by which a detection arrives late.
     pub latency_steps: u32,
+    /// What only a list of sensors says.
+    #[serde(skip)]
+    pub details: SensorDetails,
+}
+
+impl Sensing {
+    /// The probability of each of its readings where its kind is nearest.
+    pub fn true_positives(&self) -> impl Iterator<Item = f64> {
+        let others = self.details.or.iter().map(|reading| reading.true_positive);
+        std::iter::once(self.true_positive).chain(others)
+    }
+
+    /// The probability of each of its readings where nothing is.
+    pub fn false_positives(&self) -> impl Iterator<Item = f64> {
+        let others = self.details.or.iter().map(|reading| reading.false_positive);
+        std::iter::once(self.false_positive).chain(others)
+    }
 }
 
 /// What of a neighbour must lie in the region to be seen.
@@ -252,6 +280,37 @@ pub enum ProfileError {
         /// Corners found.
         corners: usize,
     },
+    /// Both a sensor and a list of them, or neither.
+    #[error("a profile needs exactly one of `sensing` and `sensors`")]
+    SensingOrSensors,
+    /// A sensor of a list cannot be.
+    #[error(transparent)]
+    Sensor(#[from] SensorFlaw),
+    /// The same, in a file.
+    #[error("{file}:{line}: {problem}")]
+    SensorAt {
+        /// The file.
+        file: String,
+        /// Line of the sensor, from 1.
+        line: u64,
+        /// What is wrong there.
+        problem: SensorProblem,
+    },
+}
+
+impl Help for ProfileError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Document(error) => error.help(),
+            Self::Sensor(flaw) => flaw.help(),
+            Self::SensorAt { problem, .. } => problem.help(),
+            Self::SensingOrSensors => Some(
+                "give `sensing` for one sensor that detects neighbours ahead, or `sensors` for a list of any"
+                    .to_owned(),
+            ),
+            _ => None,
+        }
+    }
 }
 
 /// Most corners of a sensing polygon.
@@ -269,7 +328,8 @@ impl RobotProfile {
     ///
     /// [`ProfileError`], the first problem found.
     pub fn parse(file: &str, text: &str) -> Result<Self, ProfileError> {
-        let profile: Self = document::parse(file, text)?;
+        let written: ProfileFile = document::parse(file, text)?;
+        let profile = Self::try_from(written).map_err(|error| error.at_its_line(file, text))?;
         profile.check()?;
         Ok(profile)
     }

@@ -106,7 +106,11 @@ impl LeaseGate {
             Event::LocksOfOthers(locks) => {
                 self.step_gate(robot::Event::LocksOfOthers(locks.clone()), now, &mut actions);
             }
-            Event::Detection(_) | Event::Clock(_) | Event::Parameters(_) | Event::Tick => {}
+            Event::Detection(_)
+            | Event::Reading { .. }
+            | Event::Clock(_)
+            | Event::Parameters(_)
+            | Event::Tick => {}
         }
         self.step_gate(robot::Event::Controller(word), now, &mut actions);
         for action in wanted {

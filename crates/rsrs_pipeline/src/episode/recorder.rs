@@ -6,6 +6,7 @@ use std::path::Path;
 
 use rsrs_bags::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Sample};
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::sensor::Readings;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_fleet::wire;
@@ -28,8 +29,8 @@ pub struct RobotStep {
     pub pose: Pose,
     /// The command that brought it there.
     pub obeyed: Command,
-    /// Whether its sensor reported a neighbour.
-    pub detected: bool,
+    /// What its sensors reported.
+    pub readings: Readings,
     /// The command that answers it.
     pub command: Command,
 }
@@ -38,6 +39,8 @@ pub struct RobotStep {
 struct Robot {
     name: String,
     detection: ChannelId,
+    /// Of its readings besides `detection`.
+    further: Vec<ChannelId>,
     odom: ChannelId,
     cmd_vel: ChannelId,
 }
@@ -92,11 +95,20 @@ impl<'a> Recorder<'a> {
             Ok(Robot {
                 name: name.clone(),
                 detection: add(topics::DETECTION, name)?,
+                further: Vec::new(),
                 odom: add(topics::ODOM, name)?,
                 cmd_vel: add(topics::CMD_VEL, name)?,
             })
         });
-        let robots = robots.collect::<Result<_, BagError>>()?;
+        let mut robots = robots.collect::<Result<Vec<_>, BagError>>()?;
+        let readings = record.conditions.robot.reading_names();
+        for robot in &mut robots {
+            for reading in readings.further() {
+                let Topic { type_name, qos, .. } = topics::FURTHER_DETECTION;
+                let name = topics::further_detection(&robot.name, reading);
+                robot.further.push(writer.add_topic(&name, type_name, qos)?);
+            }
+        }
         let more = <[ChannelId; N]>::try_from(more)
             .unwrap_or_else(|_| unreachable!("one channel was added for each topic"));
         let mut recorder = Self { writer, record, lease, notes, now_ns: 0, robots };
@@ -104,14 +116,17 @@ impl<'a> Recorder<'a> {
         Ok((recorder, more))
     }
 
-    /// Writes what a robot saw.
+    /// Writes what a robot saw: `detection` last, which it answers.
     ///
     /// # Errors
     ///
     /// If the bag cannot be written.
     pub fn detection(&mut self, step: &RobotStep) -> Result<(), BagError> {
+        for (place, channel) in self.robots[step.robot].further.clone().into_iter().enumerate() {
+            self.put(channel, step.time_ns, &Bool { data: step.readings.has(place + 1) })?;
+        }
         let channel = self.robots[step.robot].detection;
-        self.put(channel, step.time_ns, &Bool { data: step.detected })
+        self.put(channel, step.time_ns, &Bool { data: step.readings.detection() })
     }
 
     /// Writes where a robot was.

@@ -113,8 +113,7 @@ impl Laboratory {
     /// If the robots or the options make no world.
     pub fn new(measured: &RobotProfile, options: &Options) -> anyhow::Result<Self> {
         let simulated = Harsher::default().factors(measured).apply(measured)?;
-        let region = Region::of(&simulated.sensing);
-        let reach_m = region.reach_m(simulated.sensing.sees, simulated.body.radius_m);
+        let (region, reach_m) = (Region::of(&simulated.sensing), simulated.reach_m());
         let arena_m = options.arena_m.unwrap_or_else(|| {
             // A side that a person would write.
             (ARENA_OVER_REACH * reach_m * 10.0).round() / 10.0

@@ -8,6 +8,7 @@ use rsrs_bags::{Bag, BagError, BagMessage};
 use rsrs_core::draw::{Key, Seed};
 use rsrs_core::robot::controller::state_machine::{Memory, Program, transition_key};
 use rsrs_core::robot::controller::{Command, Controller, ControllerParameters};
+use rsrs_core::robot::sensor::{ReadingNames, Readings};
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Bool;
@@ -54,7 +55,7 @@ pub struct RobotReplay {
 pub struct Difference {
     /// When it was recorded, in seconds of log time.
     pub time_s: f64,
-    /// Whether the robot detected something.
+    /// Whether the robot detected something, of several sensors with the first.
     pub detected: bool,
     /// What was recorded.
     pub recorded: Command,
@@ -65,8 +66,29 @@ pub struct Difference {
 /// The messages of one robot, in order of log time.
 #[derive(Default)]
 struct Recorded {
-    detections: Vec<(u64, bool)>,
+    detections: Vec<(u64, Readings)>,
+    /// Of readings besides `detection`, by name.
+    further: BTreeMap<String, Vec<(u64, bool)>>,
     commands: Vec<(u64, Command)>,
+}
+
+impl Recorded {
+    /// Puts the further readings to the detections that they were published before: in a whole bag as many of each,
+    /// and else those that came last.
+    fn put_together(&mut self, names: &ReadingNames) {
+        let n_detections = self.detections.len();
+        for (place, name) in names.iter().enumerate().skip(1) {
+            let Some(readings) = self.further.get(name) else { continue };
+            for (count, (at_ns, found)) in self.detections.iter_mut().enumerate() {
+                let newest = if readings.len() == n_detections {
+                    Some(count)
+                } else {
+                    readings.partition_point(|(read_ns, _)| *read_ns <= *at_ns).checked_sub(1)
+                };
+                found.set(place, newest.is_some_and(|newest| readings[newest].1));
+            }
+        }
+    }
 }
 
 /// Feeds the recorded detections of every robot to the controller.
@@ -103,7 +125,12 @@ pub fn replay_into_controller(
         let first = Seed { seed: 0, replicate: 0 };
         transition_key(run.unwrap_or(first), digest, place.unwrap_or_default())
     };
-    let (recorded, running) = collect(bag).with_context(|| name.clone())?;
+    let (mut recorded, running) = collect(bag).with_context(|| name.clone())?;
+    if let Controller::Machine(machine) = &controller {
+        for recorded in recorded.values_mut() {
+            recorded.put_together(&machine.sensors);
+        }
+    }
     let robots: Vec<RobotReplay> = recorded
         .into_iter()
         .filter(|(_, recorded)| !recorded.detections.is_empty() && !recorded.commands.is_empty())
@@ -144,6 +171,7 @@ fn collect(bag: &Bag) -> anyhow::Result<(BTreeMap<String, Recorded>, Running)> {
     let wanted = bag.topics().into_iter().map(|topic| topic.name).filter(|name| {
         name == topics::LEASE.name
             || robot_of(name, topics::DETECTION.name).is_some()
+            || topics::further_reading(name).is_some()
             || robot_of(name, topics::CMD_VEL.name).is_some()
     });
     let wanted: Vec<String> = wanted.collect();
@@ -167,7 +195,11 @@ fn collect(bag: &Bag) -> anyhow::Result<(BTreeMap<String, Recorded>, Running)> {
             }
         } else if let Some(robot) = robot_of(&message.topic, topics::DETECTION.name) {
             let Bool { data } = decode(&message)?;
-            recorded.entry(robot.to_owned()).or_default().detections.push((at_ns, data));
+            recorded.entry(robot.to_owned()).or_default().detections.push((at_ns, data.into()));
+        } else if let Some((robot, reading)) = topics::further_reading(&message.topic) {
+            let Bool { data } = decode(&message)?;
+            let recorded = recorded.entry(robot.to_owned()).or_default();
+            recorded.further.entry(reading.to_owned()).or_default().push((at_ns, data));
         } else if let Some(robot) = robot_of(&message.topic, topics::CMD_VEL.name) {
             let twist = if message.type_name.as_ref() == TwistStamped::TYPE_NAME {
                 decode::<TwistStamped>(&message)?.twist
@@ -185,7 +217,8 @@ fn collect(bag: &Bag) -> anyhow::Result<(BTreeMap<String, Recorded>, Running)> {
 /// The robot whose topic this is: `robot_3` for `/robot_3/detection`.
 fn robot_of<'a>(topic: &'a str, relative: &str) -> Option<&'a str> {
     let robot = topic.strip_prefix('/')?.strip_suffix(relative)?.strip_suffix('/')?;
-    (!robot.is_empty() && !robot.contains("/hardware")).then_some(robot)
+    let is_robot = !robot.is_empty() && !robot.contains("/hardware");
+    (is_robot && topics::further_reading(topic).is_none()).then_some(robot)
 }
 
 fn decode<M: RosMessage>(message: &BagMessage) -> anyhow::Result<M> {
@@ -229,11 +262,11 @@ fn compare(
         };
         is_answered[answered] = true;
         report.n_steps += 1;
-        let (_, detected) = recorded.detections[answered];
+        let detected = recorded.detections[answered].1.detection();
         // What has states goes through all detections in their order.
         let mut today = Command::STOP;
-        for (_, detected) in &recorded.detections[n_decided.min(answered)..=answered] {
-            today = program.decide(*detected, &mut memory, key);
+        for (_, found) in &recorded.detections[n_decided.min(answered)..=answered] {
+            today = program.decide(*found, &mut memory, key);
         }
         n_decided = answered + 1;
         if today != command {
@@ -252,7 +285,7 @@ fn compare(
 }
 
 /// The median distance of detections, in nanoseconds; 0 for less than two.
-fn period_ns(detections: &[(u64, bool)]) -> u64 {
+fn period_ns(detections: &[(u64, Readings)]) -> u64 {
     let mut distances: Vec<u64> =
         detections.windows(2).map(|pair| pair[1].0.saturating_sub(pair[0].0)).collect();
     distances.sort_unstable();

@@ -57,6 +57,7 @@ fn steers(name: &str, type_name: &str) -> bool {
     GUARDED.contains(&type_name)
         || of_swarm.iter().any(|topic| name == topic.name)
         || name.contains("/hardware/")
+        || topics::further_reading(name).is_some()
         || names.iter().any(|topic| name.rsplit('/').next() == Some(topic.name))
 }
 
@@ -138,6 +139,7 @@ mod tests {
         for (name, type_name) in [
             ("/robot_1/detection", bool_type),
             ("/robot_1/virtual_detection", bool_type),
+            ("/robot_1/detection/wall", bool_type),
             ("/robot_1/hardware/range", topics::HARDWARE_RANGE.type_name),
             ("/robot_1/hardware/cmd_vel", Twist::TYPE_NAME),
             ("/robot_1/pose", topics::POSE.type_name),

@@ -181,8 +181,9 @@ pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
     let name = path.display().to_string();
     let text = read_text(path)?;
     RobotProfile::parse(&name, &text).map_err(|error| match error {
-        ProfileError::Document(document) => helped(document),
-        error => anyhow::Error::new(error).context(format!("{name} does not describe a robot")),
+        // They name the file and the line themselves.
+        error @ (ProfileError::Document(_) | ProfileError::SensorAt { .. }) => helped(error),
+        error => helped(error).context(format!("{name} does not describe a robot")),
     })
 }
 

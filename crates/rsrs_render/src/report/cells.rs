@@ -79,8 +79,9 @@ fn facts_of(
     worlds.extend(measured.and_then(|diagram: &PhaseDiagram| {
         Some(world(of, "robots as measured", diagram.find(&entry.cell)?))
     }));
-    // The page has no tables.
-    let is_on_page = result.source.sweep.controller.is_none();
+    // The page has no tables, and one plain sensor.
+    let (sweep, profile) = (&result.source.sweep, &result.source.profile);
+    let is_on_page = sweep.controller.is_none() && profile.has_one_plain_sensor();
     let of_page = |replicate| is_on_page.then(|| address(&entry.cell, replicate));
     let mut facts = CellFacts {
         name: quantity::of_cell(&entry.cell),

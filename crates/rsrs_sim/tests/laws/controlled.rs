@@ -16,12 +16,9 @@ fn an_episode_under_its_own_controller_from_outside_is_the_episode() {
     let conditions = flockbots(0.15, 0.75, &HARSHER);
     let world = World::new(&conditions, SEED).unwrap();
 
-    let observed = run_controlled(world, &conditions, 60.0, |detections, commands| {
-        commands.extend(
-            detections
-                .iter()
-                .map(|it| decide(*it, conditions.controller.parameters().expect("two commands"))),
-        );
+    let observed = run_controlled(world, &conditions, 60.0, |readings, commands| {
+        let parameters = conditions.controller.parameters().expect("two commands");
+        commands.extend(readings.iter().map(|it| decide(it.detection(), parameters)));
         Ok::<(), Infallible>(())
     });
 

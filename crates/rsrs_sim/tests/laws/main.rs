@@ -10,6 +10,7 @@ mod few;
 mod golden;
 mod kinds;
 mod plausibility;
+mod sensors;
 mod support;
 mod sweep;
 mod world;

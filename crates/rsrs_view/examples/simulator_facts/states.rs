@@ -46,7 +46,7 @@ pub fn states() -> Value {
         let mut controllers = Controllers::new(conditions, seed);
         for _ in 0..N_STEPS {
             let mut commands = Vec::new();
-            controllers.decide(world.sense(), &mut commands);
+            controllers.decide(world.sense_all(), &mut commands);
             world.advance(&commands);
         }
         let values: serde_json::Map<String, Value> = cell

@@ -26,6 +26,7 @@ impl Measured {
     fn read(path: PathBuf) -> anyhow::Result<Self> {
         let (name, text) = read(&path)?;
         let profile = RobotProfile::parse(&name, &text)
+            .map_err(Helpful::from)
             .with_context(|| format!("{name} does not describe a robot"))?;
         Ok(Self { path, text, profile })
     }

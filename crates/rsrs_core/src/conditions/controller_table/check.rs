@@ -16,6 +16,7 @@ use crate::robot::controller::state_machine::{Row, StateMachine, Transition};
 use crate::robot::controller::structure::{Flaw, check_thoroughly};
 use crate::robot::controller::{Command, Controller};
 use crate::robot::profile::RobotProfile;
+use crate::robot::sensor::ReadingNames;
 
 /// Where in a table something is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -155,7 +156,7 @@ impl Help for TableProblem {
 impl Help for Flaw {
     fn help(&self) -> Option<String> {
         Some(match self {
-            Self::Rows { .. } => return None,
+            Self::Rows { .. } | Self::Sensors { .. } => return None,
             Self::NoRow { state, .. } => format!(
                 "add a row with `state: {state}` and without `when` behind its others: it is for all that is left"
             ),
@@ -168,7 +169,7 @@ impl Help for Flaw {
             Self::UnknownState { found, .. } => {
                 format!("a state is there once a row has it: `state: {found}`")
             }
-            Self::UnknownSensor { .. } => "the sensor of these robots is `detection`".to_owned(),
+            Self::UnknownSensor { known, .. } => format!("these robots report {known}"),
             Self::NeverHappens { .. } => {
                 "put it before that one, or give that one a `probability` or `after_s`".to_owned()
             }
@@ -218,11 +219,12 @@ impl ControllerTable {
             });
             TableError::Flaw { file: file.to_owned(), line: line.unwrap_or(1), problem }
         };
-        table.check().and_then(|()| table.check_robot(robot)).map_err(refuse)?;
+        let check = table.check().and_then(|()| table.check_rows(&robot.reading_names()));
+        check.and_then(|()| table.check_robot(robot)).map_err(refuse)?;
         Ok(table)
     }
 
-    /// Whether the table is a controller.
+    /// Whether each part of the table can be; [`Self::check_rows`] says whether all together are a controller.
     ///
     /// # Errors
     ///
@@ -244,8 +246,17 @@ impl ControllerTable {
                 return Err(TableFlaw { place: Place::Number(name.clone()), problem });
             }
         }
-        let structure = check_thoroughly(&self.outline());
-        structure
+        Ok(())
+    }
+
+    /// Whether the rows are a controller of robots that report this.
+    ///
+    /// # Errors
+    ///
+    /// [`TableFlaw`], the first problem found.
+    pub fn check_rows(&self, sensors: &ReadingNames) -> Result<(), TableFlaw> {
+        let outline = StateMachine { sensors: sensors.clone(), ..self.outline() };
+        check_thoroughly(&outline)
             .map_err(|(place, flaw)| TableFlaw { place: Place::Row(place), problem: flaw.into() })
     }
 
@@ -317,7 +328,8 @@ impl ControllerTable {
                 })
                 .collect(),
         };
-        StateMachine { rows: self.rows.iter().map(row).collect(), numbers: BTreeMap::new() }
+        let rows = self.rows.iter().map(row).collect();
+        StateMachine { rows, numbers: BTreeMap::new(), sensors: ReadingNames::default() }
     }
 }
 

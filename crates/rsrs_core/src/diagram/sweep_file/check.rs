@@ -30,7 +30,7 @@ impl SweepFile {
             check_cells(file, cells)?;
         }
         self.check_fixed(file)?;
-        self.check_controller(file)?;
+        self.check_controller(file, None)?;
         self.check_numbers(file)
     }
 

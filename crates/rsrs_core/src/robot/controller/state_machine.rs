@@ -1,18 +1,14 @@
 //! A controller with states: a probabilistic finite-state machine over what is detected.
 
-#![expect(clippy::fn_params_excessive_bools, reason = "binary is what the sensor is")]
-
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use super::{Command, ControllerParameters, decide, structure};
 use crate::draw::{Key, Purpose, RunKey, Seed, threshold};
+use crate::robot::sensor::{DETECTION, ReadingNames, Readings};
 
-/// The one sensor of a robot, as rows name it.
-pub const DETECTION: &str = "detection";
-
-/// Rows in order, of which the first that matches state and detection counts: a table of a file, with all
+/// Rows in order, of which the first that matches state and readings counts: a table of a file, with all
 /// numbers in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -22,6 +18,9 @@ pub struct StateMachine {
     /// The named numbers that are in the rows, for what reads them off: the axes of a sweep.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub numbers: BTreeMap<String, f64>,
+    /// What its robots report; left out where `detection` is all.
+    #[serde(default, skip_serializing_if = "ReadingNames::is_detection")]
+    pub sensors: ReadingNames,
 }
 
 /// What a robot does in a state for what it detects.
@@ -30,7 +29,7 @@ pub struct StateMachine {
 pub struct Row {
     /// The state.
     pub state: String,
-    /// Sensors and what they must report; none for whatever they do.
+    /// Readings and what they must be; none for whatever they are.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub when: BTreeMap<String, bool>,
     /// The command of this period.
@@ -53,9 +52,12 @@ pub struct Transition {
 }
 
 impl Row {
-    /// Whether it is for this reading of the sensor.
-    pub fn is_for(&self, is_detected: bool) -> bool {
-        self.when.get(DETECTION).is_none_or(|wanted| *wanted == is_detected)
+    /// Whether it is for these readings of robots that have those with these names.
+    pub fn is_for(&self, found: Readings, names: &ReadingNames) -> bool {
+        let is = |(name, wanted): (&String, &bool)| {
+            names.place(name).is_some_and(|reading| found.has(reading) == *wanted)
+        };
+        self.when.iter().all(is)
     }
 }
 
@@ -87,29 +89,31 @@ impl StateMachine {
         states
     }
 
-    /// The two constant commands that it comes to, if it has one state; `None` for a machine with several.
+    /// The two constant commands that it comes to, if it has one state and decides by `detection` alone; `None` for
+    /// any other machine.
     ///
     /// This is what decides whether a table is the controller of the paper, and runs where that does.
     pub fn as_parameters(&self) -> Option<ControllerParameters> {
-        if self.states().len() != 1 {
+        let mut readings = self.rows.iter().flat_map(|row| row.when.keys());
+        if self.states().len() != 1 || readings.any(|name| name != DETECTION) {
             return None;
         }
-        let command = |is_detected| Some(self.row(0, is_detected)?.command);
+        let command = |is_detected: bool| Some(self.row(0, is_detected.into())?.command);
         Some(ControllerParameters::of(command(true)?, command(false)?))
     }
 
-    /// The row for a state, by its place among [`Self::states`], and a reading.
-    fn row(&self, state: usize, is_detected: bool) -> Option<&Row> {
+    /// The row for a state, by its place among [`Self::states`], and what is reported.
+    fn row(&self, state: usize, found: Readings) -> Option<&Row> {
         let state = *self.states().get(state)?;
-        self.rows.iter().find(|row| row.state == state && row.is_for(is_detected))
+        self.rows.iter().find(|row| row.state == state && row.is_for(found, &self.sensors))
     }
 }
 
-/// A machine ready to run: what follows from each state and reading, looked up.
+/// A machine ready to run: what follows from each state and case, looked up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answers {
-    /// For each state, where nothing and where something is detected.
-    by_state: Vec<[Answer; 2]>,
+    /// For each state, by [`Readings::case`].
+    by_state: Vec<Vec<Answer>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -157,17 +161,19 @@ impl Answers {
             probability: transition.probability,
             after_periods: transition.after_periods,
         };
-        let answer = |state, is_detected| {
-            let row = machine.row(state, is_detected).expect("cases without a row were refused");
+        let answer = |state, case| {
+            let found = machine.sensors.possible(Readings::of_case(case));
+            let row = machine.row(state, found).expect("cases without a row were refused");
             Answer { command: row.command, next: row.next.iter().map(next).collect() }
         };
-        let of_state = |state| [false, true].map(|is_detected| answer(state, is_detected));
+        let n_cases = 1_usize << machine.sensors.n_readings();
+        let of_state = |state| (0..n_cases).map(|case| answer(state, case)).collect();
         Self { by_state: (0..states.len()).map(of_state).collect() }
     }
 
-    /// The command for a reading, after which the robot may be in another state.
-    pub fn decide(&self, is_detected: bool, memory: &mut Memory, key: Key) -> Command {
-        let answer = &self.by_state[memory.state][usize::from(is_detected)];
+    /// The command for what is reported, after which the robot may be in another state.
+    pub fn decide(&self, found: Readings, memory: &mut Memory, key: Key) -> Command {
+        let answer = &self.by_state[memory.state][found.case()];
         memory.periods = memory.periods.saturating_add(1);
         if let Some(state) = drawn(&answer.next, *memory, key) {
             (memory.state, memory.periods) = (state, 0);
@@ -200,11 +206,15 @@ pub enum Program {
 }
 
 impl Program {
-    /// The command for a reading; only a machine has something to remember.
-    pub fn decide(&self, is_detected: bool, memory: &mut Memory, key: Key) -> Command {
+    /// The command for what is reported; only a machine has something to remember.
+    ///
+    /// # Panics
+    ///
+    /// If a machine is given readings that its robots do not have.
+    pub fn decide(&self, found: Readings, memory: &mut Memory, key: Key) -> Command {
         match self {
-            Self::Parameters(parameters) => decide(is_detected, *parameters),
-            Self::Answers(answers) => answers.decide(is_detected, memory, key),
+            Self::Parameters(parameters) => decide(found.detection(), *parameters),
+            Self::Answers(answers) => answers.decide(found, memory, key),
         }
     }
 }

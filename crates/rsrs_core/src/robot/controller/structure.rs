@@ -1,7 +1,8 @@
 //! Whether the rows of a machine answer every case, and every row some case.
 
-use super::state_machine::{DETECTION, Row, StateMachine, Transition};
+use super::state_machine::{Row, StateMachine, Transition};
 use crate::document::{did_you_mean, nearest};
+use crate::robot::sensor::{ReadingNames, Readings};
 
 /// Most rows of a machine; more are a mistake.
 pub const MOST_ROWS: usize = 1000;
@@ -16,12 +17,18 @@ pub enum Flaw {
         found: usize,
     },
     /// A case that no row is for.
-    #[error("state `{state}` has no row for `{DETECTION}: {is_detected}`")]
+    #[error("state `{state}` has no row for `{case}`")]
     NoRow {
         /// The state.
         state: String,
-        /// The reading.
-        is_detected: bool,
+        /// The readings, in words.
+        case: String,
+    },
+    /// Robots that cannot report this.
+    #[error("`sensors`: {problem}")]
+    Sensors {
+        /// Why.
+        problem: String,
     },
     /// A row whose cases all belong to rows before it.
     #[error("this row never matches: rows of state `{state}` before it take all that it is for")]
@@ -50,6 +57,8 @@ pub enum Flaw {
         found: String,
         /// The sensor closest in spelling.
         nearest: Option<String>,
+        /// What these robots report, in words.
+        known: String,
     },
     /// A transition behind one that happens in every period.
     #[error("`next` to `{state}` never happens: one before it always does")]
@@ -69,17 +78,18 @@ pub fn check(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
     if !(1..=MOST_ROWS).contains(&rows.len()) {
         return Err((0, Flaw::Rows { found: rows.len() }));
     }
-    let states = machine.states();
+    let (states, names) = (machine.states(), &machine.sensors);
+    names.check().map_err(|problem| (0, Flaw::Sensors { problem }))?;
     for (place, row) in rows.iter().enumerate() {
-        check_names(row, &states).map_err(|flaw| (place, flaw))?;
+        check_names(row, &states, names).map_err(|flaw| (place, flaw))?;
     }
     for state in &states {
         let is_of_it = |row: &&Row| row.state == *state;
         let first = rows.iter().position(|row| row.state == *state).expect("a state of the rows");
-        for is_detected in [true, false] {
-            if !rows.iter().filter(is_of_it).any(|row| row.is_for(is_detected)) {
-                let state = (*state).to_owned();
-                return Err((first, Flaw::NoRow { state, is_detected }));
+        for case in names.cases() {
+            if !rows.iter().filter(is_of_it).any(|row| row.is_for(case, names)) {
+                let (state, case) = ((*state).to_owned(), names.described(case));
+                return Err((first, Flaw::NoRow { state, case }));
             }
         }
     }
@@ -95,7 +105,7 @@ pub fn check_thoroughly(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
     check(machine)?;
     let rows = &machine.rows;
     for (place, row) in rows.iter().enumerate() {
-        if !matches_some(rows, place) {
+        if !matches_some(machine, place) {
             return Err((place, Flaw::NeverMatches { state: row.state.clone() }));
         }
         if let Some(state) = never_happens(&row.next) {
@@ -109,10 +119,12 @@ pub fn check_thoroughly(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
     }
 }
 
-fn check_names(row: &Row, states: &[&str]) -> Result<(), Flaw> {
-    if let Some(found) = row.when.keys().find(|name| *name != DETECTION) {
-        let nearest = nearest(found, [DETECTION]).map(str::to_owned);
-        return Err(Flaw::UnknownSensor { found: found.clone(), nearest });
+fn check_names(row: &Row, states: &[&str], names: &ReadingNames) -> Result<(), Flaw> {
+    if let Some(found) = row.when.keys().find(|name| names.place(name).is_none()) {
+        let nearest = nearest(found, names.iter()).map(str::to_owned);
+        let known: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+        let known = known.join(", ");
+        return Err(Flaw::UnknownSensor { found: found.clone(), nearest, known });
     }
     let unknown = row.next.iter().find(|next| !states.contains(&next.state.as_str()));
     unknown.map_or(Ok(()), |Transition { state: found, .. }| {
@@ -129,13 +141,13 @@ fn never_happens(next: &[Transition]) -> Option<&str> {
 }
 
 /// Whether a row is for a case that no row before it takes.
-fn matches_some(rows: &[Row], place: usize) -> bool {
-    let row = &rows[place];
-    let is_taken = |is_detected| {
-        let mut before = rows[..place].iter().filter(|other| other.state == row.state);
-        before.any(|other| other.is_for(is_detected))
+fn matches_some(machine: &StateMachine, place: usize) -> bool {
+    let (row, names) = (&machine.rows[place], &machine.sensors);
+    let is_taken = |case: Readings| {
+        let mut before = machine.rows[..place].iter().filter(|other| other.state == row.state);
+        before.any(|other| other.is_for(case, names))
     };
-    [false, true].into_iter().any(|is_detected| row.is_for(is_detected) && !is_taken(is_detected))
+    names.cases().any(|case| row.is_for(case, names) && !is_taken(case))
 }
 
 /// The states to which transitions lead, step by step, from the start.

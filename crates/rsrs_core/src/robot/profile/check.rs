@@ -14,7 +14,11 @@ impl RobotProfile {
         within("body.front_half_angle_rad", self.body.front_half_angle_rad, 0.0, 3.15)?;
         self.check_contact()?;
         self.check_actuation()?;
-        self.check_sensing()?;
+        if self.has_one_plain_sensor() {
+            self.check_sensing()?;
+        } else {
+            self.check_sensors()?;
+        }
         let period_s = self.computation.period_s;
         if (PERIOD_BOUNDS_S[0]..=PERIOD_BOUNDS_S[1]).contains(&period_s) {
             return Ok(());
@@ -157,7 +161,7 @@ fn gains(key: &'static str, table: impl Iterator<Item = (f64, f64)>) -> Result<(
 ///
 /// Every corner must turn left, and all turns together must be one full turn (a star turns left
 /// everywhere, but twice around).
-fn is_convex(corners: &[[f64; 2]]) -> bool {
+pub(crate) fn is_convex(corners: &[[f64; 2]]) -> bool {
     let n = corners.len();
     if !(3..=MAX_CORNERS).contains(&n) || corners.iter().flatten().any(|value| !value.is_finite()) {
         return false;

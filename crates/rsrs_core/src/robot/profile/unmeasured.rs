@@ -5,6 +5,7 @@ use super::{
     SpeedActuation, SpeedGain, TurnActuation, TurnGain,
 };
 use crate::robot::contact::ContactModel;
+use crate::robot::sensor::SensorDetails;
 
 /// A limit of 0 is none of a profile: robots that only turn, or only drive.
 const LEAST_LIMIT: f64 = 1e-3;
@@ -55,7 +56,9 @@ impl RobotProfile {
                 true_positive: 0.0,
                 false_positive: 0.0,
                 latency_steps: 0,
+                details: SensorDetails::default(),
             },
+            further_sensors: Vec::new(),
             computation: Computation { period_s },
             provenance: Provenance {
                 source: "nothing was measured yet: the limits are the greatest commands of the \

@@ -9,6 +9,7 @@ use crate::robot::profile::{
     Actuation, Body, Computation, Gust, Provenance, RobotProfile, Sees, Sensing, SpeedActuation,
     SpeedGain, TurnActuation, TurnGain,
 };
+use crate::robot::sensor::SensorDetails;
 use crate::statistics::variance::Estimate;
 
 /// What trials of step 1 cannot measure, and what stands in for it.
@@ -113,6 +114,7 @@ impl Fit {
             },
             actuation: self.actuation(&mut sources, unmeasured),
             sensing: self.sensing(&mut sources, unmeasured),
+            further_sensors: Vec::new(),
             computation: Computation { period_s: self.period(&mut sources, unmeasured) },
             provenance: Provenance {
                 source: self.source(),
@@ -237,6 +239,7 @@ impl Fit {
             true_positive: number(map.true_positive.value),
             false_positive: number(map.false_positive.value),
             latency_steps: unmeasured.latency_steps,
+            details: SensorDetails::default(),
         }
     }
 

@@ -1,0 +1,155 @@
+//! Robots with several sensors, over ROS 2.
+
+use std::path::{Path, PathBuf};
+
+use crate::command::{code, repository, rsrs as typed, stderr, stdout};
+use crate::fleet::experiment;
+use crate::processes::confined_rsrs;
+use crate::recorded::messages;
+use rsrs_bags::Bag;
+use rsrs_core::robot::controller::Controller;
+use rsrs_core::robot::sensor::Readings;
+use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
+use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::rsrs::WorldDigest;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_sim::controllers::Controllers;
+use rsrs_sim::draw::Seed;
+use rsrs_sim::episode::{episode_digests, run_episode};
+use rsrs_sim::world::World;
+
+/// One sensor that tells robots from walls, and a late one to the left.
+const SENSORS: &str = "\
+sensors:
+  - one_of:
+      - {name: detection, detects: robot, true_positive: 0.95, false_positive: 0.02}
+      - {name: wall, detects: wall, true_positive: 0.97, false_positive: 0.01}
+    cone: {half_angle_rad: 0.1, range_m: 0.6}
+    hidden_by: [robot]
+  - name: left
+    bearing_rad: 1.2
+    cone: {half_angle_rad: 0.3, range_m: 0.5}
+    true_positive: 0.9
+    false_positive: 0.05
+    latency_steps: 2
+";
+
+/// Who meets a robot turns away from it for a while, to the side on which there is none.
+const TABLE: &str = "\
+rows:
+  - {state: go, when: {wall: true}, command: {speed_m_s: 0.0, turn_rate_rad_s: 1.0}}
+  - {state: go, when: {detection: true, left: true}, command: {speed_m_s: 0.0, turn_rate_rad_s: -1.0},
+     next: {state: leave, probability: 0.3}}
+  - {state: go, when: {detection: true, left: false}, command: {speed_m_s: 0.0, turn_rate_rad_s: 1.5}}
+  - {state: go, command: {speed_m_s: 0.2, turn_rate_rad_s: 0.0}}
+  - {state: leave, command: {speed_m_s: 0.1, turn_rate_rad_s: -0.5}, next: {state: go, after_s: 1}}
+";
+
+/// An experiment of three such robots, where `driver` moves them.
+fn files(folder: &Path, driver: &str) -> PathBuf {
+    std::fs::write(folder.join("avoid.yaml"), TABLE).expect("the folder is writable");
+    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
+    let profile = std::fs::read_to_string(profile).expect("it is shipped");
+    let sensing = profile.find("sensing:").expect("it has a sensor");
+    let end = profile.find("computation:").expect("it has a period");
+    let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
+    let cell = "cell: {robots: 3, arena_m: 2.4}\ncontroller: ../avoid.yaml";
+    let driver = format!("kind: {driver}");
+    let changes =
+        [(usual, cell), (&profile[sensing..end], SENSORS), ("kind: virtual", driver.as_str())];
+    experiment(folder, 62, &changes)
+}
+
+#[test]
+fn several_sensors_over_ros_2_in_lockstep_are_the_replicate_to_the_bit() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = files(folder.path(), "virtual");
+    let path = folder.path().join("bag");
+    let run = || {
+        let mut command = confined_rsrs();
+        command.arg("run").arg(&file).arg("-o").arg(&path);
+        command.output().expect("the program was built for this test")
+    };
+
+    let mut output = run();
+    // As in `rsrs dry-run`, which tries again what a busy machine has frozen.
+    for _ in 0..2 {
+        if stdout(&output).contains("void: frozen") {
+            std::fs::remove_dir_all(&path).expect("it is there");
+            output = run();
+        }
+    }
+
+    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
+    let bag = Bag::open(&path).expect("a bag");
+    let attached = &bag.attachment(ATTACHMENT).expect("it is attached").data;
+    let record = ExperimentRecord::from_json(&String::from_utf8_lossy(attached)).expect("one");
+    let Controller::Machine(machine) = &record.conditions.controller else {
+        panic!("{:?}", record.conditions.controller);
+    };
+    assert_eq!(machine.sensors.iter().collect::<Vec<_>>(), ["detection", "wall", "left"]);
+    let seed = Seed { seed: record.seed, replicate: record.replicate };
+    let expected = episode_digests(&record.conditions, seed, record.duration_s).expect("it fits");
+    let digests: Vec<WorldDigest> = messages(&bag, "swarm", "world_digest");
+    let found: Vec<u64> = digests.iter().map(|digest| digest.digest).collect();
+    assert!(found.len() > 400, "{}", found.len());
+    assert_eq!(found, expected[..found.len()]);
+    let reported = reported(&record, seed);
+    let episode = run_episode(&record.conditions, seed, record.duration_s).expect("it fits");
+    for (place, robot) in record.robots.iter().enumerate() {
+        let commands: Vec<TwistStamped> = messages(&bag, robot, "cmd_vel");
+        assert!(commands.len() > 400, "{}", commands.len());
+        for (step, command) in commands.iter().enumerate() {
+            let expected = episode.commands[step * record.robots.len() + place];
+            let found = (command.twist.linear.x, command.twist.angular.z);
+            assert_eq!(found, (expected.speed_m_s, expected.turn_rate_rad_s), "{robot} {step}");
+        }
+        for (reading, topic) in ["detection", "detection/wall", "detection/left"].iter().enumerate()
+        {
+            let found: Vec<Bool> = messages(&bag, robot, topic);
+            let found: Vec<bool> = found.iter().map(|message| message.data).collect();
+            let of_robot = reported.iter().map(|step| step[place].has(reading));
+            let expected: Vec<bool> = of_robot.take(found.len()).collect();
+            assert!(found.len() > 400 && found.contains(&true), "{topic}: {}", found.len());
+            assert_eq!(found, expected, "{robot} {topic}");
+        }
+    }
+
+    let replay = typed(folder.path(), &["replay", "bag", "--into", "controller"]);
+    assert_eq!(code(&replay), 0, "{}{}", stdout(&replay), stderr(&replay));
+    assert!(stdout(&replay).contains(" 0 different"), "{}", stdout(&replay));
+    let labelled = typed(folder.path(), &["label", "bag", "--format", "json"]);
+    assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
+}
+
+/// What all robots report in each step.
+fn reported(record: &ExperimentRecord, seed: Seed) -> Vec<Vec<Readings>> {
+    let conditions = &record.conditions;
+    let mut world = World::new(conditions, seed).expect("they fit");
+    let mut controllers = Controllers::new(conditions, seed);
+    let steps = 0..conditions.steps(record.duration_s);
+    steps
+        .map(|_| {
+            let readings = world.sense_all().to_vec();
+            let mut commands = Vec::new();
+            controllers.decide(&readings, &mut commands);
+            world.advance(&commands);
+            readings
+        })
+        .collect()
+}
+
+#[test]
+fn real_robots_with_several_sensors_are_refused_before_anything_moves() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = files(folder.path(), "ros");
+
+    let mut command = confined_rsrs();
+    command.arg("run").arg(&file).args(["--backend", "fleet", "--interface", "127.0.0.1"]);
+    let output = command.output().expect("the program was built for this test");
+
+    assert!(!output.status.success(), "{}", stdout(&output));
+    let expected = "these robots report detection, wall, left, and drivers of real robots publish \
+                    `detection` alone";
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+}
