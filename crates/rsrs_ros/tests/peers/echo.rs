@@ -41,7 +41,8 @@ impl Plan {
         let Qos { reliability, durability, depth } = topic.qos;
         // Some topics share a name, with two types: each has a robot of its own here, or another name.
         let is_shared = topics::ALL.iter().filter(|other| other.name == topic.name).count() > 1;
-        let name = topic.for_robot(&format!("robot_{index}"));
+        // Further detections have the name of any reading.
+        let name = topic.for_robot(&format!("robot_{index}")).replace('*', "wall");
         let is_absolute = topic.name.starts_with('/');
         Self {
             name: if is_shared && is_absolute { format!("{name}_{index}") } else { name },
