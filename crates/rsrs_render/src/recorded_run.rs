@@ -6,7 +6,7 @@ use anyhow::Context;
 use rsrs_bags::trajectory::RecordedTrajectory;
 use rsrs_core::judge::behaviour::window::Window;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, judged_samples, samples_in};
+use rsrs_core::judge::phase::{BLOCK_S, judged_samples, samples_in};
 use rsrs_core::judge::rule::Rules;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::observation::order_of;
@@ -67,10 +67,11 @@ impl DrawnRun {
         let (n_robots, duration_s) = (trajectory.n_robots, trajectory.duration_s());
         let simulated = self.simulated().map_or_else(String::new, |mark| format!(", {mark}"));
         let label = self.label_in_words();
+        let judged = self.run.behaviour.window().at_the_moment();
         TrajectoryPicture {
             trajectory,
             radius_m: self.radius_m(),
-            tail_s: WINDOW_S,
+            tail_s: judged.reaches_back_s().min(duration_s),
             phase: self.labelled().map(|labelled| labelled.phase),
             lost,
             names: &self.run.recorded.robots,

@@ -12,7 +12,7 @@ use crate::page_arguments::PageArguments;
 
 /// Draw a recorded run: from above, and its order parameters over time.
 ///
-/// Dots are where robots started; the last 60 s, which are judged, are strong, and a mill gets its ring.
+/// Dots are where robots started; what is judged, mostly the last 60 s, is strong, and a mill gets its ring.
 /// Beside it are rotation, orbit, circliness, blocked and lost of every 10 s with the bounds of stable
 /// milling, and below them the label and why it is that one. A run that is too short for a label is
 /// drawn without one.

@@ -393,7 +393,8 @@ impl JudgedWindow {
         bodies: &Bodies,
         rules: &Rules,
     ) -> Vec<Self> {
-        let asked = rules.parameters();
+        let mut asked = rules.parameters();
+        asked.retain(|it| it.is_asked());
         let mut decided: Vec<Option<Self>> = vec![None; S::Number::LANES];
         for window in rules.window.samples(n_samples, samples.period_s()) {
             let is_last = window.end == n_samples;
@@ -423,7 +424,7 @@ impl JudgedWindow {
         let evidence = |sums: &Sums<S::Number>, lane| sums.evidence((samples, bodies), lane, asked);
         let of_lane = |lane| {
             let whole = evidence(&whole, lane);
-            let in_block = |sums| of_whole_where_it_adds_up(evidence(sums, lane), &whole);
+            let in_block = |sums| of_whole_where_it_adds_up(evidence(sums, lane), &whole, asked);
             let blocks: Vec<OrderParameters> = blocks.iter().map(in_block).collect();
             let phase = rules.lasting(rules.phase(&whole), n_good(&blocks, rules), blocks.len());
             Self { samples: window.clone(), whole, blocks, phase }
@@ -436,8 +437,9 @@ impl JudgedWindow {
 fn of_whole_where_it_adds_up(
     mut block: OrderParameters,
     whole: &OrderParameters,
+    asked: &[Parameter],
 ) -> OrderParameters {
-    for parameter in Parameter::all().filter(|it| it.adds_up()) {
+    for parameter in asked.iter().filter(|it| it.adds_up()) {
         if let Some(value) = parameter.value(whole) {
             parameter.set(&mut block, value);
         }
