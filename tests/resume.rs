@@ -181,6 +181,11 @@ fn another_sweep_is_refused_with_the_first_difference_and_the_folder_left_alone(
             "arena_m: 15, range_m: 1",
             "fixed.range_m is not given there, and 1.0 here",
         ),
+        (
+            "seed: 7",
+            "seed: 7\nbehaviour: aggregation",
+            "behaviour is not given there, and \"aggregation\" here",
+        ),
     ] {
         place.change("sweep.yaml", "other.yaml", from, to);
 

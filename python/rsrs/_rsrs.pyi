@@ -485,6 +485,7 @@ def fit(
     mixed: bool = False,
     radius_m: float | None = None,
     contact: str = "stop",
+    wheels: tuple[float, float] | None = None,
 ) -> Fit: ...
 @final
 class Validation:

@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyString;
+use rsrs_core::quantity::Axis;
+use rsrs_core::robot::wheels::Wheels;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::fit::{self as fitting, Details, Population, Unmeasured};
 use rsrs_pipeline::error::{help_of, texts, with_help};
-use rsrs_pipeline::init::{check_name, check_radius};
+use rsrs_pipeline::init::{check_name, check_number, check_radius, check_wheel_base};
 use rsrs_pipeline::measure::fit::{FittedFiles, Mixture, fit_files};
 use rsrs_pipeline::measure::sources::Paths;
 use rsrs_pipeline::validate::file::ValidationReport;
@@ -253,10 +255,13 @@ fn rows(fitted: &fitting::Fit) -> PyResult<Table> {
 ///     Radius of a robot's body, in metres; 0.075 if not given.
 /// contact
 ///     What robots do when they touch: "stop", "push" or "none".
+/// wheels
+///     Distance of the two wheels, in metres, and fastest speed of a wheel, in m/s, of a robot that
+///     drives on two.
 #[pyfunction]
 #[pyo3(signature = (name, *, speed=None, turn=None, detection=None, arcs=None, period=None,
                     trajectories=None, bags=None, plan=None, mixed=false, radius_m=None,
-                    contact="stop"))]
+                    contact="stop", wheels=None))]
 pub fn fit(
     py: Python<'_>,
     name: String,
@@ -271,6 +276,7 @@ pub fn fit(
     mixed: bool,
     radius_m: Option<f64>,
     contact: &str,
+    wheels: Option<(f64, f64)>,
 ) -> PyResult<Fit> {
     check_name(&name).map_err(|error| raised(&error))?;
     let mut unmeasured =
@@ -279,6 +285,11 @@ pub fn fit(
         check_radius(radius_m).map_err(|error| raised(&error))?;
         unmeasured.radius_m = radius_m;
         unmeasured.radius_source = Some("given to rsrs.fit".to_owned());
+    }
+    if let Some((base_m, speed_max_m_s)) = wheels {
+        check_wheel_base(base_m).map_err(|error| raised(&error))?;
+        check_number(Axis::Speed, speed_max_m_s).map_err(|error| raised(&error))?;
+        unmeasured.wheels = Some(Wheels { base_m, speed_max_m_s });
     }
     let tables = Tables::new()?;
     let paths = Paths {

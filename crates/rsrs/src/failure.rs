@@ -3,7 +3,7 @@
 use std::fmt;
 
 use rsrs_core::comparison::Verdict;
-use rsrs_pipeline::error::{help_of, texts};
+use rsrs_pipeline::error::{help_of, texts, with_help};
 use rsrs_render::comparison::Report;
 
 use crate::notes::print_always;
@@ -50,6 +50,21 @@ impl std::error::Error for BadArguments {}
 /// Marks an error as one in what was typed.
 pub fn bad_arguments(error: anyhow::Error) -> anyhow::Error {
     BadArguments(error).into()
+}
+
+/// Names the option with which something was given that is refused.
+///
+/// # Errors
+///
+/// What `checked` has, as an argument that was typed wrong.
+pub fn check_flag(flag: &str, checked: anyhow::Result<()>) -> anyhow::Result<()> {
+    checked.map_err(|error| {
+        let message = format!("{flag}: {error}");
+        bad_arguments(match help_of(&error) {
+            Some(help) => with_help(message, help),
+            None => anyhow::anyhow!(message),
+        })
+    })
 }
 
 /// Reports an error.

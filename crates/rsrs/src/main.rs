@@ -18,6 +18,7 @@ mod progress_log;
 mod setting_arguments;
 mod starter_files;
 mod watch;
+mod wheel_arguments;
 
 use std::process::ExitCode;
 

@@ -13,7 +13,8 @@ use std::str::FromStr;
 use serde::de::{self, Deserialize, Deserializer};
 use serde::{Serialize, Serializer};
 
-use crate::document::{did_you_mean, nearest};
+use self::number::PREFIX;
+use crate::document::{did_you_mean, is_name, nearest};
 use crate::robot::profile::RobotProfile;
 
 pub use bounds::Bounds;
@@ -495,12 +496,22 @@ impl RobotProfile {
 
 /// A name that is no axis.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown axis `{found}`{}", did_you_mean(*nearest))]
+#[error("unknown axis `{found}`{}", or_number(found, *nearest))]
 pub struct UnknownAxis {
     /// The name found.
     pub found: String,
     /// The axis closest in spelling.
     pub nearest: Option<&'static str>,
+}
+
+/// The axis that was meant; where none is near, that it may be a number of a controller's table.
+fn or_number(found: &str, nearest: Option<&str>) -> String {
+    match nearest {
+        None if is_name(found) => {
+            format!("; a named number of a controller is `{PREFIX}{found}`")
+        }
+        nearest => did_you_mean(nearest),
+    }
 }
 
 impl FromStr for Axis {

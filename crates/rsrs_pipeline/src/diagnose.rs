@@ -127,7 +127,7 @@ pub struct Hopeless {
     pub now: f64,
     /// The value that helped most.
     pub best: f64,
-    /// Share of mills with it, in the few runs that it was given.
+    /// Share of mills with it in fresh runs, in the world in which they are rarer.
     pub b_s: f64,
 }
 

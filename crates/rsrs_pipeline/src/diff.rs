@@ -82,17 +82,16 @@ pub fn diff(
 ) -> anyhow::Result<(SweepDifference, SweepResult)> {
     let (one, mut other) = (folder::read(from)?, folder::read(to)?);
     let (first, second) = (one.of_world(world)?, other.of_world(world)?);
-    if one.source.sweep.behaviour.known() != other.source.sweep.behaviour.known() {
-        return Err(with_help(
-            format!(
-                "{} is about {}, and {} about {}",
-                from.display(),
-                one.source.sweep.behaviour.known(),
-                to.display(),
-                other.source.sweep.behaviour.known()
-            ),
-            "compare sweeps of one behaviour",
-        ));
+    let behaviours = [&one, &other].map(|result| result.source.sweep.behaviour.known());
+    if behaviours[0] != behaviours[1] {
+        let [(from, before), (to, now)] =
+            [(from.display(), behaviours[0]), (to.display(), behaviours[1])];
+        let message = if before.to_string() == now.to_string() {
+            format!("{from} and {to} both call it {now}, by different rules")
+        } else {
+            format!("{from} is about {before}, and {to} about {now}")
+        };
+        return Err(with_help(message, "compare sweeps of one behaviour"));
     }
     let kinds = [one.source.sweep.interval_kind(), other.source.sweep.interval_kind()];
     let pair = |entry: &DiagramCell| {
@@ -165,6 +164,11 @@ fn flatten(key: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
             for (part, value) in parts {
                 let inner = if key.is_empty() { part.clone() } else { format!("{key}.{part}") };
                 flatten(&inner, value, into);
+            }
+        }
+        Value::Array(entries) if entries.iter().any(Value::is_object) => {
+            for (index, entry) in entries.iter().enumerate() {
+                flatten(&format!("{key}[{index}]"), entry, into);
             }
         }
         _ => drop(into.insert(key.to_owned(), value.clone())),

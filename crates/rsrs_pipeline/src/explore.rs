@@ -136,8 +136,8 @@ pub struct FoundController {
     pub other_contact: ContactModel,
     /// Share of fresh runs that show the same where robots do that when they touch.
     pub share_with_other_contact: f64,
-    /// Whether it is there with the robots' own contact only: in half of the runs or more with that, and
-    /// in fewer with the other one.
+    /// Whether it needs the robots' own contact: with the other one surely fewer runs show it, by 95 %
+    /// intervals that do not overlap.
     pub needs_contact: bool,
     /// The sweep around it, ready to be run, relative to the folder; `None` if it shows no behaviour that
     /// runs can be judged for.

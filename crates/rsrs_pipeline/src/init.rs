@@ -8,7 +8,9 @@ use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::numerals::significant;
 use rsrs_core::quantity::{Axis, OtherUnit};
 use rsrs_core::robot::contact::ContactModel;
+use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::profile::{MAX_HALF_ANGLE_RAD, RobotProfile};
+use rsrs_core::robot::wheels::Wheels;
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_sim::sweep::{Runs, SweepError};
@@ -33,6 +35,8 @@ pub struct Robots {
     pub speed_m_s: f64,
     /// Fastest safe turn, in radians per second.
     pub turn_rate_rad_s: f64,
+    /// Its two wheels, if that is what it drives on.
+    pub wheels: Option<Wheels>,
     /// How far from its centre a robot detects another, in metres.
     pub range_m: f64,
     /// Half of the sensor's opening angle, in radians.
@@ -64,6 +68,7 @@ const EXPERIMENT: &str = "experiment.yaml";
 
 /// Slowest command over the fastest, and slowest turn over the fastest.
 const SLOWEST: [f64; 2] = [0.1, 0.05];
+
 /// Writes the folder.
 ///
 /// # Errors
@@ -113,7 +118,43 @@ fn check(robots: &Robots) -> anyhow::Result<()> {
             "it is from the centre of the robot on: add the radius to what the sensor reaches beyond the body",
         ));
     }
-    robots.arena_m.map_or(Ok(()), |arena_m| check_number(Axis::Arena, arena_m))
+    robots.arena_m.map_or(Ok(()), |arena_m| check_number(Axis::Arena, arena_m))?;
+    robots.wheels.map_or(Ok(()), |wheels| {
+        check_wheel_base(wheels.base_m)?;
+        check_wheel_speed(wheels.speed_max_m_s, robots.speed_m_s)
+    })
+}
+
+/// Refuses what is no distance of two wheels in metres.
+///
+/// # Errors
+///
+/// With the likely unit.
+pub fn check_wheel_base(base_m: f64) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        base_m > 0.0 && base_m.is_finite(),
+        "the distance of the wheels is {base_m} m, expected a number above 0"
+    );
+    anyhow::ensure!(
+        base_m <= 2.0 * MOST_RADIUS_M,
+        "the distance of the wheels is {base_m}: this looks like mm or cm, expected m"
+    );
+    Ok(())
+}
+
+/// Refuses what is no speed of a wheel, and one at which the robot cannot drive as fast as it does.
+///
+/// # Errors
+///
+/// With what is expected.
+pub fn check_wheel_speed(wheel_m_s: f64, speed_m_s: f64) -> anyhow::Result<()> {
+    check_number(Axis::Speed, wheel_m_s)?;
+    anyhow::ensure!(
+        wheel_m_s >= speed_m_s,
+        "a wheel drives at {wheel_m_s} m/s at most, and the robot straight ahead at {speed_m_s} m/s: expected \
+         {speed_m_s} or more"
+    );
+    Ok(())
 }
 
 /// Refuses what is no number of robots in a swarm.
@@ -212,26 +253,25 @@ fn texts(robots: &Robots, floor: Floor) -> Vec<(&'static str, String)> {
     let [speeds, turn_rates] = reach.axes(floor, STEPS);
     let least_m_s = significant(SLOWEST[0] * speed_m_s);
     let least_rad_s = significant(SLOWEST[1] * turn_rate_rad_s).min(turn_rates[0]);
-    let listed = |values: &[f64]| {
-        let values: Vec<String> = values.iter().map(ToString::to_string).collect();
-        format!("[{}]", values.join(", "))
-    };
     let friction = match robots.contact {
         ContactModel::Push => FRICTION,
         ContactModel::Stop | ContactModel::None => ("", ""),
     };
+    let wheels = robots.wheels.map_or_else(Default::default, wheels_text);
     let values = [
         ("@NAME@", name.clone()),
+        ("@WHEELS@", wheels.0),
+        ("@WHEELS_SOURCE@", wheels.1),
         ("@N_ROBOTS@", n_robots.to_string()),
         ("@RADIUS_M@", robots.radius_m.to_string()),
+        ("@FIT_FLAGS@", fit_flags(robots)),
         ("@CONTACT@", format!("{}{}", robots.contact.name(), friction.0)),
         ("@CONTACT_SOURCE@", friction.1.to_owned()),
         ("@SPEED_M_S@", speed_m_s.to_string()),
         ("@LEAST_SPEED_M_S@", least_m_s.to_string()),
-        ("@SPEEDS@", listed(&speeds)),
+        ("@SETTINGS@", settings(&speeds, &turn_rates, robots.wheels)),
         ("@TURN_RATE_RAD_S@", turn_rate_rad_s.to_string()),
         ("@LEAST_TURN_RATE_RAD_S@", least_rad_s.to_string()),
-        ("@TURN_RATES@", listed(&turn_rates)),
         ("@HALF_ANGLE_RAD@", robots.half_angle_rad.to_string()),
         ("@RANGE_M@", range_m.to_string()),
         ("@PERIOD_S@", robots.period_s.to_string()),
@@ -250,6 +290,45 @@ fn texts(robots: &Robots, floor: Floor) -> Vec<(&'static str, String)> {
         (SWEEP, filled(include_str!("init/sweep.yaml"))),
         (EXPERIMENT, filled(include_str!("init/experiment.yaml"))),
     ]
+}
+
+/// The speeds and turning rates of a sweep: two axes, or where wheels cannot do both at once, a list.
+fn settings(speeds: &[f64], turn_rates: &[f64], wheels: Option<Wheels>) -> String {
+    let can = |speed_m_s: f64, turn_rate_rad_s: f64| {
+        wheels.is_none_or(|wheels| wheels.can(Command { speed_m_s, turn_rate_rad_s }))
+    };
+    let both = speeds.iter().flat_map(|speed| turn_rates.iter().map(move |turn| (*speed, *turn)));
+    let (fitting, beyond): (Vec<_>, Vec<_>) = both.partition(|(speed, turn)| can(*speed, *turn));
+    if beyond.is_empty() {
+        return format!(
+            "axes:   # all that can be an axis: rsrs sweep --list-axes\n  speed_m_s: {speeds:?}\n  \
+             turn_rate_rad_s: {turn_rates:?}"
+        );
+    }
+    let cell = |(speed, turn)| format!("\n  - {{speed_m_s: {speed}, turn_rate_rad_s: {turn}}}");
+    let cells: String = fitting.into_iter().map(cell).collect();
+    format!("cells:   # without those that ask more of a wheel than the profile has{cells}")
+}
+
+/// What else `rsrs measure fit` has to be told of a body.
+fn fit_flags(Robots { contact, wheels, .. }: &Robots) -> String {
+    let contact = match contact {
+        ContactModel::Stop => String::new(),
+        ContactModel::Push | ContactModel::None => format!(" --contact {}", contact.name()),
+    };
+    let wheels = wheels.map_or_else(String::new, |Wheels { base_m, speed_max_m_s }| {
+        format!(" --wheel-base {base_m} --wheel-speed {speed_max_m_s}")
+    });
+    contact + &wheels
+}
+
+/// Two wheels, in a profile and under its provenance.
+fn wheels_text(Wheels { base_m, speed_max_m_s }: Wheels) -> (String, String) {
+    let keys = ["base_m", "speed_max_m_s"];
+    (
+        format!("\n  wheels: {{base_m: {base_m}, speed_max_m_s: {speed_max_m_s}}}"),
+        keys.map(|key| format!("\n    actuation.wheels.{key}: \"given\"")).concat(),
+    )
 }
 
 /// The friction of bodies that push, in a profile and under its provenance.

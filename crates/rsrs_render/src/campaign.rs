@@ -12,8 +12,14 @@ use crate::words::{Tone, Words};
 
 /// The experiments as a table, and what comes next.
 pub fn text(summary: &Summary) -> Words {
+    let commanded = if summary.experiments.iter().any(|row| row.speed_m_s.is_some()) {
+        ["m/s", "rad/s"]
+    } else {
+        ["controller", ""]
+    };
+    let [first, second] = commanded;
     let head =
-        ["experiment", "m/s", "rad/s", "robots", "lost", "seed", "ended", "label", "messages"];
+        ["experiment", first, second, "robots", "lost", "seed", "ended", "label", "messages"];
     let mut rows = vec![head.map(Words::from)];
     rows.extend(summary.experiments.iter().map(cells));
     let mut lines: Vec<String> = summary.experiments.iter().flat_map(notes).collect();
@@ -37,8 +43,8 @@ fn cells(row: &Row) -> [Words; 9] {
     let n_messages = row.bag.as_ref().map_or_else(|| "-".to_owned(), |_| count(row.n_messages));
     [
         (&row.experiment).into(),
-        row.speed_m_s.to_string().into(),
-        row.turn_rate_rad_s.to_string().into(),
+        row.speed_m_s.map_or_else(|| numbers(row), |speed| speed.to_string()).into(),
+        row.turn_rate_rad_s.map_or_else(String::new, |turn| turn.to_string()).into(),
         row.n_robots.to_string().into(),
         row.lost_robots.len().to_string().into(),
         seed.into(),
@@ -46,6 +52,13 @@ fn cells(row: &Row) -> [Words; 9] {
         phase.unwrap_or_else(|| "-".into()),
         n_messages.into(),
     ]
+}
+
+/// `leave 0.02, stay 0.05`.
+fn numbers(row: &Row) -> String {
+    let numbers = row.numbers.iter().map(|(name, value)| format!("{name} {value}"));
+    let numbers: Vec<String> = numbers.collect();
+    if numbers.is_empty() { "a table".to_owned() } else { numbers.join(", ") }
 }
 
 /// How its last run ended, in a word or two.
@@ -115,8 +128,9 @@ mod tests {
     fn row(experiment: &str, label: &str) -> Row {
         Row {
             experiment: experiment.to_owned(),
-            speed_m_s: 0.15,
-            turn_rate_rad_s: 0.75,
+            speed_m_s: Some(0.15),
+            turn_rate_rad_s: Some(0.75),
+            numbers: std::collections::BTreeMap::new(),
             n_robots: 9,
             seed: 1,
             replicate: 0,

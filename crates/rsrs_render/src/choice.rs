@@ -42,7 +42,7 @@ pub fn reason(none: &NoViableCell) -> String {
         format!("; as measured {}, lower bound {}", percent(measured.share), percent(measured.low))
     });
     let of = if *n_candidates == 0 {
-        format!("no cell may {} in {} of runs; the best", verb.plain, percent(*wanted))
+        format!("in no cell could robots {} in {} of runs; the best", verb.plain, percent(*wanted))
     } else {
         format!("the best of {}", counted(*n_candidates as u64, "candidate"))
     };
@@ -253,6 +253,10 @@ fn numbers(choice: &Choice) -> Option<String> {
 }
 
 fn spare(choice: &Choice, wanted: f64) -> Option<String> {
+    // Who does not do it with all of them has not got one to spare.
+    if !choice.is_viable(wanted) {
+        return None;
+    }
     let less = choice.other_numbers.iter().find(|other| Some(other.robots + 1) == choice.robots);
     let is_a_loss = |less: &&OtherNumber| less.b_s_high < wanted.min(choice.least().1);
     let less = less.filter(is_a_loss)?;

@@ -62,7 +62,7 @@ fn line(found: &FoundController) -> String {
     )
 }
 
-/// `as measured 96 %; with robots that push each other 12 %, so not with any contact`.
+/// `as measured 96 %; with robots that push each other 12 %, surely fewer`.
 fn elsewhere(found: &FoundController) -> String {
     let FoundController { share_as_measured, other_contact, share_with_other_contact, .. } = found;
     let touching = |contact| match contact {
@@ -70,7 +70,7 @@ fn elsewhere(found: &FoundController) -> String {
         ContactModel::Push => "push each other",
         ContactModel::None => "pass through each other",
     };
-    let needs = if found.needs_contact { ", so not with any contact" } else { "" };
+    let needs = if found.needs_contact { ", surely fewer" } else { "" };
     format!(
         "as measured {}; with robots that {} {}{needs}",
         percent(*share_as_measured),

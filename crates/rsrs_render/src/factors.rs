@@ -7,6 +7,15 @@ use crate::columns::columns;
 
 /// What each factor does, and which does most.
 pub fn text(ablation: &Ablation) -> String {
+    if ablation.b_s_with_all >= ablation.b_s_as_measured {
+        return format!(
+            "the factors of `harsher` do not make it worse at {} ({} runs each): {} end as wanted with robots as measured, and {} with all factors",
+            ablation.cell,
+            ablation.n_replicates,
+            percent(ablation.b_s_as_measured),
+            percent(ablation.b_s_with_all)
+        );
+    }
     let mut lines = vec![format!(
         "which factor makes it worse at {} ({} runs each):\n  B_s, the share of runs that end as wanted, \
          is {} with robots as measured, and {} with all factors of `harsher`",

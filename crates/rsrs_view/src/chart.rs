@@ -8,7 +8,7 @@ use crate::text::{Weight, wrap};
 /// Size of the numbers at the ticks, in pixels.
 const TICK_PX: f64 = 11.0;
 /// Size of the axes' names, in pixels.
-const NAME_PX: f64 = 12.5;
+pub const NAME_PX: f64 = 12.5;
 
 /// Room for a mark of a legend, in pixels.
 const MARK_PX: f64 = 30.0;
@@ -108,7 +108,7 @@ impl Chart {
             .child(name)
     }
 
-    /// Ticks and name of the y-axis.
+    /// Ticks and name of the y-axis, which may be empty.
     pub fn y_axis(&self, y_name: &str) -> Element {
         let ticks = ticks(self.y, |_| self.height_px / 20.0);
         let lines: String = ticks
@@ -128,7 +128,7 @@ impl Chart {
         Element::new("g")
             .child(tick_lines(&lines))
             .child(tick_texts("end").children(texts))
-            .child(name)
+            .children((!y_name.is_empty()).then_some(name))
     }
 }
 

@@ -6,17 +6,19 @@ use rsrs_core::statistics::share::Share;
 
 use crate::arrangement::NARROW_MARGIN_PX;
 use crate::boundary::{Side, dashes};
-use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
+use crate::chart::{BELOW_PX, Chart, LEFT_PX, NAME_PX, legend, stroke_mark};
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::{label, labels};
 use crate::svg::{Element, line_of_text, number, rectangle};
-use crate::text::{Weight, wrap};
+use crate::text::{Weight, width_px, wrap};
 use crate::theme::Theme;
 
 const MARGIN_PX: f64 = 24.0;
 /// The narrowest curve beside another one on a page whose width is given, in pixels.
-const LEAST_PX: f64 = 150.0;
+const LEAST_PX: f64 = 100.0;
+/// Left of a curve that has another one beside it: the numbers of its y-axis, without the name.
+const INNER_LEFT_PX: f64 = 34.0;
 /// Width and height of a curve that is alone.
 const LARGE_PX: (f64, f64) = (560.0, 320.0);
 /// Width and height of one of several.
@@ -142,7 +144,7 @@ pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictur
     check(picture)?;
     let Page { margin_px, columns, curve_px: (width_px, height_px), width_px: page_px } =
         Page::of(picture);
-    let pitch_px = LEFT_PX + width_px + BETWEEN_PX;
+    let pitch_px = INNER_LEFT_PX + width_px + BETWEEN_PX;
     let room_px = page_px - 2.0 * margin_px;
     let (texts, header_px) =
         header(picture.theme, &picture.title, &picture.subtitles, margin_px, room_px);
@@ -162,7 +164,9 @@ pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictur
                 x: span(curve),
                 y: [0.0, 1.0],
             };
-            panels.push(panel(curve, &chart, picture.wanted.as_ref().map(|(share, _)| *share)));
+            let y_name = if column == 0 { y_name(curve, height_px) } else { String::new() };
+            let wanted = picture.wanted.as_ref().map(|(share, _)| *share);
+            panels.push(panel(curve, &chart, wanted).child(chart.y_axis(&y_name)));
             charts.push(chart);
         }
         top_px += above_px + height_px + BELOW_PX + BETWEEN_PX;
@@ -196,21 +200,36 @@ impl Page {
     fn of(picture: &CurvesPicture) -> Self {
         let n = picture.curves.len();
         let curve_px = if n == 1 { LARGE_PX } else { SMALL_PX };
-        let free = |columns: usize| {
-            2.0 * MARGIN_PX + columns as f64 * (LEFT_PX + curve_px.0 + BETWEEN_PX) - BETWEEN_PX
-        };
+        let axes_px =
+            |columns: usize| LEFT_PX + (columns - 1) as f64 * (BETWEEN_PX + INNER_LEFT_PX);
+        let free =
+            |columns: usize| 2.0 * MARGIN_PX + axes_px(columns) + columns as f64 * curve_px.0;
         let Some(page_px) = picture.width_px else {
             let columns = n.min(COLUMNS);
             return Self { margin_px: MARGIN_PX, columns, curve_px, width_px: free(columns) };
         };
-        let room_px = page_px - 2.0 * NARROW_MARGIN_PX + BETWEEN_PX;
-        let each_px = |columns: usize| room_px / columns as f64 - LEFT_PX - BETWEEN_PX;
+        let room_px = page_px - 2.0 * NARROW_MARGIN_PX;
+        let each_px = |columns: usize| (room_px - axes_px(columns)) / columns as f64;
         let fits = |columns: &usize| each_px(*columns) >= LEAST_PX;
         let columns = (1..=n.min(COLUMNS)).rev().find(fits).unwrap_or(1);
         let width_px = each_px(columns);
         let curve_px = (width_px, width_px * curve_px.1 / curve_px.0);
         Self { margin_px: NARROW_MARGIN_PX, columns, curve_px, width_px: page_px }
     }
+}
+
+/// The quantity below its curve; where there is room for less, its unit alone, below a heading that names it.
+fn x_name(curve: &Curve, room_px: f64) -> String {
+    let name = curve.axis.label();
+    let is_short = width_px(&name, NAME_PX, Weight::Regular) < room_px + INNER_LEFT_PX;
+    if is_short || curve.heading.is_empty() { name } else { curve.axis.unit().to_owned() }
+}
+
+/// What a share is of; where there is room for less, the legend has it.
+fn y_name(curve: &Curve, room_px: f64) -> String {
+    let name = format!("share of {}", curve.behaviour.noun());
+    let is_short = width_px(&name, NAME_PX, Weight::Regular) < room_px + BELOW_PX;
+    if is_short { name } else { "share".to_owned() }
 }
 
 fn check(picture: &CurvesPicture) -> Result<(), CurvesPictureError> {
@@ -271,8 +290,7 @@ fn panel(curve: &Curve, chart: &Chart, wanted: Option<f64>) -> Element {
         .children(dots(curve, chart))
         .children(curve.real.iter().map(|run| real(chart, curve.behaviour, run)))
         .children(curve.marked.map(|value| pointer(chart, value)))
-        .child(chart.frame(&curve.axis.label()))
-        .child(chart.y_axis(&format!("share of {}", curve.behaviour.noun())))
+        .child(chart.frame(&x_name(curve, chart.width_px)))
         .children(heading)
 }
 

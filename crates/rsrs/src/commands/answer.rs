@@ -20,7 +20,7 @@ use crate::setting_arguments::SettingArguments;
 /// and turning rates within the robot's limits, or among the settings of a sweep, confirmed on fresh seeds
 /// in both worlds. From it one quantity at a time is moved; the answer is the range over
 /// which robots mill as often as wanted, with the reason why it ends there. The picture has all
-/// curves, with bands of 95 %. Exit code 3 means that the robots do not mill; `rsrs diagnose` names what
+/// curves, with bands of 95 %. Exit code 3 means that the robots do not do what is wanted; `rsrs diagnose` names what
 /// to change.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -41,7 +41,7 @@ pub struct Arguments {
     output: Option<PathBuf>,
     #[command(flatten)]
     page: PageArguments,
-    /// Share of mills that is wanted: the least lower bound (default: 0.8).
+    /// Share of runs that are wanted to end as the sweep is judged for: the least lower bound (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
           value_parser = super::wanted)]
     b_s: f64,

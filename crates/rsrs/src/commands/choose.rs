@@ -1,4 +1,4 @@
-//! `rsrs choose`: the most robust milling cell, confirmed.
+//! `rsrs choose`: the most robust cell, confirmed.
 
 use std::path::PathBuf;
 
@@ -20,10 +20,11 @@ use rsrs_render::factors;
 use rsrs_render::wording::shell::experiment_beside;
 use rsrs_render::words::Words;
 
-/// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
+/// Choose the cell that may drift furthest while robots do what is wanted, and confirm it on fresh seeds.
 ///
-/// What counts is the smaller share of mills of both worlds (robots made worse, and as measured), smoothed
-/// over neighbouring cells. Cells without a surely failing neighbour come first, and then those deepest
+/// What counts is the share of runs that end as wanted, in stable milling or what else the sweep is judged
+/// for, in the world in which it is smaller (robots made worse, or as measured), smoothed over neighbouring
+/// cells. Cells without a surely failing neighbour come first, and then those deepest
 /// inside the region where this share is viable. In this order, cells are confirmed in both worlds until
 /// one is viable; only these fresh runs count for its `B_s`, because the best of many swept cells looks
 /// better than it is. The output also states what a denser start and other numbers of robots would give.
@@ -82,6 +83,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             let answer = NoViableCellJson::from(&none);
             report_with_factors(arguments, &answer, &none.best.cell, none_viable(&none))?;
             if arguments.format == Format::Text {
+                if let Some(path) = &arguments.output {
+                    let path = path.display();
+                    print_text(format!(
+                        "{path} was not written, as no cell is viable; a smaller `--viable` asks for less"
+                    ))?;
+                }
                 let next = format!("next: rsrs diagnose {}", quoted(&arguments.folder));
                 print_text(next + "   # what would have to be changed")?;
             }

@@ -30,7 +30,8 @@ pub struct Arguments {
     /// Sweep file or folder of a sweep whose settings are tried (default: a built-in grid).
     #[arg(long, value_name = "SWEEP")]
     sweep: Option<PathBuf>,
-    /// Share of mills that is wanted: the least confirmed lower bound (default: 0.8).
+    /// Share of runs that are wanted to end as the sweep is judged for: the least confirmed lower bound
+    /// (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
           value_parser = super::wanted)]
     b_s: f64,

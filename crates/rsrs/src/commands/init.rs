@@ -6,12 +6,17 @@ use std::path::PathBuf;
 use anyhow::Context;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::contact::ContactModel;
+use rsrs_core::robot::wheels::Wheels;
 use rsrs_files::quoted;
 use rsrs_pipeline::error::{help_of, with_help};
-use rsrs_pipeline::init::{Robots, check_count, check_name, check_number, check_radius, init};
+use rsrs_pipeline::init::{
+    Robots, check_count, check_name, check_number, check_radius, check_wheel_base,
+    check_wheel_speed, init,
+};
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, bad_arguments};
+use crate::failure::{Outcome, bad_arguments, check_flag};
+use crate::wheel_arguments::WheelArguments;
 
 /// Write a folder to begin with: profile, fleet, sweep and experiment of your own robots.
 ///
@@ -41,6 +46,8 @@ pub struct Arguments {
     /// Fastest safe turn, in radians per second.
     #[arg(long, value_name = "RAD_PER_S")]
     turn_rate: Option<f64>,
+    #[command(flatten)]
+    wheels: WheelArguments,
     /// How far from its centre a robot detects another, in metres.
     #[arg(long, value_name = "M")]
     range: Option<f64>,
@@ -133,6 +140,9 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
         ] {
             check_flag(flag, value.map_or(Ok(()), |value| check_number(axis, value)))?;
         }
+        let wheels = arguments.wheels.wheels()?;
+        let wheel_m_s = wheels.map_or(speed_m_s, |wheels| wheels.speed_max_m_s);
+        check_flag("--wheel-speed", check_wheel_speed(wheel_m_s, speed_m_s))?;
         let (name, n_robots) = (name.clone(), usize::from(robots));
         return Ok(Robots {
             name,
@@ -141,6 +151,7 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
             contact: arguments.contact.unwrap_or_default(),
             speed_m_s,
             turn_rate_rad_s,
+            wheels,
             range_m,
             half_angle_rad,
             period_s,
@@ -153,17 +164,6 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
     )))
 }
 
-/// Names the option with which something was given that is refused.
-fn check_flag(flag: &str, checked: anyhow::Result<()>) -> anyhow::Result<()> {
-    checked.map_err(|error| {
-        let message = format!("{flag}: {error}");
-        bad_arguments(match help_of(&error) {
-            Some(help) => with_help(message, help),
-            None => anyhow::anyhow!(message),
-        })
-    })
-}
-
 /// Asks for what was not given; Enter takes what is in brackets.
 fn ask(
     arguments: &Arguments,
@@ -172,7 +172,7 @@ fn ask(
 ) -> anyhow::Result<Robots> {
     let mut questions = Questions { input, output };
     let of = |axis| move |value: &f64| check_number(axis, *value);
-    Ok(Robots {
+    let asked = Robots {
         name: questions.or_ask(
             arguments.name.clone(),
             ("name of the kind of robot", "robot".to_owned()),
@@ -203,6 +203,7 @@ fn ask(
             ("fastest safe turn, in rad/s; a full circle is 6.28", 2.0),
             of(Axis::TurnRate),
         )?,
+        wheels: None,
         range_m: questions.or_ask(
             arguments.range,
             ("how far from its centre it detects another robot, in m", 1.0),
@@ -223,7 +224,21 @@ fn ask(
             ("side of the square floor that the swarm has, in m", 4.0),
             of(Axis::Arena),
         )?),
-    })
+    };
+    let base_m = questions.or_ask(
+        arguments.wheels.wheel_base,
+        ("distance of its two wheels, in m; 0 if it drives on anything else", 0.0),
+        |base_m| if *base_m == 0.0 { Ok(()) } else { check_wheel_base(*base_m) },
+    )?;
+    if base_m == 0.0 {
+        return Ok(asked);
+    }
+    let speed_max_m_s = questions.or_ask(
+        arguments.wheels.wheel_speed,
+        ("fastest speed of a wheel over the floor, in m/s", asked.speed_m_s),
+        |wheel_m_s| check_wheel_speed(*wheel_m_s, asked.speed_m_s),
+    )?;
+    Ok(Robots { wheels: Some(Wheels { base_m, speed_max_m_s }), ..asked })
 }
 
 /// Where questions go, and where answers come from.
@@ -291,7 +306,7 @@ mod tests {
 
     #[test]
     fn what_is_not_given_is_asked_for_until_it_is_answered() {
-        let mut answers = "\nmany\n4\n\nshove\npush\n0.2\n\n\n\n\n".as_bytes();
+        let mut answers = "\nmany\n4\n\nshove\npush\n0.2\n\n\n\n\n0.12\n0.1\n0.25\n".as_bytes();
         let mut asked = Vec::new();
 
         let robots =
@@ -304,6 +319,7 @@ mod tests {
             contact: ContactModel::Push,
             speed_m_s: 0.2,
             turn_rate_rad_s: 2.0,
+            wheels: Some(Wheels { base_m: 0.12, speed_max_m_s: 0.25 }),
             range_m: 1.0,
             half_angle_rad: 0.2,
             period_s: 0.13,
@@ -314,11 +330,12 @@ mod tests {
         let no_contact = "`shove` is no answer: a word alone is, such as stop";
         assert!(asked.contains(no_contact), "{asked}");
         assert!(asked.contains("`many` is no answer") && !asked.contains("detections"), "{asked}");
+        assert!(asked.contains("a wheel drives at 0.1 m/s at most"), "{asked}");
     }
 
     #[test]
     fn an_answer_that_cannot_be_is_refused_when_it_is_given() {
-        let mut answers = "E-Puck 2\ne_puck_2\n0\n6\n35\n3.5 cm\n0.035\n".as_bytes();
+        let mut answers = "E-Puck 2\ne_puck_2\n0\n6\n35\n3.5 cm\n0.035\n\n".as_bytes();
         let mut asked = Vec::new();
         let given = ["--speed", "0.1", "--turn-rate", "2", "--range", "1", "--half-angle", "0.2"];
         let given =

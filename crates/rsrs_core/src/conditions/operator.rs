@@ -105,7 +105,12 @@ impl OperatorConditions {
             return refuse("the number of robots", run.robots.to_string(), self.robots.to_string());
         }
         if run.behaviour != self.behaviour {
-            return refuse("the behaviour", run.behaviour.to_string(), self.behaviour.to_string());
+            let expected = self.behaviour.to_string();
+            let mut found = run.behaviour.to_string();
+            if found == expected {
+                found += " by other rules";
+            }
+            return refuse("the behaviour", found, expected);
         }
         if let Some(pair) =
             [&run.placement, &self.placement].into_iter().find(|placement| is_pair(placement))

@@ -71,7 +71,7 @@ impl fmt::Display for NumberUnit {
 }
 
 /// In front of the name in files and on the command line.
-const PREFIX: &str = "controller.";
+pub const PREFIX: &str = "controller.";
 
 /// Most characters of a name.
 const MOST_CHARACTERS: usize = 48;

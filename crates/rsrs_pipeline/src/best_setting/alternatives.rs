@@ -107,7 +107,7 @@ impl Setting<'_> {
         }
         let mut numbers = Vec::new();
         for more in MORE {
-            let robots = self.worlds[0].robots.checked_add_signed(more).filter(|n| *n > 0);
+            let robots = self.worlds[0].robots.checked_add_signed(more).filter(|n| *n > 1);
             let Some(robots) = robots else { continue };
             let Some(worlds) = self.changed(|world| world.robots = robots) else { continue };
             let share = self.least(&worlds, self.options.confirm.min(2 * FEW))?;

@@ -1,9 +1,10 @@
 //! What a campaign has come to.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::controller::Controller;
 use rsrs_files::quoted;
 use rsrs_fleet::record::LostRobot;
 use serde::Serialize;
@@ -32,10 +33,13 @@ pub struct Summary {
 pub struct Row {
     /// Its name.
     pub experiment: String,
-    /// Speed that was commanded, in metres per second.
-    pub speed_m_s: f64,
-    /// Turning rate that was commanded, in radians per second.
-    pub turn_rate_rad_s: f64,
+    /// Speed that was commanded, in metres per second; `None` with the table of a controller.
+    pub speed_m_s: Option<f64>,
+    /// Turning rate that was commanded, in radians per second; `None` with the table of a controller.
+    pub turn_rate_rad_s: Option<f64>,
+    /// The named numbers of the table.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub numbers: BTreeMap<String, f64>,
     /// Number of robots.
     pub n_robots: usize,
     /// Its seed.
@@ -134,13 +138,15 @@ impl Row {
     fn of(folder: &CampaignFolder, item: &Item) -> anyhow::Result<Self> {
         let manifest = folder.manifest(item)?;
         let attempts = folder.attempts(item)?;
-        // The command for a detection; of a table that of its first row.
-        let Command { speed_m_s, turn_rate_rad_s } =
-            item.record.conditions.controller.commands()[0];
+        let (detected, numbers) = match &item.record.conditions.controller {
+            Controller::Parameters(parameters) => (Some(parameters.commands()[0]), BTreeMap::new()),
+            Controller::Machine(machine) => (None, machine.numbers.clone()),
+        };
         let mut row = Self {
             experiment: item.experiment.folder.clone(),
-            speed_m_s,
-            turn_rate_rad_s,
+            speed_m_s: detected.map(|command| command.speed_m_s),
+            turn_rate_rad_s: detected.map(|command| command.turn_rate_rad_s),
+            numbers,
             n_robots: item.record.robots.len(),
             seed: item.record.seed,
             replicate: item.record.replicate,

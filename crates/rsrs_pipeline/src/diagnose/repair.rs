@@ -34,9 +34,14 @@ struct Outcome {
     /// The nearest that suffices.
     sufficient: Option<Sufficient>,
     /// The one that helped most.
-    best: Step,
-    /// Its share of mills.
-    share: f64,
+    best: Best,
+}
+
+/// The value of a remedy that helped most, and its best setting, if it has any.
+type Best = (Step, Option<Tried>);
+
+fn share((_, tried): &Best) -> f64 {
+    tried.as_ref().map_or(0.0, |tried| tried.share.value())
 }
 
 /// Finds the changes after which robots mill.
@@ -57,7 +62,7 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
         let outcome = outcome(search, &remedy, (&[], Some(&cells)))?;
         match outcome.sufficient {
             Some(sufficient) => alone.push(sufficient),
-            None => short.push((outcome.best, outcome.share)),
+            None => short.push(outcome.best),
         }
     }
     alone.sort_by(|one, other| one.effort().total_cmp(&other.effort()));
@@ -73,7 +78,7 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
         let steps = std::slice::from_ref(&found.step);
         let causes = causes(search, steps, [unchanged, &found.tried])?;
         if causes.is_empty() {
-            short.push((found.step.clone(), found.tried[0].share.value()));
+            short.push((found.step.clone(), found.tried.first().cloned()));
         }
         singles.extend(causes);
     }
@@ -97,7 +102,7 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
     let is_new = |pair: &&[Cause; 2]| !causes.iter().any(|cause| same(cause, &pair[0]));
     let pairs: Vec<Cause> = pairs.iter().filter(is_new).flatten().cloned().collect();
     causes.extend(pairs);
-    let hopeless = without_help(short, &causes);
+    let hopeless = without_help(search, short, &causes)?;
     Ok(Repairs { causes, hopeless })
 }
 
@@ -128,11 +133,11 @@ fn same(one: &Cause, other: &Cause) -> bool {
 /// Pairs of changes that suffice, of those that help most without being enough.
 fn pairs(
     search: &Search<'_>,
-    short: &[(Step, f64)],
+    short: &[Best],
     (cells, unchanged): (&[Cell], &[Tried]),
 ) -> anyhow::Result<Vec<[Cause; 2]>> {
-    let mut helpful: Vec<&(Step, f64)> = short.iter().collect();
-    helpful.sort_by(|one, other| other.1.total_cmp(&one.1));
+    let mut helpful: Vec<&Best> = short.iter().collect();
+    helpful.sort_by(|one, other| share(other).total_cmp(&share(one)));
     let mut steps: Vec<Step> = Vec::new();
     for (step, _) in helpful {
         if steps.len() < PAIRED && steps.iter().all(|kept| kept.remedy.axis != step.remedy.axis) {
@@ -149,8 +154,8 @@ fn pairs(
             }
         }
     }
-    let share = |tried: &[Tried]| tried[0].share.value();
-    found.sort_by(|(_, one), (_, other)| share(other).total_cmp(&share(one)));
+    let most = |tried: &[Tried]| tried[0].share.value();
+    found.sort_by(|(_, one), (_, other)| most(other).total_cmp(&most(one)));
     let mut pairs = Vec::new();
     for (pair, tried) in found.iter().take(MOST_PAIRS) {
         let causes = causes(search, pair, [unchanged, tried])?;
@@ -165,7 +170,7 @@ fn outcome(
     remedy: &Remedy,
     (others, cells): (&[(Axis, f64)], Option<&[Cell]>),
 ) -> anyhow::Result<Outcome> {
-    let mut best: Option<(Step, f64)> = None;
+    let mut best: Option<Best> = None;
     for &value in &remedy.values {
         let step = Step { remedy: remedy.clone(), value };
         let changes: Changes = others.iter().copied().chain([(remedy.axis, value)]).collect();
@@ -173,17 +178,16 @@ fn outcome(
             Some(cells) => search.best_of(&changes, cells, remedy.axis.key())?,
             None => search.best(&changes, remedy.axis.key())?,
         };
-        let share = tried.first().map_or(0.0, |best| best.share.value());
-        if best.as_ref().is_none_or(|(_, most)| share > *most) {
-            best = Some((step.clone(), share));
+        let this = (step.clone(), tried.first().cloned());
+        if best.as_ref().is_none_or(|most| share(&this) > share(most)) {
+            best = Some(this.clone());
         }
         if search.suffices(&tried) {
-            let sufficient = Some(Sufficient { step: step.clone(), tried });
-            return Ok(Outcome { sufficient, best: step, share });
+            let sufficient = Some(Sufficient { step, tried });
+            return Ok(Outcome { sufficient, best: this });
         }
     }
-    let (best, share) = best.expect("a remedy has values");
-    Ok(Outcome { sufficient: None, best, share })
+    Ok(Outcome { sufficient: None, best: best.expect("a remedy has values") })
 }
 
 /// What a robot needs that is perfect in all else.
@@ -260,10 +264,10 @@ fn best_design(
         let outcome = outcome(search, design, (&changes(others), None))?;
         let merit = match &outcome.sufficient {
             Some(sufficient) => (true, -sufficient.effort()),
-            None => (false, outcome.share),
+            None => (false, share(&outcome.best)),
         };
         if best.as_ref().is_none_or(|(_, most)| merit > *most) {
-            best = Some((outcome.best, merit));
+            best = Some((outcome.best.0, merit));
         }
     }
     Ok(best.map(|(step, _)| step))
@@ -326,22 +330,35 @@ fn one_of_each(causes: Vec<Cause>) -> Vec<Cause> {
     kept
 }
 
-/// Of the capabilities that do not suffice alone, the value of each that helped most.
-fn without_help(tried: Vec<(Step, f64)>, causes: &[Cause]) -> Vec<Hopeless> {
-    let mut hopeless: Vec<Hopeless> = Vec::new();
-    for (step, b_s) in tried {
-        let capability = step.remedy.axis;
+/// Of the capabilities that do not suffice alone, the value of each that helped most, confirmed in both
+/// worlds: robots made worse may do what robots as measured do not.
+fn without_help(
+    search: &Search<'_>,
+    short: Vec<Best>,
+    causes: &[Cause],
+) -> anyhow::Result<Vec<Hopeless>> {
+    let mut most: Vec<Best> = Vec::new();
+    for found in short {
+        let capability = found.0.remedy.axis;
         if causes.iter().any(|cause| cause.alone && cause.capability == capability) {
             continue;
         }
-        let (now, best) = (step.remedy.now, step.value);
-        let found = Hopeless { capability, now, best, b_s };
-        match hopeless.iter_mut().find(|other| other.capability == capability) {
-            Some(other) if other.b_s < b_s => *other = found,
+        match most.iter_mut().find(|(step, _)| step.remedy.axis == capability) {
+            Some(other) if share(other) < share(&found) => *other = found,
             Some(_) => {}
-            None => hopeless.push(found),
+            None => most.push(found),
         }
     }
+    let confirmed = |(step, tried): Best| -> anyhow::Result<Hopeless> {
+        let changes = changes(std::slice::from_ref(&step));
+        let b_s = match tried {
+            Some(tried) => search.confirmed(&changes, &tried.cell, 0)?.b_s,
+            None => 0.0,
+        };
+        let Step { remedy, value } = step;
+        Ok(Hopeless { capability: remedy.axis, now: remedy.now, best: value, b_s })
+    };
+    let mut hopeless = most.into_iter().map(confirmed).collect::<anyhow::Result<Vec<_>>>()?;
     hopeless.sort_by(|one, other| other.b_s.total_cmp(&one.b_s));
-    hopeless
+    Ok(hopeless)
 }

@@ -125,7 +125,7 @@ fn describe(trial: &Trial, share: Share, elsewhere: Elsewhere) -> FoundControlle
         share_as_measured: as_measured.value(),
         other_contact: contact,
         share_with_other_contact: with_contact.value(),
-        needs_contact: share.value() >= trial::MOST && with_contact.value() < trial::MOST,
+        needs_contact: interval.low > with_contact.interval().high,
         sweep: None,
     }
 }

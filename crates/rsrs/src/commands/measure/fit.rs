@@ -17,6 +17,7 @@ use serde::Serialize;
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, bad_arguments};
 use crate::page_arguments::PageArguments;
+use crate::wheel_arguments::WheelArguments;
 
 /// Fit a profile to trials: every number with its interval and where it comes from.
 ///
@@ -77,6 +78,8 @@ pub struct Arguments {
     /// What robots do when they touch: `stop`, `push` or `none`, as in `rsrs init` (default: stop).
     #[arg(long, value_name = "CONTACT")]
     contact: Option<ContactModel>,
+    #[command(flatten)]
+    wheels: WheelArguments,
     /// Name of the kind of robot.
     #[arg(long)]
     name: String,
@@ -156,5 +159,6 @@ fn unmeasured(arguments: &Arguments) -> anyhow::Result<Unmeasured> {
         unmeasured.radius_source = Some("given to rsrs measure fit".to_owned());
     }
     unmeasured.contact = arguments.contact.unwrap_or_default();
+    unmeasured.wheels = arguments.wheels.wheels()?;
     Ok(unmeasured)
 }

@@ -10,6 +10,7 @@ use crate::robot::profile::{
     SpeedGain, TurnActuation, TurnGain,
 };
 use crate::robot::sensor::SensorDetails;
+use crate::robot::wheels::Wheels;
 use crate::statistics::variance::Estimate;
 
 /// What trials of step 1 cannot measure, and what stands in for it.
@@ -27,6 +28,8 @@ pub struct Unmeasured {
     pub rotates_while_blocked: bool,
     /// What robots do when they touch.
     pub contact: ContactModel,
+    /// The two wheels, if somebody gave them.
+    pub wheels: Option<Wheels>,
     /// Time constant of the turning rate, in seconds.
     pub yaw_lag_s: f64,
     /// Correlation time of gusts, in seconds.
@@ -47,6 +50,7 @@ impl Default for Unmeasured {
             front_half_angle_rad: 1.2217,
             rotates_while_blocked: true,
             contact: ContactModel::Stop,
+            wheels: None,
             yaw_lag_s: 0.0,
             gust_time_constant_s: 2.0,
             latency_steps: 0,
@@ -148,6 +152,11 @@ impl Fit {
         let (bias, noise, gust) = strays(drift, details.steps, speed_file);
         sources.assumed("actuation.gust.time_constant_s");
         let driving = self.driving(sources);
+        if unmeasured.wheels.is_some() {
+            for key in ["base_m", "speed_max_m_s"] {
+                sources.measured(&format!("actuation.wheels.{key}"), "given".to_owned());
+            }
+        }
         let yaw_lag_s = yaw_lag_s(sources, details.yaw_lag, unmeasured.yaw_lag_s);
         Actuation {
             speed: SpeedActuation {
@@ -183,7 +192,7 @@ impl Fit {
                     &noise.1,
                 ),
             },
-            wheels: None,
+            wheels: unmeasured.wheels,
             gust: Gust {
                 sd_m_s: sources.sd("actuation.gust.sd_m_s", gust.0, &gust.1),
                 time_constant_s: unmeasured.gust_time_constant_s,

@@ -5,6 +5,9 @@ use serde_json::Value;
 
 use crate::sweep::source::ResolvedSweep;
 
+/// What other keys follow from where they are left out, so that a difference is named where it was made.
+const FIRST: [&str; 2] = ["profile", "harsher"];
+
 /// The first difference between the sweep of a folder and another one, in words:
 /// `replicates is 16 there, and 32 here`.
 ///
@@ -12,28 +15,32 @@ use crate::sweep::source::ResolvedSweep;
 ///
 /// `None` if both ask for the same results: everything but the program's version is the same.
 pub fn first_difference(there: &ResolvedSweep, here: &ResolvedSweep) -> Option<String> {
-    let pairs = sections(there).into_iter().zip(sections(here));
-    pairs.into_iter().find_map(|((key, there), (_, here))| differ(key, &there, &here))
+    let sweeps = [there, here].map(|source| keys(&source.sweep));
+    let [a, b] = &sweeps;
+    let others = a.keys().chain(b.keys()).map(String::as_str);
+    let of_key = |key: &str| differ(key, entry(a, key), entry(b, key));
+    FIRST
+        .into_iter()
+        .chain(others)
+        .find_map(of_key)
+        .or_else(|| {
+            // The order of the axes counts: it is that of the cells.
+            let axes = [there, here].map(|source| value(&source.sweep.swept_axes()));
+            differ("axes", &axes[0], &axes[1])
+        })
+        .or_else(|| differ("the robot's profile", &value(&there.profile), &value(&here.profile)))
 }
 
-/// What a sweep consists of, in the order of its file.
-fn sections(source: &ResolvedSweep) -> [(&'static str, Value); 12] {
-    let sweep = &source.sweep;
-    [
-        ("profile", value(&sweep.profile)),
-        ("harsher", value(&sweep.harsher)),
-        // The order of the axes counts: it is that of the cells.
-        ("axes", value(&sweep.swept_axes())),
-        ("axes", value(&sweep.axes)),
-        ("fixed", value(&sweep.fixed)),
-        ("placement", value(&sweep.placement)),
-        ("cells", value(&sweep.cells)),
-        ("replicates", value(&sweep.replicates)),
-        ("duration_s", value(&sweep.duration_s)),
-        ("seed", value(&sweep.seed)),
-        ("adaptive", value(&sweep.adaptive)),
-        ("the robot's profile", value(&source.profile)),
-    ]
+/// A sweep by its keys: all of them, also those that nobody thought of here.
+fn keys(sweep: &impl Serialize) -> serde_json::Map<String, Value> {
+    match value(sweep) {
+        Value::Object(keys) => keys,
+        other => unreachable!("a sweep is a map, and not {other}"),
+    }
+}
+
+fn entry<'a>(map: &'a serde_json::Map<String, Value>, key: &str) -> &'a Value {
+    map.get(key).unwrap_or(&Value::Null)
 }
 
 fn value(part: &impl Serialize) -> Value {
@@ -45,15 +52,10 @@ fn differ(path: &str, there: &Value, here: &Value) -> Option<String> {
         return None;
     }
     match (there, here) {
-        (Value::Object(there), Value::Object(here)) => {
-            let keys = there.keys().chain(here.keys());
-            let absent = Value::Null;
-            keys.into_iter().find_map(|key| {
-                let (there, here) = (there.get(key), here.get(key));
-                let path = format!("{path}.{key}");
-                differ(&path, there.unwrap_or(&absent), here.unwrap_or(&absent))
-            })
-        }
+        (Value::Object(a), Value::Object(b)) => a
+            .keys()
+            .chain(b.keys())
+            .find_map(|key| differ(&format!("{path}.{key}"), entry(a, key), entry(b, key))),
         (Value::Array(there), Value::Array(here)) if there.len() == here.len() => {
             let pairs = there.iter().zip(here).enumerate();
             let differ = |(index, (there, here))| differ(&format!("{path}[{index}]"), there, here);
