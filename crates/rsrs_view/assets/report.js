@@ -75,7 +75,7 @@
       const robots = Array.from({ length: replay.n_robots }, (_, robot) => robot);
       const poses = robots.map((robot) => replay.pose(robot, time_s));
       robots.forEach((robot) => this.trail(robot, time_s));
-      robots.forEach((robot) => this.region(poses[robot], replay.detects(robot, time_s)));
+      robots.forEach((robot) => this.regions(poses[robot], replay.detects(robot, time_s)));
       if (replay.ring_m) this.ring(replay.ring_m);
       robots.forEach((robot) => this.robot(poses[robot], robot));
       this.scale_bar();
