@@ -4,15 +4,9 @@ use std::path::Path;
 
 use crate::command::{code, repository, rsrs as typed, stderr, stdout};
 use crate::fleet::experiment;
-use crate::processes::confined_rsrs;
-use crate::recorded::messages;
-use rsrs_bags::Bag;
+use crate::processes::run_in_lockstep;
+use crate::recorded::{assert_commands_of_replicate, assert_digests_of_replicate, record_of};
 use rsrs_core::robot::controller::Controller;
-use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
-use rsrs_msgs::geometry_msgs::TwistStamped;
-use rsrs_msgs::rsrs::WorldDigest;
-use rsrs_sim::draw::Seed;
-use rsrs_sim::episode::{episode_digests, run_episode};
 
 const TABLE: &str = "launch_configs/controllers/search_and_dwell.yaml";
 
@@ -29,47 +23,18 @@ fn a_controller_with_states_over_ros_2_in_lockstep_is_the_replicate_to_the_bit()
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = files(folder.path(), 62);
     let path = folder.path().join("bag");
-    let run = || {
-        let mut command = confined_rsrs();
-        command.arg("run").arg(&file).arg("-o").arg(&path);
-        command.output().expect("the program was built for this test")
-    };
-
-    let mut output = run();
-    // As in `rsrs dry-run`, which tries again what a busy machine has frozen.
-    for _ in 0..2 {
-        if stdout(&output).contains("void: frozen") {
-            std::fs::remove_dir_all(&path).expect("it is there");
-            output = run();
-        }
-    }
+    let output = run_in_lockstep(&file, &path);
 
     assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
-    let bag = Bag::open(&path).expect("a bag");
-    let attached = &bag.attachment(ATTACHMENT).expect("it is attached").data;
-    let record = ExperimentRecord::from_json(&String::from_utf8_lossy(attached)).expect("one");
+    let (bag, record) = record_of(&path);
     let Controller::Machine(machine) = &record.conditions.controller else {
         panic!("{:?}", record.conditions.controller);
     };
     assert_eq!(machine.states(), ["search", "dwell", "leave"]);
     assert_eq!(machine.numbers["dwell_s"].to_bits(), 1.5_f64.to_bits());
     assert!(bag.attachment("controller.yaml").is_some(), "the file is there, too");
-    let seed = Seed { seed: record.seed, replicate: record.replicate };
-    let expected = episode_digests(&record.conditions, seed, record.duration_s).expect("it fits");
-    let digests: Vec<WorldDigest> = messages(&bag, "swarm", "world_digest");
-    let found: Vec<u64> = digests.iter().map(|digest| digest.digest).collect();
-    assert!(found.len() > 400, "{}", found.len());
-    assert_eq!(found, expected[..found.len()]);
-    let episode = run_episode(&record.conditions, seed, record.duration_s).expect("it fits");
-    for (place, robot) in record.robots.iter().enumerate() {
-        let commands: Vec<TwistStamped> = messages(&bag, robot, "cmd_vel");
-        assert!(commands.len() > 400, "{}", commands.len());
-        for (step, command) in commands.iter().enumerate() {
-            let expected = episode.commands[step * record.robots.len() + place];
-            let found = (command.twist.linear.x, command.twist.angular.z);
-            assert_eq!(found, (expected.speed_m_s, expected.turn_rate_rad_s), "{robot} {step}");
-        }
-    }
+    assert_digests_of_replicate(&bag, &record);
+    assert_commands_of_replicate(&bag, &record);
 
     let replay = typed(folder.path(), &["replay", "bag", "--into", "controller"]);
     assert_eq!(code(&replay), 0, "{}{}", stdout(&replay), stderr(&replay));

@@ -7,8 +7,8 @@ use std::time::Duration;
 use crate::command::{code, json, rsrs as typed, stderr, stdout};
 use crate::fleet::experiment;
 use crate::laboratory::chosen;
-use crate::processes::{Process, confined_rsrs, is_starved, rsrs};
-use crate::recorded::messages;
+use crate::processes::{Process, is_starved, rsrs, run_in_lockstep};
+use crate::recorded::{assert_digests_of_replicate, messages, record_of};
 use crate::simulated_bags::Run;
 use rsrs_bags::Bag;
 use rsrs_core::robot::profile::RobotProfile;
@@ -16,12 +16,9 @@ use rsrs_fleet::parameters::{Value, gate};
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::WorldDigest;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::session::{Publisher, Received, Session, Subscription};
-use rsrs_sim::draw::Seed;
-use rsrs_sim::episode::episode_digests;
 use rsrs_testing::network::{TIMEOUT, in_own_network, session};
 
 /// The fleet: the second has a profile of its own, and is in a namespace.
@@ -59,13 +56,6 @@ fn files(folder: &Path, driver: &str, time: &str, duration_s: u64) -> PathBuf {
     file
 }
 
-fn record_of(bag: &Path) -> (Bag, ExperimentRecord) {
-    let bag = Bag::open(bag).expect("a bag");
-    let attached = &bag.attachment(ATTACHMENT).expect("it is attached").data;
-    let record = ExperimentRecord::from_json(&String::from_utf8_lossy(attached)).expect("one");
-    (bag, record)
-}
-
 /// What is in the bag of a run with these robots.
 fn check_record(bag: &Path) -> ExperimentRecord {
     let (bag, record) = record_of(bag);
@@ -85,33 +75,14 @@ fn the_simulator_moves_each_robot_by_its_own_profile_and_in_its_own_namespace() 
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = files(folder.path(), "virtual", "lockstep", 62);
     let bag = folder.path().join("bag");
-    let run = || {
-        let mut command = confined_rsrs();
-        command.arg("run").arg(&file).arg("-o").arg(&bag);
-        command.output().expect("the program was built for this test")
-    };
-
-    let mut output = run();
-    // As in `rsrs dry-run`, which tries again what a busy machine has frozen.
-    for _ in 0..2 {
-        if stdout(&output).contains("void: frozen") {
-            std::fs::remove_dir_all(&bag).expect("it is there");
-            output = run();
-        }
-    }
+    let output = run_in_lockstep(&file, &bag);
 
     let printed = stdout(&output);
     assert!(output.status.success(), "{printed}{}", stderr(&output));
     assert!(printed.contains(DIFFERS), "{printed}");
     let record = check_record(&bag);
-    // The same world, bit by bit, as one that is made of the record.
-    let seed = Seed { seed: record.seed, replicate: record.replicate };
-    let expected = episode_digests(&record.conditions, seed, record.duration_s).expect("it fits");
     let (opened, _) = record_of(&bag);
-    let digests: Vec<WorldDigest> = messages(&opened, "swarm", "world_digest");
-    let found: Vec<u64> = digests.iter().map(|digest| digest.digest).collect();
-    assert_eq!(found, expected[..found.len()]);
-    assert!(found.len() > 400, "{}", found.len());
+    assert_digests_of_replicate(&opened, &record);
     let commands: Vec<TwistStamped> = messages(&opened, OTHER, "cmd_vel");
     assert!(commands.len() > 400, "{}", commands.len());
 

@@ -4,18 +4,16 @@ use std::path::{Path, PathBuf};
 
 use crate::command::{code, repository, rsrs as typed, stderr, stdout};
 use crate::fleet::experiment;
-use crate::processes::confined_rsrs;
-use crate::recorded::messages;
-use rsrs_bags::Bag;
+use crate::processes::{confined_rsrs, run_in_lockstep};
+use crate::recorded::{
+    assert_commands_of_replicate, assert_digests_of_replicate, messages, record_of, seed_of,
+};
 use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::sensor::Readings;
-use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
-use rsrs_msgs::geometry_msgs::TwistStamped;
-use rsrs_msgs::rsrs::WorldDigest;
+use rsrs_fleet::record::ExperimentRecord;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
-use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::world::World;
 
 /// One sensor that tells robots from walls, and a late one to the left.
@@ -65,45 +63,18 @@ fn several_sensors_over_ros_2_in_lockstep_are_the_replicate_to_the_bit() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = files(folder.path(), "virtual");
     let path = folder.path().join("bag");
-    let run = || {
-        let mut command = confined_rsrs();
-        command.arg("run").arg(&file).arg("-o").arg(&path);
-        command.output().expect("the program was built for this test")
-    };
-
-    let mut output = run();
-    // As in `rsrs dry-run`, which tries again what a busy machine has frozen.
-    for _ in 0..2 {
-        if stdout(&output).contains("void: frozen") {
-            std::fs::remove_dir_all(&path).expect("it is there");
-            output = run();
-        }
-    }
+    let output = run_in_lockstep(&file, &path);
 
     assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
-    let bag = Bag::open(&path).expect("a bag");
-    let attached = &bag.attachment(ATTACHMENT).expect("it is attached").data;
-    let record = ExperimentRecord::from_json(&String::from_utf8_lossy(attached)).expect("one");
+    let (bag, record) = record_of(&path);
     let Controller::Machine(machine) = &record.conditions.controller else {
         panic!("{:?}", record.conditions.controller);
     };
     assert_eq!(machine.sensors.iter().collect::<Vec<_>>(), ["detection", "wall", "left"]);
-    let seed = Seed { seed: record.seed, replicate: record.replicate };
-    let expected = episode_digests(&record.conditions, seed, record.duration_s).expect("it fits");
-    let digests: Vec<WorldDigest> = messages(&bag, "swarm", "world_digest");
-    let found: Vec<u64> = digests.iter().map(|digest| digest.digest).collect();
-    assert!(found.len() > 400, "{}", found.len());
-    assert_eq!(found, expected[..found.len()]);
-    let reported = reported(&record, seed);
-    let episode = run_episode(&record.conditions, seed, record.duration_s).expect("it fits");
+    assert_digests_of_replicate(&bag, &record);
+    assert_commands_of_replicate(&bag, &record);
+    let reported = reported(&record, seed_of(&record));
     for (place, robot) in record.robots.iter().enumerate() {
-        let commands: Vec<TwistStamped> = messages(&bag, robot, "cmd_vel");
-        assert!(commands.len() > 400, "{}", commands.len());
-        for (step, command) in commands.iter().enumerate() {
-            let expected = episode.commands[step * record.robots.len() + place];
-            let found = (command.twist.linear.x, command.twist.angular.z);
-            assert_eq!(found, (expected.speed_m_s, expected.turn_rate_rad_s), "{robot} {step}");
-        }
         for (reading, topic) in ["detection", "detection/wall", "detection/left"].iter().enumerate()
         {
             let found: Vec<Bool> = messages(&bag, robot, topic);

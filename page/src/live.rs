@@ -111,7 +111,7 @@ impl Live {
             }
             Err(_) => serde_json::json!({
                 "time_s": time_s,
-                "evidence": OrderParameters::with(&self.past, 0..n_samples, &bodies, &rules.parameters()),
+                "evidence": OrderParameters::with(&self.past, 0..n_samples, &bodies, &rules.asked()),
             }),
         }
     }

@@ -2,11 +2,13 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use rsrs_ros::confine;
+
+use crate::command::stdout;
 
 /// The keystore of all programs that this test starts.
 static KEYSTORE: OnceLock<PathBuf> = OnceLock::new();
@@ -63,6 +65,24 @@ pub fn confined_rsrs() -> Command {
     let mut command = rsrs();
     confine::start_in_own_network(&mut command);
     command
+}
+
+/// Runs an experiment in a network of its own into a bag, and again what a busy machine has frozen, as
+/// `rsrs dry-run` does.
+pub fn run_in_lockstep(experiment: &Path, bag: &Path) -> Output {
+    let run = || {
+        let mut command = confined_rsrs();
+        command.arg("run").arg(experiment).arg("-o").arg(bag);
+        command.output().expect("the program was built for this test")
+    };
+    let mut output = run();
+    for _ in 0..2 {
+        if stdout(&output).contains("void: frozen") {
+            std::fs::remove_dir_all(bag).expect("it is there");
+            output = run();
+        }
+    }
+    output
 }
 
 /// A process that does not outlive its test.

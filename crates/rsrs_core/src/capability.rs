@@ -196,12 +196,13 @@ fn further_readings(
             let latency = [measured, simulated].map(|sensor| f64::from(sensor.latency_steps));
             rows.push((of("sensor latency (steps)"), latency, Order::MoreIsWorse));
         }
-        let readings = readings(measured).into_iter().zip(readings(simulated));
-        for ((name, measured), (_, simulated)) in readings.skip(usize::from(is_first)) {
-            let of = |capability: &str| Cow::from(format!("reading `{name}`: {capability}"));
-            let both = [0, 1].map(|place| [measured[place], simulated[place]]);
-            rows.push((of("true-positive rate"), both[0], Order::LessIsWorse));
-            rows.push((of("false-positive rate"), both[1], Order::MoreIsWorse));
+        let readings = measured.readings().into_iter().zip(simulated.readings());
+        for (one, other) in readings.skip(usize::from(is_first)) {
+            let of = |capability: &str| Cow::from(format!("reading `{}`: {capability}", one.name));
+            let true_positive = [one.true_positive, other.true_positive];
+            let false_positive = [one.false_positive, other.false_positive];
+            rows.push((of("true-positive rate"), true_positive, Order::LessIsWorse));
+            rows.push((of("false-positive rate"), false_positive, Order::MoreIsWorse));
         }
         let compared = rows.into_iter().map(|(capability, [measured, simulated], order)| {
             Compared { capability, measured, simulated, order }.violation()
@@ -215,14 +216,6 @@ fn further_readings(
         }
     }
     found
-}
-
-/// The readings of a sensor, with the probabilities of a true and of a false one.
-fn readings(sensor: &SimulatedSensor) -> Vec<(&str, [f64; 2])> {
-    let first = (sensor.name.as_str(), [sensor.true_positive, sensor.false_positive]);
-    let others = sensor.details.or.iter();
-    let others = others.map(|it| (it.name.as_str(), [it.true_positive, it.false_positive]));
-    std::iter::once(first).chain(others).collect()
 }
 
 /// The simulated region must lie in the measured one, for what it must contain of a neighbour.

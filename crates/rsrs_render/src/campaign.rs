@@ -12,12 +12,11 @@ use crate::words::{Tone, Words};
 
 /// The experiments as a table, and what comes next.
 pub fn text(summary: &Summary) -> Words {
-    let commanded = if summary.experiments.iter().any(|row| row.speed_m_s.is_some()) {
+    let [first, second] = if summary.experiments.iter().any(|row| row.speed_m_s.is_some()) {
         ["m/s", "rad/s"]
     } else {
         ["controller", ""]
     };
-    let [first, second] = commanded;
     let head =
         ["experiment", first, second, "robots", "lost", "seed", "ended", "label", "messages"];
     let mut rows = vec![head.map(Words::from)];

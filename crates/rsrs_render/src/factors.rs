@@ -9,7 +9,8 @@ use crate::columns::columns;
 pub fn text(ablation: &Ablation) -> String {
     if ablation.b_s_with_all >= ablation.b_s_as_measured {
         return format!(
-            "the factors of `harsher` do not make it worse at {} ({} runs each): {} end as wanted with robots as measured, and {} with all factors",
+            "the factors of `harsher` do not make it worse at {} ({} runs each): {} end as wanted with robots as \
+             measured, and {} with all factors",
             ablation.cell,
             ablation.n_replicates,
             percent(ablation.b_s_as_measured),

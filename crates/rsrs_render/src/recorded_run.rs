@@ -128,7 +128,7 @@ impl DrawnRun {
     pub fn blocks(&self) -> Vec<(f64, OrderParameters)> {
         let trajectory = &self.run.recorded.trajectory;
         let n_block = samples_in(BLOCK_S, trajectory.period_s);
-        let asked = self.rules().parameters();
+        let asked = self.rules().asked();
         let block = |number: usize| {
             let samples = number * n_block..(number + 1) * n_block;
             let start_s = samples.start as f64 * trajectory.period_s;

@@ -227,11 +227,7 @@ impl Batch {
         replicates: Range<u64>,
         n_steps: u64,
     ) -> Result<Vec<Vec<u64>>, PlacementError> {
-        assert!(
-            are_for_lanes(conditions),
-            "the lanes have robots that are alike, stop and have one plain sensor"
-        );
-        assert!(decides_in_lanes(conditions), "the lanes have two commands over one detection");
+        assert_in_lanes(conditions);
         let runs = runs(conditions, seed, replicates);
         let mut digests = Vec::with_capacity(runs.len());
         for runs in runs.chunks(self.lanes()) {
@@ -256,11 +252,7 @@ impl Batch {
         replicates: Range<u64>,
         n_steps: u64,
     ) -> Result<(), PlacementError> {
-        assert!(
-            are_for_lanes(conditions),
-            "the lanes have robots that are alike, stop and have one plain sensor"
-        );
-        assert!(decides_in_lanes(conditions), "the lanes have two commands over one detection");
+        assert_in_lanes(conditions);
         let runs = runs(conditions, seed, replicates);
         runs.chunks(self.lanes())
             .try_for_each(|runs| self.engine_for(runs.len()).step_only(conditions, runs, n_steps))
@@ -294,6 +286,14 @@ pub const MOST_LANES: usize = 16;
 /// time.
 pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
     can_run(conditions, duration_s)
+}
+
+fn assert_in_lanes(conditions: &Conditions) {
+    assert!(
+        are_for_lanes(conditions),
+        "the lanes have robots that are alike, stop and have one plain sensor"
+    );
+    assert!(decides_in_lanes(conditions), "the lanes have two commands over one detection");
 }
 
 /// Whether the lanes have what these robots are: one kind for all, which stops on contact and has one plain sensor.

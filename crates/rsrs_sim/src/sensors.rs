@@ -83,7 +83,7 @@ impl Sensors {
         // A ring for each reading, with the latency that its sensor has on each robot.
         let latencies = |robot: usize| -> Vec<u32> {
             let sensors = conditions.robot_at(robot).sensors();
-            let readings = |it: &SimulatedSensor| vec![it.latency_steps; it.details.or.len() + 1];
+            let readings = |it: &SimulatedSensor| vec![it.latency_steps; it.details.n_readings()];
             sensors.iter().flat_map(readings).collect()
         };
         let latencies: Vec<Vec<u32>> = robots.clone().map(latencies).collect();
@@ -237,15 +237,7 @@ impl Sensor {
         let robots = (0..conditions.robots).map(|robot| conditions.robot_at(robot));
         let seen_m = |robot: &SimulatedRobot| seen_radius_m(sensor.sees, robot.radius_m);
         let views = robots.clone().map(|robot| FieldOfView::of(&sensor.region, seen_m(robot)));
-        let first = Reading {
-            name: sensor.name.clone(),
-            detects: details.detects,
-            true_positive: sensor.true_positive,
-            false_positive: sensor.false_positive,
-            taken_for: details.taken_for.clone(),
-        };
-        let readings: Vec<Reading> =
-            std::iter::once(first).chain(details.or.iter().cloned()).collect();
+        let readings = sensor.readings();
         let of = |kind| readings.iter().position(|reading| reading.detects == kind);
         Self {
             key,

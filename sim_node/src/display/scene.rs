@@ -42,7 +42,7 @@ impl Look {
         let mut n_readings = 0;
         let sensors = conditions.robot.sensors().into_iter().map(|sensor| {
             let first = n_readings;
-            n_readings += 1 + sensor.details.or.len();
+            n_readings += sensor.details.n_readings();
             let corners_m = corners_m(&sensor.region).into_iter();
             let turned = corners_m.map(|corner| sensor.in_frame_of_robot(corner));
             SensorLook { corners_m: turned.collect(), readings: first..n_readings }

@@ -141,8 +141,9 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
             check_flag(flag, value.map_or(Ok(()), |value| check_number(axis, value)))?;
         }
         let wheels = arguments.wheels.wheels()?;
-        let wheel_m_s = wheels.map_or(speed_m_s, |wheels| wheels.speed_max_m_s);
-        check_flag("--wheel-speed", check_wheel_speed(wheel_m_s, speed_m_s))?;
+        if let Some(Wheels { speed_max_m_s, .. }) = wheels {
+            check_flag("--wheel-speed", check_wheel_speed(speed_max_m_s, speed_m_s))?;
+        }
         let (name, n_robots) = (name.clone(), usize::from(robots));
         return Ok(Robots {
             name,

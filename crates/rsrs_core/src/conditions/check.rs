@@ -222,8 +222,7 @@ fn check_sensors(robot: &SimulatedRobot, conditions: &Conditions) -> Result<(), 
     let names = robot.reading_names();
     match &conditions.controller {
         Controller::Machine(machine) if machine.sensors != names => {
-            let expected = names.iter().collect::<Vec<_>>().join(", ");
-            Err(Impossible::Readings { expected })
+            Err(Impossible::Readings { expected: names.to_string() })
         }
         _ => Ok(()),
     }

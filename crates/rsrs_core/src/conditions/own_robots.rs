@@ -43,8 +43,7 @@ impl Conditions {
         let Self { controller, robot: own, .. } = Self::resolve(robot, &settings)?;
         let [found, expected] = [&own, &self.robot].map(SimulatedRobot::reading_names);
         if found != expected {
-            let [found, expected] =
-                [found, expected].map(|names| names.iter().collect::<Vec<_>>().join(", "));
+            let [found, expected] = [found, expected].map(|names| names.to_string());
             return Err(ConditionsError::OtherReadings { found, expected });
         }
         // The wheels of a table's rows are those of each robot.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Conditions, SimulatedRobot};
 use crate::robot::profile::{Cone, RobotProfile, Sees, Sensing};
 use crate::robot::region::Region;
-use crate::robot::sensor::{DETECTION, Detects, ReadingNames, SensorDetails};
+use crate::robot::sensor::{DETECTION, Detects, Reading, ReadingNames, SensorDetails};
 
 /// A sensor as the world simulates it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,6 +40,18 @@ impl SimulatedSensor {
             latency_steps: sensing.latency_steps,
             details: sensing.details.clone(),
         }
+    }
+
+    /// All its readings, the first one first.
+    pub fn readings(&self) -> Vec<Reading> {
+        let first = Reading {
+            name: self.name.clone(),
+            detects: self.details.detects,
+            true_positive: self.true_positive,
+            false_positive: self.false_positive,
+            taken_for: self.details.taken_for.clone(),
+        };
+        std::iter::once(first).chain(self.details.or.iter().cloned()).collect()
     }
 
     /// A point of its region in the robot's frame, in metres: x ahead, y to the left.

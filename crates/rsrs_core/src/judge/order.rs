@@ -102,7 +102,7 @@ impl fmt::Debug for OrderParameters {
             .field("contact_onsets_per_s", contact_onsets_per_s)
             .field("circliness_ceiling", circliness_ceiling)
             .field("clustered", clustered);
-        for parameter in Parameter::all().filter(|it| it.is_asked()) {
+        for parameter in Parameter::all_asked() {
             if let Some(value) = parameter.value(self) {
                 all.field(parameter.key(), &value);
             }
@@ -159,7 +159,7 @@ impl OrderParameters {
     }
 
     /// As [`Self::of`], with those of `asked` that are measured only where they are asked for
-    /// ([`Rules::parameters`](crate::judge::rule::Rules::parameters)).
+    /// ([`Rules::asked`](crate::judge::rule::Rules::asked)).
     ///
     /// # Panics
     ///

@@ -393,8 +393,7 @@ impl JudgedWindow {
         bodies: &Bodies,
         rules: &Rules,
     ) -> Vec<Self> {
-        let mut asked = rules.parameters();
-        asked.retain(|it| it.is_asked());
+        let asked = rules.asked();
         let mut decided: Vec<Option<Self>> = vec![None; S::Number::LANES];
         for window in rules.window.samples(n_samples, samples.period_s()) {
             let is_last = window.end == n_samples;
@@ -470,7 +469,7 @@ pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Op
         return None;
     }
     let rules = behaviour.rules();
-    let asked = rules.parameters();
+    let asked = rules.asked();
     let n_block = samples_in(BLOCK_S, trajectory.period_s);
     let mut good_blocks = 0;
     for block in 0..trajectory.n_samples() / n_block {

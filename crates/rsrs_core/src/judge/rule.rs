@@ -142,6 +142,11 @@ impl Rules {
         Parameter::all().filter(|it| self.ask_for(*it)).collect()
     }
 
+    /// Those of them that are measured only where they are asked for.
+    pub fn asked(&self) -> Vec<Parameter> {
+        Parameter::all().filter(|it| it.is_asked() && self.ask_for(*it)).collect()
+    }
+
     /// Refuses rules that look at what cannot be known of these robots: their radius, or an arena.
     ///
     /// # Errors

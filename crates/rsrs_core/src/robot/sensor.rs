@@ -120,6 +120,11 @@ impl SensorDetails {
         std::iter::once(first.to_owned()).chain(others).collect()
     }
 
+    /// How many readings it has.
+    pub fn n_readings(&self) -> usize {
+        1 + self.or.len()
+    }
+
     /// Whether one of its readings is of this kind.
     pub fn detects(&self, kind: Detects) -> bool {
         self.detects == kind || self.or.iter().any(|reading| reading.detects == kind)

@@ -64,7 +64,7 @@ pub fn order_of(
         return None;
     }
     let rules = behaviour.rules();
-    let asked = rules.parameters();
+    let asked = rules.asked();
     let window = rules.window.at_the_moment();
     let n_window = samples_in(window.least_s(), trajectory.period_s);
     if n_samples < n_window {

@@ -185,7 +185,7 @@ fn what_only_some_behaviours_ask_for_is_the_same_in_lanes_and_by_the_reference()
     let mut conditions = flockbots(0.15, 0.75, &HARSHER);
     conditions.behaviour = behaviour;
     conditions.arena = Arena { side_m: 4.0, walls: Walls::Clamp };
-    let asked = behaviour.rules().parameters();
+    let asked = behaviour.rules().asked();
     for unit in VectorUnit::available() {
         let judged = batch(unit).judge(&conditions, 5, 0..18, 150.0).expect("fit and long");
 

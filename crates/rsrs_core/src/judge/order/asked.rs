@@ -23,7 +23,7 @@ pub struct Asked(pub(super) [Option<f64>; N_ASKED]);
 
 impl Serialize for Asked {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let known = Parameter::all().filter(|it| it.is_asked()).zip(self.0);
+        let known = Parameter::all_asked().zip(self.0);
         let known: Vec<_> = known.filter_map(|(it, value)| Some((it.key(), value?))).collect();
         let mut map = serializer.serialize_map(Some(known.len()))?;
         for (key, value) in known {
@@ -44,8 +44,8 @@ impl<'de> Deserialize<'de> for Asked {
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Asked, A::Error> {
                 let mut asked = Asked::default();
                 while let Some(key) = map.next_key::<String>()? {
-                    let named = Parameter::all().filter(|it| it.is_asked());
-                    match named.zip(&mut asked.0).find(|(it, _)| it.key() == key) {
+                    let mut named = Parameter::all_asked().zip(&mut asked.0);
+                    match named.find(|(it, _)| it.key() == key) {
                         Some((_, value)) => *value = map.next_value()?,
                         None => {
                             map.next_value::<IgnoredAny>()?;

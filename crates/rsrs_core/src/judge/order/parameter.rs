@@ -224,6 +224,11 @@ impl Parameter {
         (0..).take(TABLE.len()).map(Self)
     }
 
+    /// Those that are measured only where the rules of a behaviour ask for them, as [`Asked`](super::Asked) has them.
+    pub(super) fn all_asked() -> impl Iterator<Item = Self> {
+        Self::all().skip(FIRST_ASKED)
+    }
+
     /// Those that the tables of a behaviour have: what every window has, and what its rules ask for besides.
     pub fn of_behaviour(behaviour: Behaviour) -> Vec<Self> {
         let rules = behaviour.rules();

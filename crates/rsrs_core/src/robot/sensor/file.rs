@@ -74,10 +74,13 @@ impl SensorEntry {
             latency_steps: sensing.latency_steps,
         };
         if or.is_empty() {
-            let probabilities = (Some(true_positive), Some(false_positive));
-            let detects = (detects != Detects::default()).then_some(detects);
-            let (true_positive, false_positive) = probabilities;
-            return Self { name: Some(name), detects, true_positive, false_positive, ..shared };
+            return Self {
+                name: Some(name),
+                detects: (detects != Detects::default()).then_some(detects),
+                true_positive: Some(true_positive),
+                false_positive: Some(false_positive),
+                ..shared
+            };
         }
         let first = Reading { name, detects, true_positive, false_positive, taken_for };
         Self { one_of: Some(std::iter::once(first).chain(or).collect()), ..shared }

@@ -1,5 +1,7 @@
 //! What all sensors of a robot report at one time.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::DETECTION;
@@ -152,8 +154,7 @@ impl ReadingNames {
         if self.is_detection() {
             return Ok(());
         }
-        let found: Vec<&str> = self.iter().collect();
-        Err(FurtherReadings { found: found.join(", "), where_ })
+        Err(FurtherReadings { found: self.to_string(), where_ })
     }
 
     /// Whether there are names, each once, and not too many.
@@ -174,6 +175,13 @@ impl ReadingNames {
             }
             None => Ok(()),
         }
+    }
+}
+
+/// `detection, wall`
+impl fmt::Display for ReadingNames {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.iter().collect::<Vec<_>>().join(", "))
     }
 }
 
