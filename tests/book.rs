@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::command::{repository, rsrs, stdout};
 use crate::pages::{
-    EXIT_3, IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, OF_SENSORS, REASONS, WITHOUT_FLOOR,
+    EXIT_3, IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, OF_SENSORS, OF_WORLDS, REASONS, WITHOUT_FLOOR,
     WITHOUT_ROBOTS, anchors_of, blocks_of, chapters, links_of, text_of,
 };
 
@@ -85,6 +85,7 @@ fn every_block_is_typed_by_a_test_or_states_why_not() {
         &OF_CONTROLLERS,
         &OF_OWN_SWARM,
         &OF_SENSORS,
+        &OF_WORLDS,
         &IN_RCLPY,
         &WITHOUT_FLOOR,
     ]

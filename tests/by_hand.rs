@@ -12,7 +12,8 @@ use rsrs_msgs::nav_msgs::Odometry;
 use crate::command::repository;
 use crate::fleet::{ROBOTS, experiment, node};
 use crate::pages::{
-    IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, OF_SENSORS, WITHOUT_FLOOR, WITHOUT_ROBOTS, script_of,
+    IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, OF_SENSORS, OF_WORLDS, WITHOUT_FLOOR, WITHOUT_ROBOTS,
+    script_of,
 };
 use crate::processes::{Process, is_starved, rsrs};
 use rsrs_testing::network::{TIMEOUT, in_own_network};
@@ -266,6 +267,22 @@ fn the_page_of_sensors_takes_two_of_them_from_the_sweep_to_an_episode() {
             assert!(n_messages > 2000, "{name}: {n_messages}");
         }
     }
+}
+
+#[test]
+fn the_page_of_worlds_takes_objects_from_the_sweep_to_a_picture() {
+    let script = script_of(&OF_WORLDS);
+
+    let (folder, output) = typed_in_time(&script, &[], (&[], 600));
+
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}\n{errors}", output.status);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("objects_clustered"), "{text}");
+    let bag = Bag::open(&folder.path().join("run")).expect("a bag");
+    let n_messages = bag.messages_on(["/objects/object_20/pose"]).count();
+    assert_eq!(n_messages, 6000);
+    assert!(folder.path().join("run.png").is_file());
 }
 
 #[test]

@@ -37,6 +37,7 @@ mod micro;
 mod mixed;
 mod mujoco;
 mod notebook;
+mod objects;
 mod out_of_reach;
 mod own_robots;
 mod pages;

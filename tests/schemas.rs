@@ -9,8 +9,9 @@ use rsrs_testing::python;
 use crate::command::{code, repository, rsrs, stderr, stdout};
 
 /// Kinds of files, and where the repository has some: folders, or a single one.
-const FILES: [(&str, &str); 9] = [
+const FILES: [(&str, &str); 10] = [
     ("controller", "launch_configs/controllers"),
+    ("world", "launch_configs/worlds"),
     ("profile", "launch_configs/profiles"),
     ("fleet", "launch_configs/fleets"),
     ("sweep", "launch_configs/sweeps"),

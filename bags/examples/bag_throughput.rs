@@ -135,7 +135,7 @@ fn read_all(path: &Path) -> Outcome {
 
 fn label(path: &Path) -> Outcome {
     let recorded = read_trajectory(&Bag::open(path)?, &TrajectoryOptions::default())?;
-    let bodies = Bodies { radius_m: None, reach_m: Some(0.75), arena_m: None };
+    let bodies = Bodies { radius_m: None, reach_m: Some(0.75), ..Bodies::UNKNOWN };
     let verdict = phase::label(&recorded.trajectory, &bodies)?;
     if verdict.n_robots == N_ROBOTS { Ok(()) } else { Err("robots are missing".into()) }
 }

@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bodies = Bodies {
         radius_m: Some(radius_m.parse()?),
         reach_m: Some(reach_m.parse()?),
-        arena_m: None,
+        ..Bodies::UNKNOWN
     };
 
     let recorded = read_trajectory(&Bag::open(Path::new(bag))?, &TrajectoryOptions::default())?;

@@ -15,6 +15,7 @@ mod finding;
 mod frames;
 mod jumps;
 mod needed;
+mod objects;
 mod pose;
 mod resample;
 mod rows;
@@ -92,7 +93,8 @@ pub struct RecordedTrajectory {
 /// period. Within the time that is judged ([`rsrs_core::judge::phase::WINDOW_S`]) that goes over gaps of at most [`rsrs_core::judge::phase::MAX_GAP_S`]
 /// and at most 20 % of a robot's poses; before it gaps are named. Single
 /// poses out of all reach are left out, and robots that a tracker took for one another are set
-/// right. Stamps of several clocks are put on one, by the log times beside them.
+/// right. Objects that have poses in the bag ([`topics::OBJECT_POSE`](rsrs_msgs::topics::OBJECT_POSE)) are where they were
+/// at the times of the samples, `object_2` before `object_10`. Stamps of several clocks are put on one, by the log times beside them.
 ///
 /// # Errors
 ///
@@ -131,12 +133,18 @@ pub fn read_trajectory(
     };
     let robots: Vec<String> = collected.robots.into_iter().map(|robot| robot.name).collect();
     spots::check(rows.trajectory.poses_at(0), &robots)?;
+    let mut trajectory = rows.trajectory;
+    let objects = objects::collect(bag)?;
+    match objects::at(&objects, &rows.times_ns) {
+        Ok(objects_m) => (trajectory.n_objects, trajectory.objects_m) = (objects.len(), objects_m),
+        Err(lost) => findings.push(lost),
+    }
     Ok(RecordedTrajectory {
-        trajectory: rows.trajectory,
+        trajectory,
         robots,
         poses: collected.poses,
         window,
-        start_ns: rows.start_ns,
+        start_ns: rows.times_ns[0],
         findings,
     })
 }

@@ -94,6 +94,9 @@ impl Topic {
             topic.name.len() > self.name.len() && before(name, topic.name).is_some()
         };
         let is_another = |topic: &Topic| is_of_all(topic) || is_longer(topic);
+        if object_of(name).is_some() {
+            return None;
+        }
         if let Some((robot, _)) = further_reading(name) {
             return (self.name == FURTHER_DETECTION.name).then_some(robot);
         }
@@ -186,6 +189,37 @@ pub const NAMED_POSES: Topic =
     topic::<motion_capture_tracking_interfaces::NamedPoseArray>("/poses", Qos::best_effort(10));
 /// The same of a tracker that tells bodies apart by their order; the same name, and never both.
 pub const POSE_ARRAY: Topic = topic::<geometry_msgs::PoseArray>("/poses", Qos::best_effort(10));
+/// Where an object that robots push is: on [`object_pose`] of each; kept for who subscribes once it is told what is there.
+pub const OBJECT_POSE: Topic = topic::<geometry_msgs::PoseStamped>(
+    "/objects/*/pose",
+    Qos {
+        reliability: Reliability::Reliable,
+        durability: Durability::TransientLocal,
+        depth: LOCKSTEP_DEPTH,
+    },
+);
+/// The name of the [`OBJECT_POSE`] of one object.
+///
+/// # Example
+///
+/// ```
+/// use rsrs_msgs::topics;
+///
+/// assert_eq!(topics::object_pose("object_3"), "/objects/object_3/pose");
+/// assert_eq!(topics::object_of("/objects/object_3/pose"), Some("object_3"));
+/// assert_eq!(topics::object_of("/robot_3/pose"), None);
+/// ```
+pub fn object_pose(object: &str) -> String {
+    OBJECT_POSE.name.replace('*', object)
+}
+
+/// The object whose topic has this name, if it is an [`OBJECT_POSE`].
+pub fn object_of(name: &str) -> Option<&str> {
+    let (before, behind) = OBJECT_POSE.name.split_once('*').expect("it stands for the object");
+    let object = name.strip_prefix(before)?.strip_suffix(behind)?;
+    (!object.is_empty() && !object.contains('/')).then_some(object)
+}
+
 /// The raw range reading behind a detection, when the driver has it.
 pub const RANGE: Topic = topic::<sensor_msgs::Range>("range", Qos::best_effort(10));
 /// What a tracked real robot would see of virtual ones, from the simulator, and what a robot of the simulator
@@ -270,6 +304,7 @@ pub const ALL: &[Topic] = &[
     POSE,
     NAMED_POSES,
     POSE_ARRAY,
+    OBJECT_POSE,
     RANGE,
     VIRTUAL_DETECTION,
     HARDWARE_CMD_VEL,

@@ -74,7 +74,7 @@ pub fn trajectory(
     })?;
     let lanes = view.lanes(numpy::ndarray::Axis(2)).into_iter();
     let commands = lanes.map(|it| Command { speed_m_s: it[0], turn_rate_rad_s: it[1] }).collect();
-    Ok(Trajectory { period_s, n_robots, poses, commands })
+    Ok(Trajectory { poses, commands, ..Trajectory::new(period_s, n_robots) })
 }
 
 /// What a controller returned, of a shape that broadcasts to `(n_robots, 2)`, as commands.

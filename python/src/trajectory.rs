@@ -17,6 +17,8 @@ pub struct PyTrajectory {
     poses: Py<PyArray3<f64>>,
     commands: Py<PyArray3<f64>>,
     detections: Option<Py<PyArray2<bool>>>,
+    n_objects: usize,
+    objects_m: Vec<[f64; 2]>,
     robots: Vec<String>,
     period_s: f64,
     n_samples: usize,
@@ -42,6 +44,8 @@ impl PyTrajectory {
             poses: arrays::array3(py, (n_samples, n_robots, 3), poses.collect())?,
             commands: arrays::array3(py, (n_samples, n_robots, 2), commands.collect())?,
             detections: detections.transpose()?,
+            n_objects: trajectory.n_objects,
+            objects_m: trajectory.objects_m.clone(),
             robots,
             period_s: trajectory.period_s,
             n_samples,
@@ -58,11 +62,13 @@ impl PyTrajectory {
         behaviour: Option<Behaviour>,
     ) -> PyResult<Verdict> {
         let (poses, commands) = (self.poses.bind(py), self.commands.bind(py));
-        let trajectory = arrays::trajectory(poses, Some(commands), self.period_s)?;
+        let mut trajectory = arrays::trajectory(poses, Some(commands), self.period_s)?;
+        (trajectory.n_objects, trajectory.objects_m) = (self.n_objects, self.objects_m.clone());
         let bodies = Bodies {
             radius_m: bodies.radius_m.or(self.bodies.radius_m),
             reach_m: bodies.reach_m.or(self.bodies.reach_m),
             arena_m: bodies.arena_m.or(self.bodies.arena_m),
+            world: self.bodies.world.clone(),
         };
         let (behaviour, robots) = (behaviour.unwrap_or(self.behaviour), self.robots.clone());
         work_to_end(py, move || Verdict::of(&trajectory, &bodies, (behaviour, true), &robots))
@@ -86,6 +92,12 @@ impl PyTrajectory {
     #[getter]
     fn detections<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<bool>>> {
         self.detections.as_ref().map(|detections| detections.bind(py).clone())
+    }
+    /// Array of shape (T, O, 2): where the objects of the world are, x and y in metres; O is 0 where there are none.
+    #[getter]
+    fn objects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let flat = self.objects_m.as_flattened().to_vec();
+        Ok(arrays::array3(py, (self.n_samples, self.n_objects, 2), flat)?.into_bound(py))
     }
     /// The robots' names, in the order of the arrays.
     #[getter]

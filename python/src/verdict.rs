@@ -12,7 +12,7 @@ use rsrs_core::judge::phase::{Phase, label_with, label_without_commands};
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::quantity::Bounds;
-use rsrs_pipeline::label::{LabelOptions, Labelled, label_bag};
+use rsrs_pipeline::label::{GivenBodies, LabelOptions, Labelled, label_bag};
 use rsrs_pipeline::sweep::source;
 use rsrs_render::label::{text, warning};
 use serde::Serialize;
@@ -321,6 +321,7 @@ pub fn bodies(
         radius_m: length(radius_m, "radius_m")?,
         reach_m: length(reach_m, "reach_m")?,
         arena_m: length(arena_m, "arena_m")?,
+        ..Bodies::UNKNOWN
     })
 }
 
@@ -386,7 +387,7 @@ pub fn judge(
         let path: PathBuf = poses.extract()?;
         let is_given = radius_m.is_some() || reach_m.is_some();
         let options = LabelOptions {
-            bodies: is_given.then_some(bodies),
+            bodies: is_given.then_some(GivenBodies { radius_m, reach_m, arena_m }),
             behaviour: wanted,
             ..LabelOptions::default()
         };

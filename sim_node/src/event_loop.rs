@@ -15,7 +15,7 @@ use rsrs_fleet::simulator::{Action, Event, Gate, Simulator};
 use rsrs_fleet::timing::TICK;
 use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::Twist;
+use rsrs_msgs::geometry_msgs::{PoseStamped, Twist};
 use rsrs_msgs::rsrs::{RobotStatus, WorldDigest};
 use rsrs_msgs::simulation_interfaces::{Result as Outcome, StepSimulationResponse};
 use rsrs_msgs::topics;
@@ -52,6 +52,8 @@ pub struct Simulation<'a> {
     subscriptions: Subscriptions,
     to_me: UnboundedSender<Input>,
     real: RealRobots,
+    /// Of each object of the placed world.
+    objects: Vec<Publisher<PoseStamped>>,
     /// Publishes the poses of virtual robots together with the tracker's, if one follows real robots.
     virtual_pose_publisher: Option<VirtualPosePublisher>,
     display: Display,
@@ -184,6 +186,7 @@ impl<'a> Simulation<'a> {
             subscriptions: Subscriptions::new(session, &node, &robots, received.clone())?,
             to_me: received,
             real: RealRobots::default(),
+            objects: Vec::new(),
             virtual_pose_publisher: None,
             steps: None,
             is_quitting: false,
@@ -413,7 +416,7 @@ impl<'a> Simulation<'a> {
         responder.send(step_response(left, asked));
     }
 
-    /// Publishes one step: the clock first, then detections, then poses, then the digest.
+    /// Publishes one step: the clock first, then detections, then poses of robots and of objects, then the digest.
     async fn sense(&mut self, step: u64, stamp_ns: Option<u64>) -> anyhow::Result<()> {
         let placed_world =
             self.placed_world.as_mut().expect("the machine senses only worlds that were placed");
@@ -422,7 +425,7 @@ impl<'a> Simulation<'a> {
             self.clock.publish(stamp_ns).await?;
         }
         let stamp = stamp_ns.map_or_else(wall_time, Time::from_nanos);
-        let Sensed { digest, ours, virtual_detections } = placed_world.sense();
+        let Sensed { digest, ours, virtual_detections, objects_m } = placed_world.sense();
         for (robot, (readings, _)) in self.robots.iter().zip(&ours) {
             robot.publish_readings(*readings).await?;
         }
@@ -437,6 +440,9 @@ impl<'a> Simulation<'a> {
         }
         for (robot, (_, motion)) in self.robots.iter().zip(&ours) {
             robot.publish_motion(*motion, stamp).await?;
+        }
+        for (object, place_m) in self.objects.iter().zip(objects_m) {
+            object.publish(wire::object_pose(place_m, stamp)).await?;
         }
         if let Some(virtual_pose_publisher) = &mut self.virtual_pose_publisher {
             virtual_pose_publisher.step(ours.iter().map(|(_, motion)| motion.pose));

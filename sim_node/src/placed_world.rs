@@ -47,6 +47,8 @@ pub struct Sensed {
     pub ours: Vec<(Readings, Motion)>,
     /// What each real robot would see of ours; shape `[n_followed]`.
     pub virtual_detections: Vec<bool>,
+    /// Where objects are, in metres; shape `[n_objects][2]`.
+    pub objects_m: Vec<[f64; 2]>,
 }
 
 impl PlacedWorld {
@@ -89,7 +91,8 @@ impl PlacedWorld {
         let detects =
             |robot: &mut Followed| robot.detects(&of_ours, (step, readings[robot.row].detection()));
         let virtual_detections = followed.map(detects).collect();
-        Sensed { digest, ours, virtual_detections }
+        let objects_m = self.world.objects_m().collect();
+        Sensed { digest, ours, virtual_detections, objects_m }
     }
 
     /// Moves our robots by one period.

@@ -24,6 +24,8 @@ pub const OF_CONTROLLERS: [&str; 1] = ["docs/controllers.md"];
 pub const OF_OWN_SWARM: [&str; 1] = ["docs/your_own_swarm.md"];
 /// The same of robots with several sensors.
 pub const OF_SENSORS: [&str; 1] = ["docs/sensors.md"];
+/// The same for objects and goals.
+pub const OF_WORLDS: [&str; 1] = ["docs/worlds.md"];
 /// The same for robots in rclpy.
 pub const IN_RCLPY: [&str; 2] = ["docs/your_robots_in_rclpy.md", "docs/measure_them.md"];
 /// The same for a fleet without robots.

@@ -99,8 +99,8 @@ pub fn side_by_side(collected: &Collected, period_ns: u64) -> Option<Vec<Range<u
 ///
 /// * `common` — of [`side_by_side`].
 pub fn align(robots: &mut [RecordedRobot], common: &[Range<usize>], period_ns: u64) -> Rows {
-    let start_ns = robots[0].poses[common[0].start].stamp_ns;
-    let mut rows = Rows::new((common[0].len(), start_ns), (robots.len(), period_ns));
+    let times_ns = robots[0].poses[common[0].clone()].iter().map(|pose| pose.stamp_ns).collect();
+    let mut rows = Rows::new(times_ns, (robots.len(), period_ns));
     for (number, (robot, common)) in robots.iter_mut().zip(common).enumerate() {
         let poses = &robot.poses[common.clone()];
         rows.fill(number, poses, &command::answers(poses, &robot.commands, period_ns));

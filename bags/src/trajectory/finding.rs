@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use rsrs_core::judge::phase::MAX_GAP_S;
 use rsrs_core::robot::pose_source::PoseSource;
 use serde::Serialize;
 
@@ -30,6 +31,8 @@ pub enum Finding {
     Clocks { least_s: f64, most_s: f64 },
     /// Something has poses and is no robot of this run.
     Ignored { name: String },
+    /// An object was not seen for too long, so that nothing is known of where objects were.
+    LostObject { object: String, time_s: f64 },
     /// Machines of the tracker saw a robot in two places, up to so far apart.
     Apart { robot: String, by_m: f64, topics: [String; 2] },
     /// Several sources have poses of all robots, and nothing in the bag states which one counts.
@@ -39,7 +42,7 @@ pub enum Finding {
 impl Finding {
     /// Whether something was mended, so that the trajectory does not show it any more.
     pub fn is_mended(&self) -> bool {
-        !matches!(self, Self::Unstated { .. })
+        !matches!(self, Self::Unstated { .. } | Self::LostObject { .. })
     }
 }
 
@@ -80,6 +83,11 @@ impl fmt::Display for Finding {
                  aligned by log time"
             ),
             Self::Ignored { name } => write!(formatter, "{name}: no robot of this run, ignored"),
+            Self::LostObject { object, time_s } => write!(
+                formatter,
+                "{object} was not seen for more than {MAX_GAP_S} s, {time_s:.1} s after the start: nothing is \
+                 made of the poses of objects"
+            ),
             Self::Apart { robot, by_m, topics: [used, other] } => write!(
                 formatter,
                 "{robot}: up to {by_m:.2} m apart by {used}, which counts, and by {other}: calibrate the \

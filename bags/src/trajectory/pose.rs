@@ -51,7 +51,8 @@ pub fn robot_of_topic(topic: &TopicInfo, source: PoseSource) -> Option<String> {
         PoseSource::Pose => (topics::POSE.name, PoseStamped::TYPE_NAME),
         PoseSource::Tf | PoseSource::NamedPoses | PoseSource::PoseArray => return None,
     };
-    if topic.type_name == type_name { robot_before(&topic.name, relative) } else { None }
+    let is_robots = topic.type_name == type_name && topics::object_of(&topic.name).is_none();
+    is_robots.then(|| robot_before(&topic.name, relative)).flatten()
 }
 
 /// The namespace of a relative topic, without the slashes around it.

@@ -70,8 +70,7 @@ pub fn resample(
     let seen: Vec<Seen> = robots.iter().map(|robot| see(robot, recorded_ns)).collect();
     let (start_ns, end_ns) = check(&seen, times, findings)?;
     let times_ns = (start_ns..=end_ns).step_by(to_usize(period_ns));
-    let n_samples = to_usize((end_ns - start_ns) / period_ns + 1);
-    let mut rows = Rows::new((n_samples, start_ns), (robots.len(), period_ns));
+    let mut rows = Rows::new(times_ns.clone().collect(), (robots.len(), period_ns));
     for (number, robot) in robots.iter().enumerate() {
         let poses: Vec<PoseSample> =
             times_ns.clone().map(|time_ns| pose_at(&robot.poses, time_ns)).collect();

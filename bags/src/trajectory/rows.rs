@@ -6,11 +6,11 @@ use rsrs_core::robot::unicycle::Pose;
 
 use super::pose::PoseSample;
 
-/// A trajectory and when it starts.
+/// A trajectory and when its samples are.
 pub struct Rows {
     pub trajectory: Trajectory,
-    /// Time of the first sample, in nanoseconds.
-    pub start_ns: u64,
+    /// Time of each sample, in nanoseconds.
+    pub times_ns: Vec<u64>,
 }
 
 impl Rows {
@@ -18,14 +18,14 @@ impl Rows {
     ///
     /// # Arguments
     ///
-    /// * `n_samples`, `start_ns` — of the run.
+    /// * `times_ns` — of the samples.
     /// * `n_robots`, `period_ns` — of the trajectory.
-    pub fn new((n_samples, start_ns): (usize, u64), (n_robots, period_ns): (usize, u64)) -> Self {
+    pub fn new(times_ns: Vec<u64>, (n_robots, period_ns): (usize, u64)) -> Self {
         let mut trajectory = Trajectory::new(period_ns as f64 / 1e9, n_robots);
-        let n_cells = n_samples * n_robots;
+        let n_cells = times_ns.len() * n_robots;
         trajectory.poses = vec![Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 }; n_cells];
         trajectory.commands = vec![Command::STOP; n_cells];
-        Self { trajectory, start_ns }
+        Self { trajectory, times_ns }
     }
 
     /// Puts in what one robot did, in each of the samples.

@@ -11,6 +11,7 @@ mod resolve;
 mod sensors;
 pub mod start_file;
 mod starts;
+pub mod world;
 
 use std::collections::BTreeMap;
 
@@ -27,9 +28,10 @@ use crate::robot::sensor::SensorDetails;
 use crate::robot::unicycle::Pose;
 
 pub use check::Impossible;
-pub use resolve::{ConditionsError, Settings, check_axis};
+pub use resolve::{ARENA_M, ConditionsError, Settings, check_axis};
 pub use sensors::SimulatedSensor;
 pub use starts::StartsError;
+use world::WorldFile;
 
 /// All aspects of a world, resolved to numbers: the paper's `E`.
 ///
@@ -50,6 +52,9 @@ pub struct Conditions {
     pub placement: Placement,
     /// Where they may go.
     pub arena: Arena,
+    /// What is there besides them.
+    #[serde(default, skip_serializing_if = "WorldFile::is_empty")]
+    pub world: WorldFile,
     /// What the robots are.
     pub robot: SimulatedRobot,
     /// Robots that are not like the others, by their place among all, from 0: those with a profile of
@@ -236,6 +241,7 @@ impl Conditions {
             radius_m: Some(self.robot.radius_m),
             reach_m: Some(self.robot.reach_m()),
             arena_m: self.arena.walls_m().map(|walls_m| 2.0 * walls_m),
+            world: self.world.clone(),
         }
     }
 }

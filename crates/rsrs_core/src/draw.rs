@@ -40,6 +40,8 @@ pub enum Purpose {
     Exploration = 11,
     /// Which transition a controller's state machine makes; each step.
     Transition = 12,
+    /// Where an object is at the start; once.
+    Object = 13,
 }
 
 /// Everything that a draw of one run has in common.

@@ -1,5 +1,6 @@
 //! How sure verdicts are, on made-up trajectories whose order parameters are known.
 
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::{Certainty, Parameter};
 use rsrs_core::judge::phase::{Phase, Verdict, label};
@@ -8,7 +9,8 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;
-const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75), arena_m: None };
+const FLOCKBOT: Bodies =
+    Bodies { radius_m: Some(0.075), reach_m: Some(0.75), arena_m: None, world: WorldFile::NOTHING };
 
 /// Nine robots on a ring, each at a radius of its own that is a function of robot and time.
 fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory {

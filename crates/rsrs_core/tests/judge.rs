@@ -1,5 +1,6 @@
 //! The judge on made-up trajectories, whose phase is known by construction.
 
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{self, JudgeError, Phase, Verdict};
 use rsrs_core::judge::rule::Parameter;
@@ -11,8 +12,10 @@ use rsrs_core::robot::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;
 const SPEED_M_S: f64 = 0.15;
-const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75), arena_m: None };
-const UNKNOWN_REACH: Bodies = Bodies { reach_m: None, ..FLOCKBOT };
+const FLOCKBOT: Bodies =
+    Bodies { radius_m: Some(0.075), reach_m: Some(0.75), arena_m: None, world: WorldFile::NOTHING };
+const UNKNOWN_REACH: Bodies =
+    Bodies { radius_m: Some(0.075), reach_m: None, arena_m: None, world: WorldFile::NOTHING };
 
 /// A run of nine robots whose poses are a function of robot and time.
 fn run(duration_s: f64, pose: impl Fn(usize, f64) -> Pose) -> Trajectory {

@@ -23,3 +23,4 @@ mod recovery;
 mod sensors;
 mod trials;
 mod windows;
+mod world_file;

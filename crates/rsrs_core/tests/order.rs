@@ -1,6 +1,7 @@
 //! Order parameters that are measured only where a behaviour asks for them: on swarms whose numbers are known by
 //! construction.
 
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::{OrderParameters, Parameter};
@@ -11,7 +12,12 @@ use rsrs_core::robot::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.1;
 const ARENA_M: f64 = 3.0;
-const BODIES: Bodies = Bodies { radius_m: Some(0.1), reach_m: Some(1.0), arena_m: Some(ARENA_M) };
+const BODIES: Bodies = Bodies {
+    radius_m: Some(0.1),
+    reach_m: Some(1.0),
+    arena_m: Some(ARENA_M),
+    world: WorldFile::NOTHING,
+};
 
 /// Robots whose poses are a function of robot and time.
 fn run(n_robots: usize, duration_s: f64, pose: impl Fn(usize, f64) -> Pose) -> Trajectory {
@@ -126,7 +132,7 @@ fn a_behaviour_about_an_arena_is_not_judged_where_there_is_none() {
     let nowhere = Bodies { arena_m: None, ..BODIES };
     let of_no_size = Bodies { radius_m: None, ..BODIES };
     let trajectory = run(9, 70.0, spread);
-    let judged = |bodies, behaviour: Behaviour| {
+    let judged = |bodies: &Bodies, behaviour: Behaviour| {
         label_with(&trajectory, bodies, &behaviour.rules()).map(|verdict| verdict.phase)
     };
 

@@ -1,5 +1,6 @@
 //! Which time of a run is judged: the last seconds, all of it, or any minute.
 
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::behaviour::file::BehaviourFile;
 use rsrs_core::judge::phase::{JudgeError, Verdict, judged_samples, label_with, samples_in};
@@ -7,7 +8,8 @@ use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.5;
-const BODIES: Bodies = Bodies { radius_m: Some(0.1), reach_m: Some(1.0), arena_m: None };
+const BODIES: Bodies =
+    Bodies { radius_m: Some(0.1), reach_m: Some(1.0), arena_m: None, world: WorldFile::NOTHING };
 
 /// Four robots that head one way in some of the time, and each its own in the rest.
 fn aligned_in(times_s: std::ops::Range<f64>, duration_s: f64) -> Trajectory {

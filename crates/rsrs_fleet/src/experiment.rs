@@ -4,6 +4,7 @@ mod recording;
 
 use rsrs_core::conditions::controller_table::ControllerSource;
 use rsrs_core::conditions::start_file::StartPlacement;
+use rsrs_core::conditions::world::WorldSource;
 use rsrs_core::conditions::{MOST_DURATION_S, Settings};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
@@ -25,6 +26,10 @@ pub struct ExperimentFile {
     /// commands over one detection).
     #[serde(default)]
     pub controller: Option<ControllerSource>,
+    /// Path of what is in the arena besides the robots, relative to this file (default: what is there in the sweep that its
+    /// cell is from, else nothing).
+    #[serde(default)]
+    pub world: Option<WorldSource>,
     /// The cell to run; the command line may give another.
     pub cell: Option<Cell>,
     /// In place of `cell`: the folder of a sweep whose `choice.json` has it, relative to this file.
@@ -300,7 +305,8 @@ impl ExperimentFile {
             return Err(CellRefused::Missing { axis });
         }
         let controller = self.controller.as_ref().and_then(ControllerSource::table).cloned();
-        let mut settings = Settings { controller, ..Settings::default() }.with_cell(cell);
+        let world = self.world.as_ref().and_then(WorldSource::world).cloned().unwrap_or_default();
+        let mut settings = Settings { controller, world, ..Settings::default() }.with_cell(cell);
         let StartPlacement::DiscFacingOut { radius_m: expected_m } = self.placement else {
             settings.placement = self.placement.placement();
             return match cell.get(Axis::PlacementRadius) {

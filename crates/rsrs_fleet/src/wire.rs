@@ -7,7 +7,9 @@ use rsrs_core::printable::one_line;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::{self, NoOrientation, Twist, TwistStamped, Vector3};
+use rsrs_msgs::geometry_msgs::{
+    self, NoOrientation, Point, PoseStamped, Quaternion, Twist, TwistStamped, Vector3,
+};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Header;
 
@@ -240,9 +242,21 @@ pub fn twist_stamped(command: Command, stamp: Time) -> TwistStamped {
     }
 }
 
+/// Where an object is on the floor, in metres; discs head nowhere.
+pub fn object_pose(place_m: [f64; 2], stamp: Time) -> PoseStamped {
+    let [x, y] = place_m;
+    let position = Point { x, y, z: 0.0 };
+    PoseStamped {
+        header: Header { stamp, frame_id: "map".to_owned() },
+        pose: geometry_msgs::Pose {
+            position,
+            orientation: Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 },
+        },
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use rsrs_msgs::geometry_msgs::Quaternion;
 
     use super::*;
 

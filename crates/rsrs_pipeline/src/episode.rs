@@ -46,8 +46,8 @@ impl Help for EpisodeError {
 
 /// Simulates the run that a record describes, and writes it as a bag.
 ///
-/// The bag has what a recorded run in lockstep has: of every robot detection, odometry and command,
-/// the clock, the world's digest, the lease from RUNNING to STOPPED, the record and how the run
+/// The bag has what a recorded run in lockstep has: of every robot detection, odometry and command, of every object its
+/// pose, the clock, the world's digest, the lease from RUNNING to STOPPED, the record and how the run
 /// ended. What only a network has is not there: statuses, parameters, logs.
 ///
 /// # Arguments
@@ -72,6 +72,7 @@ pub fn write(
     let mut controllers = Controllers::new(conditions, seed);
     let mut recorder = Lockstep::open(folder, record)?;
     let mut trajectory = Trajectory::new(conditions.period_s, conditions.robots);
+    trajectory.n_objects = conditions.world.n_objects();
     let mut obeyed = vec![Command::STOP; conditions.robots];
     recorder.lease(0, RunLease::RUNNING)?;
     let steps = conditions.steps(record.duration_s);
@@ -79,12 +80,20 @@ pub fn write(
         let digest = world.digest();
         let readings = world.sense_all().to_vec();
         let poses: Vec<Pose> = world.poses().collect();
+        let objects_m: Vec<[f64; 2]> = world.objects_m().collect();
         let mut commands = Vec::with_capacity(conditions.robots);
         controllers.decide(&readings, &mut commands);
-        let moment = Moment { poses: &poses, readings: &readings, obeyed: &obeyed, digest };
+        let moment = Moment {
+            poses: &poses,
+            objects_m: &objects_m,
+            readings: &readings,
+            obeyed: &obeyed,
+            digest,
+        };
         recorder.step(step, &moment, &commands)?;
         world.advance(&commands);
         trajectory.poses.extend(poses);
+        trajectory.objects_m.extend(objects_m);
         trajectory.commands.extend_from_slice(&commands);
         obeyed = commands;
     }
@@ -96,6 +105,8 @@ pub fn write(
 struct Moment<'a> {
     /// Where the robots are; shape `[n_robots]`.
     poses: &'a [Pose],
+    /// Where objects are, in metres; shape `[n_objects][2]`.
+    objects_m: &'a [[f64; 2]],
     /// What they see; shape `[n_robots]`.
     readings: &'a [Readings],
     /// The commands that brought them here; shape `[n_robots]`.
@@ -139,6 +150,9 @@ impl<'a> Lockstep<'a> {
         }
         for step in &thoughts {
             recorder.odometry(step)?;
+        }
+        for (object, place_m) in moment.objects_m.iter().enumerate() {
+            recorder.object(object, time_ns, *place_m)?;
         }
         recorder.put(self.digest, time_ns, &WorldDigest { step, digest: moment.digest })?;
         for step in &thoughts {

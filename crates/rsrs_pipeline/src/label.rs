@@ -41,13 +41,24 @@ const SHORT_S: f64 = 2.0;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LabelOptions {
     /// Body and reach of the robots; `None` takes that of the bag's own record.
-    pub bodies: Option<Bodies>,
+    pub bodies: Option<GivenBodies>,
     /// Where poses come from; `None` takes the source by which the run went, as its record states it.
     pub poses: Option<PoseSource>,
     /// What to do about a run whose end was not recorded.
     pub cut: CutRun,
     /// What to judge it for; `None` takes what the bag's own record has, or milling.
     pub behaviour: Option<Behaviour>,
+}
+
+/// What somebody gives for what a record has of the robots and their arena.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GivenBodies {
+    /// Radius of one robot's body, in metres.
+    pub radius_m: Option<f64>,
+    /// How far from a robot's centre the centre of another can be seen, in metres.
+    pub reach_m: Option<f64>,
+    /// Side of the arena, in metres; that of the record where none is given.
+    pub arena_m: Option<f64>,
 }
 
 /// What to do about a run whose end was not recorded.
@@ -334,10 +345,12 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     // Their phases may be those of a behaviour that the record has.
     let labels = human_labels::read(path)?;
     let recorded = recorded_bodies(record.as_ref());
-    let bodies = options.bodies.map_or(recorded, |bodies| Bodies {
-        arena_m: bodies.arena_m.or(recorded.arena_m),
-        ..bodies
-    });
+    let bodies = match options.bodies {
+        None => recorded,
+        Some(GivenBodies { radius_m, reach_m, arena_m }) => {
+            Bodies { radius_m, reach_m, arena_m: arena_m.or(recorded.arena_m), ..recorded }
+        }
+    };
     let ending = recorded_run::ending_in(&bag)?;
     let behaviour = behaviour_of(record.as_ref(), options);
     let poses = PosesOfRun::of(&bag, record.as_ref(), options.poses)?;
@@ -351,6 +364,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     let backend = record.as_ref().map(|record| record.backend);
     let lost_robots = ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default();
     let read = |label, recorded, labels, lost_robots| {
+        let bodies = bodies.clone();
         Ok(ReadRun { label, recorded, bodies, behaviour, walls_m, backend, lost_robots, labels })
     };
     if let (Some(part), CutRun::Refused) = (part, options.cut) {

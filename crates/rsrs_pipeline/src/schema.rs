@@ -5,6 +5,7 @@
 mod reference;
 
 use rsrs_core::conditions::controller_table::ControllerTable;
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::judge::behaviour::file::BehaviourFile;
 use rsrs_core::robot::profile::RobotProfile;
@@ -23,6 +24,8 @@ pub enum FileKind {
     Profile,
     /// What decides on its commands.
     Controller,
+    /// What is in the arena besides robots.
+    World,
     /// Which robots there are.
     Fleet,
     /// What is simulated.
@@ -37,9 +40,10 @@ pub enum FileKind {
 
 impl FileKind {
     /// All kinds, in the order in which one writes them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Profile,
         Self::Controller,
+        Self::World,
         Self::Fleet,
         Self::Sweep,
         Self::Experiment,
@@ -52,6 +56,7 @@ impl FileKind {
         match self {
             Self::Profile => "profile",
             Self::Controller => "controller",
+            Self::World => "world",
             Self::Fleet => "fleet",
             Self::Sweep => "sweep",
             Self::Experiment => "experiment",
@@ -70,6 +75,7 @@ impl FileKind {
         match self {
             Self::Profile => schemars::schema_for!(RobotProfile),
             Self::Controller => schemars::schema_for!(ControllerTable),
+            Self::World => schemars::schema_for!(WorldFile),
             Self::Fleet => schemars::schema_for!(FleetFile),
             Self::Sweep => schemars::schema_for!(SweepFile),
             Self::Experiment => schemars::schema_for!(ExperimentFile),

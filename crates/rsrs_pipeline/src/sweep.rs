@@ -451,6 +451,14 @@ fn explain(name: &str, cells: &[Cell], error: SweepError) -> anyhow::Error {
         SweepError::Judge { source, .. } => {
             let message = format!("{name}: cell `{cell}` cannot be judged: {source}");
             match source {
+                JudgeError::NoObjects { .. } => with_help(
+                    message,
+                    "name a world that has some: `world: world.yaml` with `objects: [{count: 20, radius_m: 0.05}]`",
+                ),
+                JudgeError::NoGoals { .. } => with_help(
+                    message,
+                    "name a world that has some: `world: world.yaml` with `goals: [{place_m: [1, 0], radius_m: 0.3}]`",
+                ),
                 JudgeError::NoArena { .. } => with_help(
                     message,
                     "give it one: `fixed: {arena_m: 3, walls: stop}`, of so many metres a side",

@@ -50,13 +50,16 @@ pub fn run_episode_into(
     let mut controllers = Controllers::new(conditions, seed);
     trajectory.period_s = conditions.period_s;
     trajectory.n_robots = conditions.robots;
+    trajectory.n_objects = conditions.world.n_objects();
     trajectory.poses.clear();
     trajectory.commands.clear();
+    trajectory.objects_m.clear();
     let mut commands = Vec::with_capacity(conditions.robots);
     for _ in 0..conditions.steps(duration_s) {
         commands.clear();
         controllers.decide(world.sense_all(), &mut commands);
         trajectory.poses.extend(world.poses());
+        trajectory.objects_m.extend(world.objects_m());
         trajectory.commands.extend_from_slice(&commands);
         world.advance(&commands);
     }
@@ -89,6 +92,7 @@ pub fn run_controlled<E>(
     mut controller: impl FnMut(&[Readings], &mut Vec<Command>) -> Result<(), E>,
 ) -> Result<Observed, E> {
     let mut trajectory = Trajectory::new(conditions.period_s, conditions.robots);
+    trajectory.n_objects = conditions.world.n_objects();
     let (mut detections, mut commands) = (Vec::new(), Vec::with_capacity(conditions.robots));
     for _ in 0..conditions.steps(duration_s) {
         let readings = world.sense_all();
@@ -96,6 +100,7 @@ pub fn run_controlled<E>(
         controller(readings, &mut commands)?;
         detections.extend(readings.iter().map(|readings| readings.detection()));
         trajectory.poses.extend(world.poses());
+        trajectory.objects_m.extend(world.objects_m());
         trajectory.commands.extend_from_slice(&commands);
         world.advance(&commands);
     }

@@ -26,6 +26,7 @@ pub mod field_of_view;
 mod grid;
 mod kinds;
 mod numbering;
+mod objects;
 pub mod placement;
 pub mod pushing;
 mod robots;

@@ -1,7 +1,8 @@
-//! Where the robots start.
+//! Where the robots start, and where objects are then.
 
 use std::fmt;
 
+use rsrs_core::conditions::world::Object;
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::help::Help;
 use rsrs_core::robot::unicycle::Pose;
@@ -9,27 +10,48 @@ use rsrs_core::robot::unicycle::Pose;
 use crate::contact::Border;
 use crate::draw::{Purpose, RunKey, Stream};
 
-/// Robots that do not find room where they are to start.
+/// Robots or objects that do not find room where they are to start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "{robots} robots do not fit into {area}, {spacing_m:.3} m apart and within the walls: {}at most \
+    "{count} {things} do not fit into {area}, {spacing_m:.3} m apart{} within the walls: {}at most \
      {at_most} ever fit",
+    if *things == Things::Objects { ", clear of robots and" } else { " and" },
     placed.map_or_else(String::new, |placed| format!("{placed} were placed at random, and "))
 )]
 pub struct PlacementError {
-    /// Robots asked for.
-    pub robots: usize,
+    /// What they are.
+    pub things: Things,
+    /// How many were asked for.
+    pub count: usize,
     /// Where their centres were to be.
     pub area: Area,
     /// Least distance between two centres, in metres.
     pub spacing_m: f64,
-    /// Robots that were placed before the tries ran out; `None` if more were asked for than ever fit.
+    /// Those that were placed before the tries ran out; `None` if more were asked for than ever fit.
     pub placed: Option<usize>,
     /// An upper bound on how many fit, by the density of the closest packing.
     pub at_most: usize,
 }
 
-/// Where the robots' centres lie at the start.
+/// What is placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Things {
+    /// Robots.
+    Robots,
+    /// Objects of the world.
+    Objects,
+}
+
+impl fmt::Display for Things {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::Robots => "robots",
+            Self::Objects => "objects",
+        })
+    }
+}
+
+/// Where the centres lie at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Area {
     /// A disc around the origin.
@@ -102,6 +124,9 @@ impl Area {
 
 impl Help for PlacementError {
     fn help(&self) -> Option<String> {
+        if self.things == Things::Objects {
+            return Some("widen `arena_m`, or take fewer or smaller `objects`".to_owned());
+        }
         let area = match self.area {
             Area::Disc { .. } => "`placement_radius_m`",
             Area::Box { .. } => "the box of `placement`",
@@ -136,7 +161,10 @@ impl Headings {
 /// Least distance between two centres at the start, in robot radii: a tenth more than touching.
 const SPACING_RADII: f64 = 2.2;
 
-/// Places tried for one robot before giving up.
+/// The same over both radii; dimensionless.
+const SPACING: f64 = SPACING_RADII / 2.0;
+
+/// Places tried for one robot or object before giving up.
 const MAX_TRIES: usize = 20_000;
 
 /// Places every robot, each from its own stream of draws.
@@ -170,8 +198,20 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
     let radius_m = conditions.largest_radius_m();
     let spacing_m = SPACING_RADII * radius_m;
     let at_most = area.most_that_fit(spacing_m);
-    let refuse =
-        |placed| PlacementError { robots: conditions.robots, area, spacing_m, placed, at_most };
+    let count = conditions.robots;
+    let refuse = |placed| {
+        let things = Things::Robots;
+        PlacementError { things, count, area, spacing_m, placed, at_most }
+    };
+    let standing: Vec<(f64, [f64; 2])> = (conditions.world.each_object())
+        .filter_map(|object| Some((object.radius_m, object.place_m?)))
+        .collect();
+    let is_clear = |pose: &Pose| {
+        standing.iter().all(|(object_m, place_m)| {
+            let apart_m = libm::hypot(pose.x_m - place_m[0], pose.y_m - place_m[1]);
+            apart_m >= SPACING * (radius_m + object_m)
+        })
+    };
     if conditions.robots > at_most {
         return Err(refuse(None));
     }
@@ -182,6 +222,7 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
         let mut stream = Stream::new(run, robot, Purpose::Placement);
         let place = (0..MAX_TRIES).map(|_| headings.pose(area, &mut stream)).find(|pose| {
             border.admits(pose.x_m as f32, pose.y_m as f32)
+                && is_clear(pose)
                 && taken.near(pose).all(|other| {
                     let other = &poses[other];
                     libm::hypot(pose.x_m - other.x_m, pose.y_m - other.y_m) >= spacing_m
@@ -192,6 +233,65 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
         poses.push(pose);
     }
     Ok(poses)
+}
+
+/// Places every object that has no place of its own anywhere in the arena, clear of robots, of other objects and of
+/// walls, each from its own stream of draws.
+///
+/// # Arguments
+///
+/// * `poses` — where the robots are; shape `[robots]`.
+///
+/// # Returns
+///
+/// In metres; shape `[n_objects][2]`.
+///
+/// # Errors
+///
+/// [`PlacementError`] if they do not fit.
+pub fn place_objects(
+    conditions: &Conditions,
+    run: RunKey,
+    poses: &[Pose],
+) -> Result<Vec<[f64; 2]>, PlacementError> {
+    let side_m = conditions.arena.side_m;
+    let objects: Vec<Object> = conditions.world.each_object().collect();
+    let robot =
+        |(robot, pose): (usize, &Pose)| (conditions.robot_at(robot).radius_m, [pose.x_m, pose.y_m]);
+    let mut taken: Vec<(f64, [f64; 2])> = poses.iter().enumerate().map(robot).collect();
+    taken.extend(objects.iter().filter_map(|object| Some((object.radius_m, object.place_m?))));
+    let mut places_m = Vec::with_capacity(objects.len());
+    for (number, Object { radius_m, place_m, .. }) in objects.iter().copied().enumerate() {
+        if let Some(place_m) = place_m {
+            places_m.push(place_m);
+            continue;
+        }
+        let inner_m = side_m - 2.0 * radius_m;
+        let area = Area::Box { width_m: inner_m, height_m: inner_m };
+        let mut stream = Stream::new(run, number, Purpose::Object);
+        let mut anywhere = |_| [(); 2].map(|()| inner_m * (stream.uniform() - 0.5));
+        let is_clear = |place_m: &[f64; 2]| {
+            taken.iter().all(|(other_radius_m, other_m)| {
+                let apart_m = libm::hypot(place_m[0] - other_m[0], place_m[1] - other_m[1]);
+                apart_m >= SPACING * (radius_m + other_radius_m)
+            })
+        };
+        let found = (0..MAX_TRIES).map(&mut anywhere).find(is_clear);
+        let place_m = found.ok_or_else(|| {
+            let spacing_m = SPACING_RADII * radius_m;
+            PlacementError {
+                things: Things::Objects,
+                count: objects.len(),
+                area,
+                spacing_m,
+                placed: Some(number),
+                at_most: area.most_that_fit(spacing_m),
+            }
+        })?;
+        taken.push((radius_m, place_m));
+        places_m.push(place_m);
+    }
+    Ok(places_m)
 }
 
 /// Which places are taken: a uniform grid over the area, so that a candidate is compared only with

@@ -8,7 +8,12 @@
 //! holds back the sliding of one body along another, by at most its coefficient times what the two were
 //! moved apart (Coulomb). Contact turns nobody.
 //!
-//! Bodies that could not be moved apart in [`MOST_ROUNDS`] go back to where they were before the step, and
+//! Objects are bodies that have no wheels. Whoever does not pass through others pushes them: robots that push
+//! robots share the way with them as with each other; to robots that only stop at robots they yield all, as to
+//! walls. What slides along an object is held back by the object's friction, of two objects by that of the
+//! smoother one.
+//!
+//! Bodies that could not be moved apart in [`MOST_ROUNDS`], or are jammed among objects, go back to where they were before the step, and
 //! so does whoever would then overlap with them. So no two bodies ever overlap by more than [`SLACK`] of
 //! the distance at which they touch, unless they were put there.
 //!
@@ -16,6 +21,7 @@
 //! neither the order of the robots nor that of the pairs is part of the definition. It is in double
 //! precision, of `+ - * /`, the square root, and casts.
 
+use rsrs_core::conditions::world::Object;
 use rsrs_core::conditions::{Conditions, SimulatedRobot};
 use rsrs_core::robot::contact::ContactModel;
 
@@ -30,6 +36,15 @@ const SETTLED: f64 = 0.5 * SLACK;
 /// Rounds in which bodies are moved apart after each part of a step.
 pub const MOST_ROUNDS: usize = 400;
 
+/// The same where there are objects, of which a robot may push a long row ...
+const MOST_ROUNDS_OF_OBJECTS: usize = 4000;
+
+/// ... unless what overlaps most, looked at every so many rounds, has hardly become less: it is jammed.
+const LOOKED_AT_EVERY: usize = 50;
+
+/// Hardly: by no more than to this share; dimensionless.
+const JAMMED: f64 = 0.97;
+
 /// A step is made in parts in which no robot goes further than this, in radii of the smallest ...
 const PART_RADII: f64 = 0.25;
 
@@ -39,26 +54,29 @@ const MOST_PARTS: f64 = 64.0;
 /// Whole numbers in a metre, of which moves are sums.
 const PER_M: f64 = (1_u64 << 40) as f64;
 
-/// A swarm in which somebody pushes, and the memory that is used again from step to step.
+/// A swarm in which somebody pushes or is pushed, with the objects, which are behind the robots in all that follows, and the memory that is used again from step to step.
 pub(crate) struct Pushing {
     bodies: Bodies,
-    /// Where bodies were before the step, by themselves at its end, and are; shape `[n_robots]` each.
+    /// Where bodies were before the step, by themselves at its end, and are; shape `[n_bodies]` each.
     from_m: Vec<[f64; 2]>,
     alone_m: Vec<[f64; 2]>,
     at_m: Vec<[f64; 2]>,
-    /// Where they were before this part of the step; shape `[n_robots]`.
+    /// Where they were before this part of the step; shape `[n_bodies]`.
     part_from_m: Vec<[f64; 2]>,
     /// By how much this round moves them, in whole numbers, and how many others each overlaps with.
     moved: Vec<[i64; 2]>,
     n_touching: Vec<u32>,
     near: Near,
     overlaps: Vec<Overlap>,
-    /// Who goes back, and who has gone back; shape `[n_robots]`.
+    /// The deepest of them, over the distance at which the two touch; dimensionless.
+    deepest: f64,
+    has_objects: bool,
+    /// Who goes back, and who has gone back; shape `[n_bodies]`.
     returning: Vec<usize>,
     is_back: Vec<bool>,
 }
 
-/// What contact is to each robot; shape `[n_robots]`.
+/// What contact is to each body; shape `[n_bodies]`.
 struct Bodies(Vec<Body>);
 
 #[derive(Clone, Copy)]
@@ -66,6 +84,7 @@ struct Body {
     radius_m: f64,
     friction: f64,
     contact: ContactModel,
+    is_object: bool,
     border: Border,
 }
 
@@ -85,51 +104,63 @@ struct Overlap {
 }
 
 impl Pushing {
-    /// The pushing of a world; `None` if none of its robots pushes.
+    /// The pushing of a world; `None` if none of its robots pushes, and there are no objects.
     pub fn new(conditions: &Conditions) -> Option<Self> {
         let robots = (0..conditions.robots).map(|robot| conditions.robot_at(robot));
-        if !robots.clone().any(|robot| robot.contact == ContactModel::Push) {
+        let n_objects = conditions.world.n_objects();
+        if n_objects == 0 && !robots.clone().any(|robot| robot.contact == ContactModel::Push) {
             return None;
         }
-        let n_robots = conditions.robots;
+        let n_bodies = conditions.robots + n_objects;
         let body = |robot: &SimulatedRobot| Body {
             radius_m: robot.radius_m,
             friction: robot.contact_friction,
             contact: robot.contact,
+            is_object: false,
             border: Border::new(&conditions.arena, robot.radius_m),
         };
-        let places = || vec![[0.0; 2]; n_robots];
+        let object = |object: Object| Body {
+            radius_m: object.radius_m,
+            friction: object.friction,
+            contact: ContactModel::Push,
+            is_object: true,
+            border: Border::new(&conditions.arena, object.radius_m),
+        };
+        let places = || vec![[0.0; 2]; n_bodies];
+        let objects = conditions.world.each_object().map(object);
         Some(Self {
-            bodies: Bodies(robots.map(body).collect()),
+            bodies: Bodies(robots.map(body).chain(objects).collect()),
             from_m: places(),
             alone_m: places(),
             at_m: places(),
             part_from_m: places(),
-            moved: vec![[0; 2]; n_robots],
-            n_touching: vec![0; n_robots],
-            near: Near { by_x: (0..n_robots).collect(), pairs: Vec::new() },
+            moved: vec![[0; 2]; n_bodies],
+            n_touching: vec![0; n_bodies],
+            near: Near { by_x: (0..n_bodies).collect(), pairs: Vec::new() },
             overlaps: Vec::new(),
+            deepest: 0.0,
+            has_objects: n_objects > 0,
             returning: Vec::new(),
-            is_back: vec![false; n_robots],
+            is_back: vec![false; n_bodies],
         })
     }
 
-    /// Takes down where the robots are before they move.
+    /// Takes down where robots and objects are before robots move.
     ///
     /// # Arguments
     ///
-    /// * `x_m`, `y_m` — shape `[n_robots]` each.
-    pub fn begin(&mut self, x_m: &[f32], y_m: &[f32]) {
-        read(&mut self.from_m, x_m, y_m);
+    /// * `robots`, `objects` — x and y in metres; shape `[n_robots]` and `[n_objects]` each.
+    pub fn begin(&mut self, robots: [&[f32]; 2], objects: [&[f32]; 2]) {
+        read(&mut self.from_m, robots, objects);
     }
 
-    /// From where every robot would be if it were alone to where it is among the others.
+    /// From where every robot would be if it were alone to where all are among each other.
     ///
     /// # Arguments
     ///
-    /// * `x_m`, `y_m` — shape `[n_robots]` each; changed where somebody is pushed.
-    pub fn settle(&mut self, x_m: &mut [f32], y_m: &mut [f32]) {
-        read(&mut self.alone_m, x_m, y_m);
+    /// * `robots`, `objects` — as in [`Self::begin`]; changed where somebody is pushed.
+    pub fn settle(&mut self, mut robots: [&mut [f32]; 2], mut objects: [&mut [f32]; 2]) {
+        read(&mut self.alone_m, shared(&robots), shared(&objects));
         let farthest_m = farthest_m(&self.from_m, &self.alone_m);
         self.near.find(&self.bodies, &self.from_m, 2.0 * farthest_m);
         if self.near.pairs.is_empty() {
@@ -150,10 +181,13 @@ impl Pushing {
             is_any_pushed |= self.move_apart();
         }
         if is_any_pushed {
-            for (robot, at_m) in self.at_m.iter().enumerate() {
-                (x_m[robot], y_m[robot]) = (at_m[0] as f32, at_m[1] as f32);
-            }
-            self.go_back(x_m, y_m);
+            // As they are kept, in single precision.
+            let rounded = |at_m: f64| f64::from(at_m as f32);
+            self.at_m.iter_mut().for_each(|place_m| *place_m = place_m.map(rounded));
+            self.go_back();
+            let (of_robots, of_objects) = self.at_m.split_at(robots[0].len());
+            write(of_robots, &mut robots);
+            write(of_objects, &mut objects);
         }
     }
 
@@ -161,10 +195,18 @@ impl Pushing {
     fn move_apart(&mut self) -> bool {
         // Whoever is pushed in these rounds may push others, who are near, too.
         self.near.find(&self.bodies, &self.at_m, self.bodies.largest_radius_m());
-        for round in 0..MOST_ROUNDS {
+        let most_rounds = if self.has_objects { MOST_ROUNDS_OF_OBJECTS } else { MOST_ROUNDS };
+        let mut before = f64::INFINITY;
+        for round in 0..most_rounds {
             self.find_overlaps();
             if self.overlaps.is_empty() {
                 return round > 0;
+            }
+            if self.has_objects && round % LOOKED_AT_EVERY == 0 {
+                if self.deepest > JAMMED * before {
+                    return true;
+                }
+                before = self.deepest;
             }
             self.make_round();
         }
@@ -175,6 +217,7 @@ impl Pushing {
     fn find_overlaps(&mut self) {
         self.overlaps.clear();
         self.n_touching.fill(0);
+        self.deepest = 0.0;
         let mut is_settled = true;
         for (one, other) in self.near.pairs.iter().copied() {
             let between_m = minus(self.at_m[one], self.at_m[other]);
@@ -186,6 +229,7 @@ impl Pushing {
                 let normal = between_m.map(|along_m| along_m / distance_m);
                 let depth_m = touching_m - distance_m;
                 is_settled &= depth_m <= SETTLED * touching_m;
+                self.deepest = self.deepest.max(depth_m / touching_m);
                 self.overlaps.push(Overlap { pair: (one, other), normal, depth_m });
                 self.n_touching[one] += 1;
                 self.n_touching[other] += 1;
@@ -227,10 +271,8 @@ impl Pushing {
     }
 
     /// Puts bodies that still overlap back to where they were, until nobody does whom that can help.
-    fn go_back(&mut self, x_m: &mut [f32], y_m: &mut [f32]) {
+    fn go_back(&mut self) {
         let Self { bodies, from_m, at_m, near, is_back, returning, .. } = self;
-        // As they are kept, in single precision.
-        read(at_m, x_m, y_m);
         near.find(bodies, from_m, 2.0 * farthest_m(from_m, at_m));
         is_back.fill(false);
         loop {
@@ -249,9 +291,6 @@ impl Pushing {
             for body in returning.iter().copied() {
                 (at_m[body], is_back[body]) = (from_m[body], true);
             }
-        }
-        for (robot, at_m) in at_m.iter().enumerate() {
-            (x_m[robot], y_m[robot]) = (at_m[0] as f32, at_m[1] as f32);
         }
     }
 }
@@ -285,9 +324,15 @@ impl Bodies {
         }
     }
 
-    /// The friction of two bodies, which is that of the smoother one; one that only stands has none of its own.
+    /// The friction of two bodies, which is that of the smoother one; one that only stands has none of its own, and no
+    /// robot has beside an object.
     fn friction(&self, one: usize, other: usize) -> f64 {
         let (one, other) = (self.0[one], self.0[other]);
+        match [one.is_object, other.is_object] {
+            [true, false] => return one.friction,
+            [false, true] => return other.friction,
+            _ => {}
+        }
         match [one, other].map(|body| body.contact == ContactModel::Push) {
             [true, true] => one.friction.min(other.friction),
             [true, false] => one.friction,
@@ -317,9 +362,20 @@ impl Near {
     }
 }
 
-fn read(places_m: &mut [[f64; 2]], x_m: &[f32], y_m: &[f32]) {
-    for (place_m, (x_m, y_m)) in places_m.iter_mut().zip(x_m.iter().zip(y_m)) {
+fn shared<'a>(columns: &'a [&mut [f32]; 2]) -> [&'a [f32]; 2] {
+    [&*columns[0], &*columns[1]]
+}
+
+fn read(places_m: &mut [[f64; 2]], robots: [&[f32]; 2], objects: [&[f32]; 2]) {
+    let both = [robots, objects].into_iter().flat_map(|[x_m, y_m]| x_m.iter().zip(y_m));
+    for (place_m, (x_m, y_m)) in places_m.iter_mut().zip(both) {
         *place_m = [f64::from(*x_m), f64::from(*y_m)];
+    }
+}
+
+fn write(places_m: &[[f64; 2]], [x_m, y_m]: &mut [&mut [f32]; 2]) {
+    for (place_m, (x_m, y_m)) in places_m.iter().zip(x_m.iter_mut().zip(y_m.iter_mut())) {
+        (*x_m, *y_m) = (place_m[0] as f32, place_m[1] as f32);
     }
 }
 

@@ -1,26 +1,30 @@
 //! Robots with several sensors, or with one that is not plain: what each reports.
 //!
-//! A sensor looks along its bearing, from the robot's centre. In its frame a robot is at `(f, l)`, ahead and to the
-//! left, and is seen as by any sensor ([`crate::field_of_view`]). A wall is seen where the region reaches it, and is as far
-//! away as its nearest point in the region ([`crate::wall_view`]).
+//! A sensor looks along its bearing, from the robot's centre. In its frame the centre of a robot, an object or a goal
+//! is at `(f, l)`, ahead and to the left; all three are discs, and seen as a robot is by any sensor
+//! ([`crate::field_of_view`]), an object or a goal also by who is at its centre. A wall is seen where the region
+//! reaches it, and is as far away as its nearest point in the region ([`crate::wall_view`]).
 //!
-//! What is *hidden*: the body of a third robot lies across the way from the sensor to the thing, touching it, nearer than
-//! its end. That way leads to the centre of a robot and to the nearest point of a wall in the region; along a line of sight
-//! it is that line, so that the first body that it meets is seen. Walls stand around everything and hide nothing.
+//! What is *hidden*: the disc of a thing that hides others lies across the way from the sensor to the thing that is
+//! looked at, touching it, nearer than its end. That way leads to the centre of a disc and to the nearest point of a
+//! wall in the region; along a line of sight it is that line, so that the first body that it meets is seen. Walls stand
+//! around everything and hide nothing.
 //!
-//! *Nearest*, for a sensor that tells kinds from each other: a robot is nearer than a wall at `w` if its centre is at most
-//! `w` and as much as of its body is seen away.
+//! *Nearest*, for a sensor that tells kinds from each other: of discs that one whose centre, less what is seen of it,
+//! is nearest, in the order robot, object, goal where they are as near; a disc is nearer than a wall at `w` if its
+//! centre is at most `w` and as much as of it is seen away. So a goal is nearest to who is in it.
 //!
 //! All sensors look before any robot moves, with one draw for each sensor, robot and step: the first reading whose share
 //! of the row of the confusion table, added up in the order of the readings, is above it is reported, or none.
 
-use rsrs_core::conditions::{Conditions, SimulatedRobot, SimulatedSensor};
+use rsrs_core::conditions::{Conditions, SimulatedSensor};
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::{Detects, Reading, Readings};
 
 use crate::detections::Detections;
 use crate::draw::{Key, RunKey, threshold};
 use crate::field_of_view::{FieldOfView, seen_radius_m};
+use crate::objects::Objects;
 use crate::robots::Robots;
 use crate::wall_view::WallView;
 
@@ -28,8 +32,10 @@ use crate::wall_view::WallView;
 pub struct Sensors {
     /// The sensors of each robot; shape `[n_robots][n_sensors]`.
     of_robots: Vec<Vec<Sensor>>,
-    /// Radius of each body, in metres; shape `[n_robots]`.
-    bodies_m: Vec<f32>,
+    /// Radius of each disc of a kind, in metres; shape `[n_kinds][n_discs]`.
+    radii_m: [Vec<f32>; N_KINDS],
+    /// Where goals are, in metres.
+    goals_m: Vec<[f32; 2]>,
     /// From the origin to each wall, in metres.
     walls_m: f32,
     /// Shape `[n_readings]`.
@@ -38,20 +44,38 @@ pub struct Sensors {
     arrived: Vec<Readings>,
 }
 
+/// Kinds of things that are discs, in the order in which they are nearest.
+const KINDS: [Detects; N_KINDS] = [Detects::Robot, Detects::Object, Detects::Goal];
+const N_KINDS: usize = 3;
+const ROBOTS: usize = 0;
+
+/// A disc: its kind by place in [`KINDS`], and which of its kind.
+type Disc = (usize, usize);
+
+/// Where all discs are.
+#[derive(Clone, Copy)]
+struct Floor<'a> {
+    robots: &'a Robots,
+    /// All x and all y, in metres.
+    objects: [&'a [f32]; 2],
+    goals_m: &'a [[f32; 2]],
+}
+
 /// One sensor of one robot.
 struct Sensor {
     key: Key,
     /// Cosine and sine of its bearing.
     bearing: (f32, f32),
-    /// Upon each robot; shape `[n_robots]`.
-    views: Vec<FieldOfView>,
-    /// How much of each robot is seen around its centre, in metres; shape `[n_robots]`.
-    seen_m: Vec<f32>,
+    /// Upon each disc of a kind that it detects; shape `[n_kinds][n_discs]`.
+    views: [Vec<FieldOfView>; N_KINDS],
+    /// How much of each is seen around its centre, in metres; likewise.
+    seen_m: [Vec<f32>; N_KINDS],
     wall: WallView,
     is_line: bool,
-    is_hidden_by_robots: bool,
+    /// Which kinds hide things behind them.
+    is_hidden_by: [bool; N_KINDS],
     /// Its reading of a kind, by place among its own.
-    of_robot: Option<usize>,
+    of_kinds: [Option<usize>; N_KINDS],
     of_wall: Option<usize>,
     /// For each of its readings, and for nothing as the last: thresholds of a draw, one for each reading.
     confusion: Vec<Vec<u32>>,
@@ -93,8 +117,12 @@ impl Sensors {
         };
         let n_readings = conditions.robot.reading_names().n_readings();
         Some(Self {
-            of_robots: robots.clone().map(of_robot).collect(),
-            bodies_m: robots.map(|robot| conditions.robot_at(robot).radius_m as f32).collect(),
+            of_robots: robots.map(of_robot).collect(),
+            radii_m: radii_m(conditions)
+                .map(|of_kind| of_kind.iter().map(|it| *it as f32).collect()),
+            goals_m: (conditions.world.goals.iter())
+                .map(|goal| goal.place_m.map(|at_m| at_m as f32))
+                .collect(),
             walls_m: (conditions.arena.side_m / 2.0) as f32,
             detections: (0..n_readings).map(ring).collect(),
             arrived: vec![Readings::default(); conditions.robots],
@@ -102,11 +130,12 @@ impl Sensors {
     }
 
     /// Looks with every sensor of every robot.
-    pub fn sense(&mut self, robots: &Robots, step: u64) {
+    pub fn sense(&mut self, robots: &Robots, objects: &Objects, step: u64) {
+        let floor = Floor { robots, objects: objects.columns(), goals_m: &self.goals_m };
         for robot in 0..self.of_robots.len() {
             let mut reading = 0;
             for sensor in &self.of_robots[robot] {
-                let there = self.there(robots, robot, sensor);
+                let there = self.there(floor, robot, sensor);
                 let reported = sensor.reported(there, step);
                 for place in 0..sensor.n_readings() {
                     let is_reported = reported == Some(place);
@@ -138,7 +167,8 @@ impl Sensors {
     }
 
     /// Of which of a sensor's readings a thing is there.
-    fn there(&self, robots: &Robots, robot: usize, sensor: &Sensor) -> Option<usize> {
+    fn there(&self, floor: Floor, robot: usize, sensor: &Sensor) -> Option<usize> {
+        let Floor { robots, .. } = floor;
         let (cosine, sine) = (robots.cosine[robot], robots.sine[robot]);
         let (turned_cosine, turned_sine) = sensor.bearing;
         let frame = Frame {
@@ -148,36 +178,66 @@ impl Sensors {
             cosine: cosine * turned_cosine - sine * turned_sine,
             sine: sine * turned_cosine + cosine * turned_sine,
         };
-        let wall_m = sensor.of_wall.and_then(|_| self.wall_m(robots, &frame, sensor));
-        let is_robot = sensor.of_robot.is_some() && self.sees_robot(robots, &frame, sensor, wall_m);
-        if is_robot { sensor.of_robot } else { sensor.of_wall.filter(|_| wall_m.is_some()) }
+        let wall_m = sensor.of_wall.and_then(|_| self.wall_m(floor, &frame, sensor));
+        let disc = self.nearest_disc(floor, &frame, sensor, wall_m);
+        disc.or(sensor.of_wall.filter(|_| wall_m.is_some()))
     }
 
-    /// Whether a robot is seen that is nearer than the wall, if one is seen.
-    fn sees_robot(
+    /// The reading of the nearest disc that is seen, nearer than the wall, if one is seen.
+    fn nearest_disc(
         &self,
-        robots: &Robots,
+        floor: Floor,
         frame: &Frame,
         sensor: &Sensor,
         wall_m: Option<f32>,
-    ) -> bool {
-        (0..self.bodies_m.len()).any(|other| {
-            let (forward_m, lateral_m) = frame.at(robots, other);
-            let d2_m2 = forward_m * forward_m + lateral_m * lateral_m;
-            let is_nearest = wall_m.is_none_or(|wall_m| {
-                let edge_m = wall_m + sensor.seen_m[other];
-                d2_m2 <= edge_m * edge_m
-            });
-            let way_m = (forward_m, if sensor.is_line { 0.0 } else { lateral_m });
-            is_nearest
-                && sensor.views[other].sees(forward_m, lateral_m, d2_m2)
-                && !(sensor.is_hidden_by_robots
-                    && self.is_hidden(robots, frame, (way_m, Some(other))))
-        })
+    ) -> Option<usize> {
+        let mut kinds = (0..N_KINDS).filter(|kind| sensor.of_kinds[*kind].is_some());
+        let (first, second) = (kinds.next()?, kinds.next());
+        if second.is_none() {
+            let is_seen = (0..self.radii_m[first].len())
+                .any(|disc| self.seen(floor, frame, sensor, ((first, disc), wall_m)).is_some());
+            return sensor.of_kinds[first].filter(|_| is_seen);
+        }
+        let mut nearest: Option<(f32, usize)> = None;
+        for kind in (0..N_KINDS).filter(|kind| sensor.of_kinds[*kind].is_some()) {
+            for disc in 0..self.radii_m[kind].len() {
+                let edge_m = self.seen(floor, frame, sensor, ((kind, disc), wall_m));
+                if let Some(edge_m) = edge_m
+                    && nearest.is_none_or(|(nearest_m, _)| edge_m < nearest_m)
+                {
+                    nearest = Some((edge_m, kind));
+                }
+            }
+        }
+        nearest.and_then(|(_, kind)| sensor.of_kinds[kind])
+    }
+
+    /// How far the edge of a disc is, in metres, if it is seen and nearer than the wall.
+    fn seen(
+        &self,
+        floor: Floor,
+        frame: &Frame,
+        sensor: &Sensor,
+        ((kind, disc), wall_m): (Disc, Option<f32>),
+    ) -> Option<f32> {
+        let (forward_m, lateral_m) = frame.at(floor.place((kind, disc)));
+        let d2_m2 = forward_m * forward_m + lateral_m * lateral_m;
+        let seen_m = sensor.seen_m[kind][disc];
+        let is_nearest = wall_m.is_none_or(|wall_m| {
+            let edge_m = wall_m + seen_m;
+            d2_m2 <= edge_m * edge_m
+        });
+        let way_m = (forward_m, if sensor.is_line { 0.0 } else { lateral_m });
+        // Nobody sees itself, but who is at the centre of something else sees that.
+        let apart_m2 = if kind == ROBOTS { d2_m2 } else { d2_m2.max(f32::MIN_POSITIVE) };
+        let is_seen = is_nearest
+            && sensor.views[kind][disc].sees(forward_m, lateral_m, apart_m2)
+            && !self.is_hidden(floor, (frame, sensor), (way_m, Some((kind, disc))));
+        is_seen.then(|| d2_m2.sqrt() - seen_m)
     }
 
     /// How far the nearest wall is that is seen, in metres.
-    fn wall_m(&self, robots: &Robots, frame: &Frame, sensor: &Sensor) -> Option<f32> {
+    fn wall_m(&self, floor: Floor, frame: &Frame, sensor: &Sensor) -> Option<f32> {
         let Frame { x_m, y_m, cosine, sine, .. } = *frame;
         let limit_m = self.walls_m;
         // The outward normal of each wall in the sensor's frame, and how far away the wall is.
@@ -191,63 +251,87 @@ impl Sensors {
         for (normal, gap_m) in walls {
             let Some((point_m, wall_m)) = sensor.wall.nearest(normal, gap_m) else { continue };
             let is_nearer = nearest_m.is_none_or(|nearest_m| wall_m < nearest_m);
-            if is_nearer
-                && !(sensor.is_hidden_by_robots && self.is_hidden(robots, frame, (point_m, None)))
-            {
+            if is_nearer && !self.is_hidden(floor, (frame, sensor), (point_m, None)) {
                 nearest_m = Some(wall_m);
             }
         }
         nearest_m
     }
 
-    /// Whether the body of a robot, other than the one that is looked at, lies across the way to a point.
+    /// Whether a disc that hides things, other than the one that is looked at, lies across the way to a point.
     fn is_hidden(
         &self,
-        robots: &Robots,
-        frame: &Frame,
-        (way_m, target): ((f32, f32), Option<usize>),
+        floor: Floor,
+        (frame, sensor): (&Frame, &Sensor),
+        (way_m, target): ((f32, f32), Option<Disc>),
     ) -> bool {
         let way2_m2 = way_m.0 * way_m.0 + way_m.1 * way_m.1;
-        (0..self.bodies_m.len()).any(|third| {
-            if third == frame.robot || Some(third) == target {
+        let lies_across = |third: Disc| {
+            if third == (ROBOTS, frame.robot) || Some(third) == target {
                 return false;
             }
-            let (forward_m, lateral_m) = frame.at(robots, third);
+            let (forward_m, lateral_m) = frame.at(floor.place(third));
             let along_m2 = forward_m * way_m.0 + lateral_m * way_m.1;
             let across_m2 = forward_m * way_m.1 - lateral_m * way_m.0;
-            let body_m = self.bodies_m[third];
+            let radius_m = self.radii_m[third.0][third.1];
             (along_m2 > 0.0 && along_m2 < way2_m2)
-                && across_m2 * across_m2 <= body_m * body_m * way2_m2
-        })
+                && across_m2 * across_m2 <= radius_m * radius_m * way2_m2
+        };
+        (0..N_KINDS)
+            .filter(|kind| sensor.is_hidden_by[*kind])
+            .any(|kind| (0..self.radii_m[kind].len()).any(|third| lies_across((kind, third))))
+    }
+}
+
+impl Floor<'_> {
+    /// Where a disc is, in metres.
+    fn place(&self, (kind, disc): Disc) -> (f32, f32) {
+        match KINDS[kind] {
+            Detects::Object => (self.objects[0][disc], self.objects[1][disc]),
+            Detects::Goal => (self.goals_m[disc][0], self.goals_m[disc][1]),
+            Detects::Robot | Detects::Wall => (self.robots.x_m[disc], self.robots.y_m[disc]),
+        }
     }
 }
 
 impl Frame {
-    /// Where a robot is in the frame, in metres: ahead and to the left.
-    fn at(&self, robots: &Robots, other: usize) -> (f32, f32) {
-        let (dx_m, dy_m) = (robots.x_m[other] - self.x_m, robots.y_m[other] - self.y_m);
+    /// Where a place is in the frame, in metres: ahead and to the left.
+    fn at(&self, (x_m, y_m): (f32, f32)) -> (f32, f32) {
+        let (dx_m, dy_m) = (x_m - self.x_m, y_m - self.y_m);
         (dx_m * self.cosine + dy_m * self.sine, dy_m * self.cosine - dx_m * self.sine)
     }
+}
+
+/// Radius of each disc of a kind, in metres; shape `[n_kinds][n_discs]`.
+fn radii_m(conditions: &Conditions) -> [Vec<f64>; N_KINDS] {
+    KINDS.map(|kind| match kind {
+        Detects::Object => conditions.world.each_object().map(|object| object.radius_m).collect(),
+        Detects::Goal => conditions.world.goals.iter().map(|goal| goal.radius_m).collect(),
+        Detects::Robot | Detects::Wall => {
+            (0..conditions.robots).map(|robot| conditions.robot_at(robot).radius_m).collect()
+        }
+    })
 }
 
 impl Sensor {
     fn new(sensor: &SimulatedSensor, conditions: &Conditions, key: Key) -> Self {
         let details = &sensor.details;
         let (sine, cosine) = libm::sincos(details.bearing_rad);
-        let robots = (0..conditions.robots).map(|robot| conditions.robot_at(robot));
-        let seen_m = |robot: &SimulatedRobot| seen_radius_m(sensor.sees, robot.radius_m);
-        let views = robots.clone().map(|robot| FieldOfView::of(&sensor.region, seen_m(robot)));
+        let seen_m = |radius_m: &f64| seen_radius_m(sensor.sees, *radius_m);
+        let radii_m = radii_m(conditions);
+        let view = |radius_m: &f64| FieldOfView::of(&sensor.region, seen_m(radius_m));
         let readings = sensor.readings();
         let of = |kind| readings.iter().position(|reading| reading.detects == kind);
         Self {
             key,
             bearing: (cosine as f32, sine as f32),
-            views: views.collect(),
-            seen_m: robots.map(|robot| seen_m(robot) as f32).collect(),
+            views: radii_m.each_ref().map(|of_kind| of_kind.iter().map(view).collect()),
+            seen_m: (radii_m.each_ref())
+                .map(|of_kind| of_kind.iter().map(|radius_m| seen_m(radius_m) as f32).collect()),
             wall: WallView::new(&sensor.region),
             is_line: matches!(sensor.region, Region::Cone { half_angle_rad: 0.0, .. }),
-            is_hidden_by_robots: details.hidden_by.contains(&Detects::Robot),
-            of_robot: of(Detects::Robot),
+            is_hidden_by: KINDS.map(|kind| details.hidden_by.contains(&kind)),
+            of_kinds: KINDS.map(of),
             of_wall: of(Detects::Wall),
             confusion: confusion(&readings),
         }

@@ -37,7 +37,7 @@
 //!
 //! Where robots have several sensors, or one that is not plain, [`crate::sensors`] has what each reports.
 //!
-//! Where robots push each other, [`crate::pushing`] has the last word on `(x, y)`; where they pass through
+//! Where robots push each other, or objects, [`crate::pushing`] has the last word on `(x, y)`; where they pass through
 //! each other, or push, nobody is ahead or behind.
 //!
 //! # Source
@@ -59,6 +59,7 @@ use crate::field_of_view::FieldOfView;
 use crate::grid::{self, Grid, REORDERED_EVERY};
 use crate::kinds::{self, Kinds};
 use crate::numbering::Numbering;
+use crate::objects::Objects;
 use crate::placement::{self, PlacementError};
 use crate::pushing::Pushing;
 use crate::robots::{Drive, Robots, WorldParameters};
@@ -96,8 +97,9 @@ pub struct World {
     grid: Option<Grid>,
     /// Where robots are not all alike; then the rules above are those of nobody, and places are robots.
     kinds: Option<Kinds>,
-    /// Where somebody pushes.
+    /// Where somebody pushes or is pushed.
     pushing: Option<Pushing>,
+    objects: Objects,
     /// Where a robot has more than one plain sensor; then the detections above are nobody's, and places are robots.
     sensors: Option<Sensors>,
     /// What was sensed last, robot by robot.
@@ -113,6 +115,7 @@ impl World {
     pub fn new(conditions: &Conditions, seed: Seed) -> Result<Self, PlacementError> {
         let run = RunKey::new(seed, conditions.digest());
         let poses = placement::place(conditions, run)?;
+        let objects = Objects::at(&placement::place_objects(conditions, run, &poses)?);
         let n_robots = conditions.robots;
         let rules = WorldParameters::new(conditions);
         let sensors = Sensors::new(conditions, run);
@@ -132,6 +135,7 @@ impl World {
             grid: grid.flatten(),
             kinds: Kinds::new(conditions),
             pushing: Pushing::new(conditions),
+            objects,
             sensors,
             readings: vec![Readings::default(); n_robots],
         })
@@ -176,7 +180,7 @@ impl World {
             self.blocked[*robot as usize] = self.blocked_at[place].ahead;
         }
         if let Some(sensors) = &mut self.sensors {
-            sensors.sense(&self.robots, self.step);
+            sensors.sense(&self.robots, &self.objects, self.step);
             return sensors.detection(self.step);
         }
         let row = self.detections.row_mut(self.step);
@@ -230,7 +234,7 @@ impl World {
         assert!(self.is_sensed, "every robot senses before any robot moves");
         assert_eq!(commands.len(), self.n_robots(), "one command for each robot");
         if let Some(pushing) = &mut self.pushing {
-            pushing.begin(&self.robots.x_m, &self.robots.y_m);
+            pushing.begin([&self.robots.x_m, &self.robots.y_m], self.objects.columns());
         }
         for (place, robot) in self.numbering.robots().iter().enumerate() {
             let command = commands[*robot as usize];
@@ -249,7 +253,8 @@ impl World {
             self.robots.advance(rules, place, drive);
         }
         if let Some(pushing) = &mut self.pushing {
-            pushing.settle(&mut self.robots.x_m, &mut self.robots.y_m);
+            let robots = [self.robots.x_m.as_mut_slice(), self.robots.y_m.as_mut_slice()];
+            pushing.settle(robots, self.objects.columns_mut());
         }
         self.step += 1;
         self.is_sensed = false;
@@ -258,8 +263,8 @@ impl World {
     /// Names the state: equal digests after the same number of steps mean equal futures under equal
     /// commands.
     ///
-    /// It covers the step, position and heading of every robot to the bit, and what a pose does not
-    /// show: gusts, lagging turning rates and detections under way, where there are any.
+    /// It covers the step, position and heading of every robot and the position of every object to the bit, and what
+    /// these do not show: gusts, lagging turning rates and detections under way, where there are any.
     pub fn digest(&self) -> u64 {
         let robots = &self.robots;
         let mut columns = vec![&robots.x_m, &robots.y_m, &robots.cosine, &robots.sine];
@@ -271,10 +276,16 @@ impl World {
             columns.push(&robots.yaw_rate_rad_s);
         }
         let numbers = columns.into_iter().flat_map(|column| self.numbering.by_robot(column));
+        let numbers = numbers.chain(self.objects.columns().into_iter().flatten().copied());
         if let Some(sensors) = &self.sensors {
             return digest(self.step, numbers, sensors.under_way(self.step).copied());
         }
         digest(self.step, numbers, self.detections.under_way(self.step).copied())
+    }
+
+    /// Where every object is, in metres; shape `[n_objects][2]`.
+    pub fn objects_m(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.objects.places().map(|place_m| place_m.map(f64::from))
     }
 
     /// Position and heading of every robot, the heading from -π to π.

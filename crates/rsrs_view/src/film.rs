@@ -7,6 +7,7 @@
 mod frames;
 mod gif;
 
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::trajectory::Trajectory;
 
 pub use frames::FilmError;
@@ -37,6 +38,8 @@ pub struct Film<'a> {
     pub names: &'a [String],
     /// Distance of the walls from the origin, in metres, where there are some.
     pub walls_m: Option<f64>,
+    /// What is there besides robots, where that is known.
+    pub world: Option<&'a WorldFile>,
 }
 
 /// Kinds of film.

@@ -1,5 +1,6 @@
 //! The floor from above, in metres: what pictures of runs and of starts share.
 
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 
@@ -21,6 +22,10 @@ pub const TAIL: &str = "#0072b2";
 pub const LOST: &str = "#c1121f";
 /// Walls.
 pub const WALL: &str = "#8a6d4b";
+/// Objects that robots push.
+const OBJECT: &str = "#e69f00";
+/// Goals on the floor.
+const GOAL: &str = "#009e73";
 const FIELD_PX: f64 = PAGE_PX - 2.0 * MARGIN_PX;
 
 /// From metres on the floor to pixels on the page.
@@ -219,6 +224,46 @@ pub fn walls(field: &Field, walls_m: f64) -> Option<Element> {
     let drawn =
         Element::new("path").with("d", &path.concat()).with("stroke", WALL).at("stroke-width", 3.0);
     (!path.is_empty()).then(|| drawn.with("fill", "none").with("stroke-linecap", "square"))
+}
+
+/// The objects and goals of a world, which lie below robots.
+///
+/// # Arguments
+///
+/// * `objects_m` — where objects are, in metres; shape `[n_objects][2]`, or empty if nobody knows.
+pub fn things(field: &Field, world: &WorldFile, objects_m: &[[f64; 2]]) -> Vec<Element> {
+    let disc = |[x_m, y_m]: [f64; 2], radius_m: f64| {
+        let (x_px, y_px) = field.point(x_m, y_m);
+        Element::new("circle").at("cx", x_px).at("cy", y_px).at("r", radius_m * field.px_per_m)
+    };
+    let goals = world.goals.iter().map(|goal| {
+        disc(goal.place_m, goal.radius_m)
+            .with("fill", GOAL)
+            .with("fill-opacity", "0.12")
+            .with("stroke", GOAL)
+            .at("stroke-width", 1.2)
+            .with("stroke-dasharray", "5 3")
+    });
+    let objects = world.each_object().zip(objects_m).map(|(object, place_m)| {
+        disc(*place_m, object.radius_m)
+            .with("fill", OBJECT)
+            .with("stroke", INK)
+            .at("stroke-width", 0.8)
+    });
+    goals.chain(objects).collect()
+}
+
+/// What of objects and goals lies outermost, in metres, so that a field has room for them.
+pub fn around_things<'a>(
+    world: Option<&'a WorldFile>,
+    trajectory: &'a Trajectory,
+) -> impl Iterator<Item = Point> + 'a {
+    let goals = world.into_iter().flat_map(|world| &world.goals).flat_map(|goal| {
+        let ([x_m, y_m], r_m) = (goal.place_m, goal.radius_m);
+        [(x_m - r_m, y_m - r_m), (x_m + r_m, y_m + r_m)]
+    });
+    let objects = world.and(Some(&trajectory.objects_m)).into_iter().flatten();
+    objects.map(|[x_m, y_m]| (*x_m, *y_m)).chain(goals)
 }
 
 /// A bar of a round length of at most a quarter of the field.

@@ -1,5 +1,6 @@
 //! One run from above: where every robot went, where it is now, and the ring if there is one.
 
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Trajectory;
@@ -7,8 +8,8 @@ use rsrs_core::robot::unicycle::Pose;
 
 use crate::chart::{legend, stroke_mark};
 use crate::floor::{
-    Field, LOST, MARGIN_PX, PAGE_PX, TAIL, WALL, not_finite, places, robot, scale_bar, short, tags,
-    walls,
+    Field, LOST, MARGIN_PX, PAGE_PX, TAIL, WALL, around_things, not_finite, places, robot,
+    scale_bar, short, tags, things, walls,
 };
 use crate::header::header;
 use crate::palette::INK;
@@ -43,6 +44,8 @@ pub struct TrajectoryPicture<'a> {
     pub names: &'a [String],
     /// Distance of the walls from the origin, in metres, where there are some.
     pub walls_m: Option<f64>,
+    /// What is there besides robots, where that is known.
+    pub world: Option<&'a WorldFile>,
     /// Where it is looked at.
     pub theme: Theme,
     /// The title; any text.
@@ -87,7 +90,7 @@ pub enum TrajectoryPictureError {
 /// Draws one run.
 ///
 /// The earlier tracks are pale, the last `tail_s` seconds strong; a dot is where a robot started, and
-/// robots stand where they ended, with a line towards where they head and their names. A milling run also
+/// robots stand and objects lie where they ended, with a line towards where they head and their names. A milling run also
 /// gets the circle about the centroid of the tail with the mean distance from it as radius, and so does each
 /// of several mills.
 ///
@@ -127,6 +130,7 @@ pub(crate) fn elements(
     let rings = rings(picture, first_of_tail);
     let corners_m = rings.iter().flat_map(|(ring, _)| ring.corners_m());
     let drawn_m = places(&trajectory.poses).chain(corners_m);
+    let drawn_m = drawn_m.chain(around_things(picture.world, trajectory));
     let field = Field::around(drawn_m, picture.radius_m, header_px + 10.0);
 
     let last = trajectory.poses_at(trajectory.n_samples() - 1);
@@ -138,6 +142,13 @@ pub(crate) fn elements(
     let (caption, bottom_px) = caption(picture, &rings, &field);
     let mut elements = header;
     elements.extend(picture.walls_m.and_then(|walls_m| walls(&field, walls_m)));
+    let last_sample = trajectory.n_samples() - 1;
+    elements.extend(
+        picture
+            .world
+            .into_iter()
+            .flat_map(|world| things(&field, world, trajectory.objects_at(last_sample))),
+    );
     elements.push(tracks(&field, trajectory, 0..first_of_tail + 1, BEFORE, 0.8));
     elements.push(tracks(&field, trajectory, first_of_tail..trajectory.n_samples(), TAIL, 1.5));
     elements.extend(trajectory.poses_at(0).iter().map(|pose| start(&field, *pose)));
@@ -444,6 +455,7 @@ mod tests {
             lost: &[],
             names: &[],
             walls_m: None,
+            world: None,
             title: "run".to_owned(),
             subtitle: String::new(),
             theme: Theme::Screen,

@@ -64,6 +64,7 @@ fn picture(trajectory: &Trajectory, phase: Option<Phase>) -> TrajectoryPicture<'
         lost: &[],
         names: &[],
         walls_m: None,
+        world: None,
         theme: Theme::Screen,
         title: "Nine Flockbots, one run".to_owned(),
         subtitle: "0.15 m/s · 0.75 rad/s · 300 s · seed 42".to_owned(),
@@ -148,7 +149,7 @@ fn runs_that_cannot_be_drawn_are_refused() {
 #[test]
 fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
     let mill = mill(120.0);
-    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9), arena_m: None };
+    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9), ..Bodies::UNKNOWN };
     let n_block = samples_in(BLOCK_S, mill.period_s);
     let block = |number: usize| {
         let samples = number * n_block..(number + 1) * n_block;
@@ -200,6 +201,7 @@ fn a_ring_that_is_torn_stays_off_the_words() {
         lost: &[0],
         names: &names(),
         walls_m: Some(1.3),
+        world: None,
         title: LONG_TITLE.to_owned(),
         ..picture(&torn, Some(Phase::SEMI_STABLE_MILLING))
     };
@@ -262,7 +264,7 @@ fn every_frame_of_a_film_can_be_read_and_has_the_same_text_again() {
 fn pictures_of_a_run_have_the_same_bytes_again() {
     let torn = torn(60.0);
     let picture = picture(&torn, Some(Phase::SEMI_STABLE_MILLING));
-    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9), arena_m: None };
+    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9), ..Bodies::UNKNOWN };
     let blocks = [(0.0, OrderParameters::of(&torn, 0..torn.n_samples(), &bodies))];
     let rules = Behaviour::MILLING.rules();
     let notes = ["robot_1 left the ring at 1 s".to_owned()];
@@ -299,6 +301,7 @@ fn film_of(trajectory: &Trajectory) -> Film<'_> {
         lost: &[3],
         names: &[],
         walls_m: Some(2.0),
+        world: None,
     }
 }
 

@@ -166,8 +166,10 @@ fn publishers(plan: &Plan, reader: &PoseReader, recorded_topic: &RecordedTopic) 
             let place = reader.index_of(&recorded_topic.name, &recorded_topic.type_name);
             if place.is_some() { trackers(plan) } else { Publishers::Any }
         }
-        // The simulator publishes further detections once it has placed the world.
-        Role::FurtherDetection(_) | Role::Robot(_) | Role::Controller(_) => Publishers::AtMostOne,
+        // The simulator publishes further detections, and where objects are, once it has placed the world.
+        Role::FurtherDetection(_) | Role::Object | Role::Robot(_) | Role::Controller(_) => {
+            Publishers::AtMostOne
+        }
         _ => Publishers::Any,
     }
 }

@@ -76,6 +76,7 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
         Role::Detection(_)
         | Role::FurtherDetection(_)
         | Role::Odometry(_)
+        | Role::Object
         | Role::Pose(_)
         | Role::Tracker
         | Role::Simulator

@@ -29,6 +29,7 @@ mod run_id;
 mod starts;
 mod swept;
 mod trial;
+mod world;
 
 use profiles::{Measured, Profiles};
 pub use recording::Recording;
@@ -120,6 +121,7 @@ impl Plan {
         let fleet = FleetFile::parse(&fleet_name, &fleet_text).map_err(Helpful::from)?;
         let of_fleet = Measured::of_fleet(&fleet, &fleet_path)?;
         let table = controller::read(&mut experiment, swept.as_ref(), (beside, &of_fleet.profile))?;
+        let world = world::read(&mut experiment, (&cell, swept.as_ref()), beside)?;
         let of_cell = || format!("cell `{cell}`");
         let mut settings = settings(&experiment, &cell, swept.as_ref()).with_context(of_cell)?;
         let first = Conditions::resolve(&of_fleet.profile, &settings).map_err(Helpful::from);
@@ -143,6 +145,7 @@ impl Plan {
         profiles.check_limits(&conditions.controller).with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
         let backend = backend(request.backend, &robots);
+        world::refuse_objects(&conditions).with_context(|| name.clone())?;
         refuse_sensors(backend, &robots, &conditions).with_context(|| fleet_name.clone())?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
@@ -172,7 +175,11 @@ impl Plan {
             bag,
             files: profiles.with_files(
                 [text, fleet_text],
-                [("starts.csv", starts.map(|table| table.text)), ("controller.yaml", table)],
+                [
+                    ("starts.csv", starts.map(|table| table.text)),
+                    ("controller.yaml", table),
+                    ("world.yaml", world),
+                ],
             ),
             poses: Poses::Required,
             place_check: request.place_check,
@@ -255,6 +262,7 @@ fn settings(
         if cell.get(Axis::Arena).is_none() {
             settings.values.push((Axis::Arena, operator_conditions.arena.side_m));
         }
+        settings.world = operator_conditions.world.clone();
     }
     Ok(settings)
 }

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rsrs_bags::definitions::Definition;
 use rsrs_bags::trajectory::TrackedTopic;
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::robot::sensor::ReadingNames;
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetRobot};
 use rsrs_msgs::topics::{self, Qos, Topic};
@@ -26,6 +27,8 @@ pub enum Role {
     Pose(usize),
     /// Where a tracker sees robots, on a topic that is not each robot's own.
     Tracker,
+    /// Where an object is.
+    Object,
     /// A robot's gate.
     Robot(usize),
     /// A robot's controller.
@@ -143,10 +146,11 @@ pub const LEAST_DEPTH: u32 = 100;
 /// # Arguments
 ///
 /// * `readings` — what the robots report.
+/// * `n_objects` — objects of the world, whose poses are recorded.
 /// * `tracked` — those with the poses of the robots, which may be among those of every run.
 pub fn recorded_topics(
     robots: &[FleetRobot],
-    readings: &ReadingNames,
+    (readings, n_objects): (&ReadingNames, usize),
     tracked: &[TrackedTopic],
 ) -> Vec<RecordedTopic> {
     let mut recorded_topics = Vec::new();
@@ -179,6 +183,10 @@ pub fn recorded_topics(
                 Role::Other,
             ));
         }
+    }
+    for object in 0..n_objects {
+        let name = topics::object_pose(&WorldFile::object_name(object));
+        recorded_topics.push(RecordedTopic::new(name, topics::OBJECT_POSE, Role::Object));
     }
     for (topic, role) in [
         (topics::CLOCK, Role::Clock),

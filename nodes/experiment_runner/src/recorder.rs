@@ -285,6 +285,7 @@ fn makes_a_step(role: Role) -> bool {
             | Role::FurtherDetection(_)
             | Role::Command(_)
             | Role::Odometry(_)
+            | Role::Object
             | Role::WorldDigest
             | Role::Clock
     )

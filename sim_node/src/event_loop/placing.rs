@@ -2,9 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::robot::sensor::{ReadingNames, Readings};
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Event, Gates};
+use rsrs_msgs::topics;
 use rsrs_ros::logging::Level;
 
 use super::{Simulation, Step, step_response};
@@ -26,6 +28,7 @@ impl Simulation<'_> {
         }
         self.stamp_ns = None;
         (self.real, self.virtual_pose_publisher) = (RealRobots::default(), None);
+        self.objects.clear();
         let taken = parameters::take_cell(&self.server, &self.profile);
         let wanted = taken
             .map_err(parameters::WorldError::from)
@@ -45,6 +48,11 @@ impl Simulation<'_> {
                 for robot in &mut self.robots[..placed.robots.len()] {
                     robot.join(placed.time, Duration::from_nanos(placed.period_ns));
                     robot.report(self.session, &wanted.conditions.robot.reading_names())?;
+                }
+                for object in 0..wanted.conditions.world.n_objects() {
+                    let name = topics::object_pose(&WorldFile::object_name(object));
+                    let qos = topics::OBJECT_POSE.qos;
+                    self.objects.push(self.session.publish_on(&self.node, &name, qos)?);
                 }
                 self.subscriptions.follow_types(self.session, &self.robots, placed.time)?;
                 self.follow(&wanted.rows, Duration::from_nanos(placed.period_ns))?;

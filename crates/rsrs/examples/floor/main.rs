@@ -327,6 +327,7 @@ fn draw(
         lost: &[],
         names: &[],
         walls_m: None,
+        world: None,
         title: "0.15 m/s, 0.75 rad/s on the stand-in's floor".to_owned(),
         subtitle: "the last 60 s drawn strongly".to_owned(),
         theme: Theme::Screen,

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{Phase, unknown};
-use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
 
 use crate::commands::{Format, report};
@@ -14,7 +13,7 @@ use rsrs_pipeline::compare::run_matching::{LABEL, refuse};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::label::agreement::agreement;
 use rsrs_pipeline::label::human_labels::{self, HumanLabel};
-use rsrs_pipeline::label::{CutRun, LabelOptions, Labelled, label_bag};
+use rsrs_pipeline::label::{CutRun, GivenBodies, LabelOptions, Labelled, label_bag};
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::sweep::source::{behaviour, read_profile};
 use rsrs_render::agreement::text as agreed;
@@ -181,11 +180,13 @@ fn add(arguments: &Arguments, label: &HumanLabel) -> anyhow::Result<Outcome> {
 
 fn options(arguments: &Arguments) -> anyhow::Result<LabelOptions> {
     let bodies = match &arguments.profile {
-        None => arguments.reach.map(|reach_m| Bodies { reach_m: Some(reach_m), ..Bodies::UNKNOWN }),
+        None => (arguments.reach)
+            .map(|reach_m| GivenBodies { reach_m: Some(reach_m), ..GivenBodies::default() }),
         Some(path) => {
             let profile = read_profile(path)?;
             let (radius_m, reach_m) = (profile.body.radius_m, profile.reach_m());
-            Some(Bodies { radius_m: Some(radius_m), reach_m: Some(reach_m), arena_m: None })
+            let (radius_m, reach_m) = (Some(radius_m), Some(reach_m));
+            Some(GivenBodies { radius_m, reach_m, arena_m: None })
         }
     };
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };

@@ -1,6 +1,8 @@
 //! Whether conditions make a world: every number against what it can mean.
 
+use super::world::{Object, WorldFlaw};
 use super::{Conditions, GainDistribution, Placement, SimulatedRobot, StartsError, Walls, starts};
+use crate::help::Help;
 use crate::quantity::Bounds;
 use crate::robot::controller::state_machine::StateMachine;
 use crate::robot::controller::structure::{self, Flaw};
@@ -9,6 +11,7 @@ use crate::robot::profile::{MAX_CORNERS, MOST_FRICTION, Sensing};
 use crate::robot::region::Region;
 use crate::robot::sensor::file::SensorEntry;
 use crate::robot::sensor::{self, Detects, SensorFlaw};
+use crate::robot::unicycle::Pose;
 
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
@@ -64,12 +67,35 @@ pub enum Impossible {
     /// A sensor cannot be.
     #[error(transparent)]
     Sensor(#[from] SensorFlaw),
-    /// A sensor of walls where there are none.
-    #[error("sensor `{name}` detects walls, and there are none")]
-    NoWalls {
+    /// A sensor of walls, objects or goals where there are none.
+    #[error("sensor `{name}` detects {}s, and there are none", kind.key())]
+    NothingToDetect {
         /// Name of its first reading.
         name: String,
+        /// What there is nothing of.
+        kind: Detects,
     },
+    /// What is in the arena besides robots cannot be, or not there.
+    #[error(transparent)]
+    World(#[from] WorldFlaw),
+    /// A robot that a table puts into an object.
+    #[error(
+        "replicate {replicate}: robot {robot} starts at ({}, {}) m, where an object is at ({}, {}) m",
+        place_m[0], place_m[1], object_m[0], object_m[1]
+    )]
+    StartsInObject {
+        /// Number of the set of start poses, from 0.
+        replicate: usize,
+        /// Number of the robot, from 1.
+        robot: usize,
+        /// In metres.
+        place_m: [f64; 2],
+        /// In metres.
+        object_m: [f64; 2],
+    },
+    /// A trial of two robots has nothing else.
+    #[error("the placement is a pair, for a trial, and there are objects")]
+    TrialWithObjects,
     /// A controller for robots that report other things.
     #[error("controller.sensors are not what the robots report: {expected}")]
     Readings {
@@ -85,6 +111,24 @@ pub enum Impossible {
         /// Corners found.
         corners: usize,
     },
+}
+
+impl Help for Impossible {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::NothingToDetect { kind: Detects::Wall, .. } => {
+                Some("give the arena walls, `walls: stop`, or leave the sensor out".to_owned())
+            }
+            Self::NothingToDetect { kind, .. } => Some(format!(
+                "name a world with `{}s`, as in `world: world.yaml`, or leave the sensor out",
+                kind.key()
+            )),
+            Self::World(flaw) => flaw.help(),
+            Self::StartsInObject { .. } => Some("move the robot, or the object".to_owned()),
+            Self::OwnRobot { source, .. } => source.help(),
+            _ => None,
+        }
+    }
 }
 
 impl Conditions {
@@ -120,6 +164,7 @@ impl Conditions {
             Controller::Machine(machine) => check_machine(machine)?,
         }
         check_placement(self)?;
+        check_world(self)?;
         check_robot(&self.robot)?;
         for (place, robot) in &self.own_robots {
             let (place, robots) = (*place, self.robots);
@@ -176,6 +221,39 @@ fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {
     }
 }
 
+/// Whether what is there besides robots can be there, and leaves them room.
+fn check_world(conditions: &Conditions) -> Result<(), Impossible> {
+    let world = &conditions.world;
+    world.check()?;
+    world.check_in(conditions.arena.side_m)?;
+    let placed = || world.each_object().filter_map(|object| Some((object, object.place_m?)));
+    match &conditions.placement {
+        Placement::Pair { .. } if world.n_objects() > 0 => Err(Impossible::TrialWithObjects),
+        Placement::Given { starts } => {
+            let each = |set: &Vec<Pose>| set.clone().into_iter().enumerate();
+            let all = starts.iter().enumerate().flat_map(|(replicate, set)| {
+                each(set).map(move |(robot, pose)| (replicate, robot, [pose.x_m, pose.y_m]))
+            });
+            for (replicate, robot, place_m) in all {
+                let radius_m = conditions.robot_at(robot).radius_m;
+                let is_in = |(object, object_m): &(Object, [f64; 2])| {
+                    let apart_m = libm::hypot(place_m[0] - object_m[0], place_m[1] - object_m[1]);
+                    apart_m < (radius_m + object.radius_m) * (1.0 - ROUNDING)
+                };
+                if let Some((_, object_m)) = placed().find(is_in) {
+                    let robot = robot + 1;
+                    return Err(Impossible::StartsInObject { replicate, robot, place_m, object_m });
+                }
+            }
+            Ok(())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Lengths that differ by less than this share were the same before they were rounded; dimensionless.
+const ROUNDING: f64 = 1e-6;
+
 fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
     let GainDistribution { mean: speed_mean, robot_sd: speed_sd, step_sd: speed_step_sd } =
         robot.speed_gain;
@@ -214,8 +292,13 @@ fn check_sensors(robot: &SimulatedRobot, conditions: &Conditions) -> Result<(), 
         for sensor in sensors {
             check_region(&sensor.region)?;
             within("latency_steps", f64::from(sensor.latency_steps), Bounds::AMOUNT)?;
-            if sensor.details.detects(Detects::Wall) && conditions.arena.walls == Walls::None {
-                return Err(Impossible::NoWalls { name: sensor.name });
+            let is_there = |kind: &Detects| match kind {
+                Detects::Wall => conditions.arena.walls != Walls::None,
+                kind => conditions.world.has(*kind),
+            };
+            let detected = Detects::ALL.into_iter().filter(|kind| sensor.details.detects(*kind));
+            if let Some(kind) = detected.into_iter().find(|kind| !is_there(kind)) {
+                return Err(Impossible::NothingToDetect { name: sensor.name, kind });
             }
         }
     }

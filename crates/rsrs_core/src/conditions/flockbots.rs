@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::world::WorldFile;
 use super::{Arena, Conditions, GainDistribution, Placement, SimulatedRobot, Walls};
 use crate::judge::behaviour::Behaviour;
 use crate::robot::contact::ContactModel;
@@ -41,6 +42,7 @@ impl Conditions {
                 radius_m: 0.825 * libm::sqrt(n_robots as f64 / 9.0),
             },
             arena: Arena { side_m: 15.0, walls: Walls::Stop },
+            world: WorldFile::NOTHING,
             robot: SimulatedRobot {
                 radius_m: 0.075,
                 front_half_angle_rad: 70_f64.to_radians(),

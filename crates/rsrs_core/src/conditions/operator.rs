@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::conditions::world::WorldFile;
 use crate::conditions::{Arena, Conditions, Placement};
 use crate::judge::behaviour::Behaviour;
 use crate::quantity::{Axis, Number};
@@ -21,6 +22,9 @@ pub struct OperatorConditions {
     pub placement: Placement,
     /// Where they could go.
     pub arena: Arena,
+    /// What was there besides them.
+    #[serde(default, skip_serializing_if = "WorldFile::is_empty")]
+    pub world: WorldFile,
     /// How long the run was set to last, in seconds.
     pub duration_s: f64,
 }
@@ -68,6 +72,7 @@ impl OperatorConditions {
             behaviour: conditions.behaviour,
             placement: conditions.placement.clone(),
             arena: conditions.arena,
+            world: conditions.world.clone(),
             duration_s,
         }
     }
@@ -154,6 +159,14 @@ impl OperatorConditions {
             let named = |walls| format!("{walls:?}").to_lowercase();
             return refuse("what the walls do", named(run.arena.walls), named(self.arena.walls));
         }
+        if run.world != self.world {
+            let expected = self.world.in_words();
+            let mut found = run.world.in_words();
+            if found == expected {
+                found = format!("another with {found}");
+            }
+            return refuse("the world", found, expected);
+        }
         Ok(())
     }
 }
@@ -185,6 +198,7 @@ const SAME: f64 = 1e-9;
 mod tests {
     use super::*;
     use crate::conditions::Walls;
+    use crate::conditions::world::Goal;
 
     const SIMULATED: OperatorConditions = OperatorConditions {
         robots: 9,
@@ -192,6 +206,7 @@ mod tests {
         behaviour: Behaviour::MILLING,
         placement: Placement::DiscFacingOut { radius_m: 0.825 },
         arena: Arena { side_m: 15.0, walls: Walls::Stop },
+        world: WorldFile::NOTHING,
         duration_s: 300.0,
     };
 
@@ -225,6 +240,20 @@ mod tests {
         assert_eq!(
             refusal(&OperatorConditions { arena, ..SIMULATED }),
             "what the walls do is none, expected stop as simulated"
+        );
+        let goal = Goal { place_m: [1.0, 0.0], radius_m: 0.3 };
+        let world = WorldFile { goals: vec![goal], ..WorldFile::NOTHING };
+        assert_eq!(
+            refusal(&OperatorConditions { world: world.clone(), ..SIMULATED }),
+            "the world is 1 goal, expected nothing but robots as simulated"
+        );
+        let elsewhere = Goal { place_m: [1.0, 0.5], ..goal };
+        let run = OperatorConditions { world: world.clone(), ..SIMULATED };
+        let simulated = WorldFile { goals: vec![elsewhere], ..WorldFile::NOTHING };
+        let simulated = OperatorConditions { world: simulated, ..SIMULATED };
+        assert_eq!(
+            simulated.admit(&run).unwrap_err().to_string(),
+            "the world is another with 1 goal, expected 1 goal as simulated"
         );
         assert_eq!(
             refusal(&OperatorConditions { duration_s: 120.0, ..SIMULATED }),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::capabilities::{check_bounds, check_value};
 use super::check::Impossible;
 use super::controller_table::{ControllerTable, TableFlaw};
+use super::world::WorldFile;
 use super::{
     Arena, Conditions, GainDistribution, Placement, SimulatedRobot, SimulatedSensor, Walls,
 };
@@ -29,6 +30,8 @@ pub struct Settings {
     pub behaviour: Behaviour,
     /// The table of its controller, which has been checked; `None` for speeds and turning rates among the values.
     pub controller: Option<ControllerTable>,
+    /// What is in the arena besides the robots.
+    pub world: WorldFile,
 }
 
 /// Why a profile and settings do not make conditions.
@@ -119,9 +122,7 @@ impl Help for ConditionsError {
                 Some("name its file: `controller: controllers/FILE.yaml`".to_owned())
             }
             Self::Table(flaw) => flaw.help(),
-            Self::Impossible(Impossible::NoWalls { .. }) => {
-                Some("give the arena walls, `walls: stop`, or leave the sensor out".to_owned())
-            }
+            Self::Impossible(impossible) => impossible.help(),
             _ => None,
         }
     }
@@ -176,6 +177,7 @@ impl Conditions {
                 radius_m: operator.placement_radius_m.unwrap_or(default_radius_m),
             }),
             arena: Arena { side_m: operator.arena_m.unwrap_or(ARENA_M), walls: settings.walls },
+            world: settings.world.clone(),
             robot: simulated,
             own_robots: BTreeMap::new(),
             period_s: robot.computation.period_s,
@@ -223,7 +225,7 @@ pub fn check_axis(axis: Axis, table: Option<&ControllerTable>) -> Result<(), Con
 const PLACEMENT_OVER_RANGE: f64 = 1.1;
 
 /// Side of the arena where none is given, in metres: large enough never to be reached in a run.
-const ARENA_M: f64 = 15.0;
+pub const ARENA_M: f64 = 15.0;
 
 #[derive(Default)]
 struct OperatorSettings {

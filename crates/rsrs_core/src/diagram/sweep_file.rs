@@ -12,7 +12,8 @@ use serde::{Serialize, Serializer};
 use crate::conditions::controller_table::{ControllerSource, ControllerTable, TableFlaw};
 use crate::conditions::limits::BeyondLimits;
 use crate::conditions::start_file::StartPlacement;
-use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
+use crate::conditions::world::{WorldFile, WorldSource};
+use crate::conditions::{ARENA_M, Conditions, ConditionsError, Settings, Walls};
 use crate::diagram::adaptive::Adaptive;
 use crate::document::{self, DocumentError};
 use crate::help::Help;
@@ -49,6 +50,9 @@ pub struct SweepFile {
     /// Where the robots start, if not in a disc of `placement_radius_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<StartPlacement>,
+    /// Path of what is in the arena besides the robots, relative to the sweep file (default: nothing).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub world: Option<WorldSource>,
     /// A list of cells instead of a grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cells: Option<Vec<Cell>>,
@@ -137,6 +141,14 @@ pub enum SweepFileError {
         /// The file.
         file: String,
         /// Where the behaviour is.
+        path: String,
+    },
+    /// A world whose file was not read.
+    #[error("{file}: the world is in {path}, which was not read")]
+    WorldNotRead {
+        /// The file.
+        file: String,
+        /// Where the world is.
         path: String,
     },
     /// The table of the controller is none.
@@ -311,6 +323,25 @@ impl SweepFile {
             placement: self.placement.as_ref().and_then(StartPlacement::placement),
             behaviour: self.behaviour.known(),
             controller: self.table().cloned(),
+            world: self.world().cloned().unwrap_or_default(),
+        }
+    }
+
+    /// What is in the arena besides the robots, once it has been read; `None` where the file names nothing.
+    pub fn world(&self) -> Option<&WorldFile> {
+        self.world.as_ref().and_then(WorldSource::world)
+    }
+
+    /// Sides of the arenas of all cells, in metres.
+    pub fn arenas_m(&self) -> Vec<f64> {
+        let fixed = self.fixed.values.iter().find(|(axis, _)| *axis == Axis::Arena);
+        let swept = self.axes.0.iter().find(|(axis, _)| *axis == Axis::Arena);
+        let listed = || self.cells.iter().flatten().filter_map(|cell| cell.get(Axis::Arena));
+        match (swept, fixed) {
+            (Some((_, values)), _) => values.0.clone(),
+            (None, Some((_, side_m))) => vec![*side_m],
+            (None, None) if listed().next().is_some() => listed().collect(),
+            (None, None) => vec![ARENA_M],
         }
     }
 
@@ -338,6 +369,10 @@ impl SweepFile {
         if let NamedBehaviour::File(path) = &self.behaviour {
             let (file, path) = (file.to_owned(), path.clone());
             return Err(SweepFileError::BehaviourNotRead { file, path });
+        }
+        if let Some(WorldSource::File(path)) = &self.world {
+            let (file, path) = (file.to_owned(), path.clone());
+            return Err(SweepFileError::WorldNotRead { file, path });
         }
         let simulated = self
             .factors(measured)

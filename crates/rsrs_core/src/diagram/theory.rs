@@ -120,13 +120,13 @@ impl Condition {
 
 impl Ring {
     /// The ring of robots under these conditions; `None` if they see with a polygon, by centres or with more
-    /// than one plain sensor, for which this geometry does not hold, have another controller than that of the paper, or are to
-    /// do something else than mill.
+    /// than one plain sensor or among objects, for which this geometry does not hold, have another controller than that of
+    /// the paper, or are to do something else than mill.
     pub fn of(conditions: &Conditions) -> Option<Self> {
         let robot = &conditions.robot;
         let is_mirrored =
             conditions.controller.parameters().is_some_and(|it| it.undetected.is_none());
-        let sees_plainly = robot.has_one_plain_sensor();
+        let sees_plainly = robot.has_one_plain_sensor() && conditions.world.n_objects() == 0;
         if !is_mirrored || !sees_plainly || conditions.behaviour != Behaviour::MILLING {
             return None;
         }

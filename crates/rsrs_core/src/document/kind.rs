@@ -15,7 +15,7 @@ pub struct Kind {
     keys: &'static [&'static str],
 }
 
-const KINDS: [Kind; 7] = [
+const KINDS: [Kind; 9] = [
     Kind {
         name: "a robot profile",
         used_by: "sweep files and fleet files name it as `profile`",
@@ -45,6 +45,16 @@ const KINDS: [Kind; 7] = [
         name: "a behaviour",
         used_by: "sweep files and experiment files name it as `behaviour`",
         keys: &["phases", "rules"],
+    },
+    Kind {
+        name: "a world",
+        used_by: "sweep files and experiment files name it as `world`",
+        keys: &["objects"],
+    },
+    Kind {
+        name: "a world",
+        used_by: "sweep files and experiment files name it as `world`",
+        keys: &["goals"],
     },
     Kind { name: "a campaign file", used_by: "`rsrs campaign` takes it", keys: &["experiments"] },
 ];

@@ -18,7 +18,7 @@ use crate::judge::behaviour::Behaviour;
 use crate::judge::behaviour::file::PhaseEntry;
 use crate::judge::behaviour::window::Window;
 use crate::judge::number::Number;
-use crate::judge::order::{OrderParameters, Samples, Sums, sums_with_blocks};
+use crate::judge::order::{OrderParameters, Prerequisite, Samples, Sums, sums_with_blocks};
 use crate::judge::rule::{Parameter, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::robot::controller::Command;
@@ -245,6 +245,36 @@ pub enum JudgeError {
         /// The order parameter that a rule asks for.
         parameter: Parameter,
     },
+    /// An object is nowhere.
+    #[error("object {object} is nowhere, or beyond {MOST:e} m, {time_s:.2} s after the start")]
+    ObjectNotFinite {
+        /// Index of the object.
+        object: usize,
+        /// When, in seconds from the start.
+        time_s: f64,
+    },
+    /// There are no objects.
+    #[error("{parameter} is of objects, and there are none, or none is known")]
+    NoObjects {
+        /// The order parameter that a rule asks for.
+        parameter: Parameter,
+    },
+    /// There are no goals.
+    #[error("{parameter} is of goals, and there are none, or none is known")]
+    NoGoals {
+        /// The order parameter that a rule asks for.
+        parameter: Parameter,
+    },
+    /// Nobody wrote down where the objects were.
+    #[error("where the {expected} objects were is known of {found}, and {parameter} depends on it")]
+    UnknownObjects {
+        /// The order parameter that a rule asks for.
+        parameter: Parameter,
+        /// Objects whose poses are known.
+        found: usize,
+        /// Objects that there are.
+        expected: usize,
+    },
     /// The reach is unknown, and with it who has lost whom: another reach is another phase.
     #[error("the robots' reach is not known, and decides: {}", by_reach::in_words(phases))]
     UnknownReach {
@@ -355,6 +385,7 @@ fn at_any_reach(
 ) -> Result<Verdict, JudgeError> {
     check(trajectory, rules.window)?;
     rules.check_known(bodies)?;
+    check_objects(trajectory, bodies, rules)?;
     let window = JudgedWindow::of(trajectory, trajectory.n_samples(), bodies, rules).remove(0);
     Ok(Verdict {
         phase: window.phase,
@@ -507,6 +538,22 @@ pub fn judged_samples(trajectory: &Trajectory, bodies: &Bodies, rules: &Rules) -
     }
 }
 
+/// Refuses rules that look at objects whose places are not known.
+fn check_objects(
+    trajectory: &Trajectory,
+    bodies: &Bodies,
+    rules: &Rules,
+) -> Result<(), JudgeError> {
+    let (found, expected) = (trajectory.n_objects, bodies.world.n_objects());
+    let is_of_objects = |parameter: &Parameter| parameter.needs(Prerequisite::Objects);
+    match rules.parameters().into_iter().find(is_of_objects) {
+        Some(parameter) if found != expected => {
+            Err(JudgeError::UnknownObjects { parameter, found, expected })
+        }
+        _ => Ok(()),
+    }
+}
+
 fn check(trajectory: &Trajectory, window: Window) -> Result<(), JudgeError> {
     if trajectory.n_robots == 0 {
         return Err(JudgeError::NoRobots);
@@ -531,6 +578,14 @@ fn check(trajectory: &Trajectory, window: Window) -> Result<(), JudgeError> {
         } else {
             JudgeError::NotFinite { robot, time_s }
         });
+    }
+    let objects = trajectory.n_samples() * trajectory.n_objects;
+    assert_eq!(trajectory.objects_m.len(), objects, "one place for each object in each sample");
+    let is_known = |place_m: &[f64; 2]| place_m.iter().all(|at_m| at_m.abs() <= MOST);
+    if let Some(row) = trajectory.objects_m.iter().position(|place_m| !is_known(place_m)) {
+        let object = row % trajectory.n_objects;
+        let time_s = (row / trajectory.n_objects) as f64 * period_s;
+        return Err(JudgeError::ObjectNotFinite { object, time_s });
     }
     if trajectory.n_samples() < samples_in(window.least_s(), trajectory.period_s) {
         return Err(JudgeError::TooShort { duration_s: trajectory.duration_s(), window });

@@ -291,9 +291,9 @@ fn rounded(factor: f64) -> String {
 }
 
 /// What is known beside the trajectory.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Known<'a> {
-    /// The robots' bodies.
+    /// The robots' bodies, and what is there besides: who is beside an object may push it, and be held back.
     pub bodies: Bodies,
     /// Distance of the arena's walls from the origin, in metres; `None` where there are none.
     pub walls_m: Option<f64>,
@@ -319,11 +319,11 @@ pub struct Unseen {
 /// # Arguments
 ///
 /// * `stood_s` — how long a commanded robot may stand, in seconds.
-pub fn implausible(trajectory: &Trajectory, known: Known, stood_s: f64) -> Vec<Implausible> {
+pub fn implausible(trajectory: &Trajectory, known: &Known, stood_s: f64) -> Vec<Implausible> {
     if trajectory.n_samples() < 2 || trajectory.period_s <= 0.0 {
         return Vec::new();
     }
-    let surroundings = Surroundings { bodies: known.bodies, walls_m: known.walls_m };
+    let surroundings = Surroundings { bodies: &known.bodies, walls_m: known.walls_m };
     let robots: Vec<Robot> = (0..trajectory.n_robots)
         .filter(|row| !known.left_out.contains(row))
         .map(|row| {

@@ -250,12 +250,18 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+    use crate::conditions::world::WorldFile;
     use crate::judge::phase::label;
     use crate::robot::controller::Command;
     use crate::robot::unicycle::Pose;
 
     const PERIOD_S: f64 = 0.1;
-    const BODIES: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9), arena_m: None };
+    const BODIES: Bodies = Bodies {
+        radius_m: Some(0.075),
+        reach_m: Some(0.9),
+        arena_m: None,
+        world: WorldFile::NOTHING,
+    };
 
     /// Nine robots on a ring, of which some leave along a line at a time.
     fn ring(leaving: &[(usize, f64)], duration_s: f64) -> Trajectory {

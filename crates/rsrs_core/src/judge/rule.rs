@@ -147,7 +147,8 @@ impl Rules {
         Parameter::all().filter(|it| it.is_asked() && self.ask_for(*it)).collect()
     }
 
-    /// Refuses rules that look at what cannot be known of these robots: their radius, or an arena.
+    /// Refuses rules that look at what cannot be known of these robots: their radius, an arena, or what
+    /// is in it.
     ///
     /// # Errors
     ///
@@ -156,6 +157,8 @@ impl Rules {
         for parameter in self.parameters() {
             match parameter.lacks(bodies) {
                 Some(Prerequisite::Arena) => return Err(JudgeError::NoArena { parameter }),
+                Some(Prerequisite::Objects) => return Err(JudgeError::NoObjects { parameter }),
+                Some(Prerequisite::Goals) => return Err(JudgeError::NoGoals { parameter }),
                 Some(_) => return Err(JudgeError::UnknownRadius { parameter }),
                 None => {}
             }

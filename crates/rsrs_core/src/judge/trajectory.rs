@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::conditions::world::WorldFile;
 use crate::robot::controller::Command;
 use crate::robot::profile::Sees;
 use crate::robot::region::Region;
@@ -20,10 +21,14 @@ pub struct Trajectory {
     pub poses: Vec<Pose>,
     /// Commands, in the order of `poses`; shape `[n_samples * n_robots]`.
     pub commands: Vec<Command>,
+    /// Number of objects of which it is known where they were.
+    pub n_objects: usize,
+    /// Where they were, in metres, sample by sample, object by object; shape `[n_samples * n_objects][2]`.
+    pub objects_m: Vec<[f64; 2]>,
 }
 
-/// What the judge needs of the robots besides their trajectory.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// What the judge needs of the robots and their arena besides their trajectory.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bodies {
     /// Radius of one robot's body, in metres; unknown for many a foreign bag.
     pub radius_m: Option<f64>,
@@ -37,11 +42,15 @@ pub struct Bodies {
     /// or none is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arena_m: Option<f64>,
+    /// What is there besides the robots.
+    #[serde(default, skip_serializing_if = "WorldFile::is_empty")]
+    pub world: WorldFile,
 }
 
 impl Bodies {
     /// Nothing is known.
-    pub const UNKNOWN: Self = Self { radius_m: None, reach_m: None, arena_m: None };
+    pub const UNKNOWN: Self =
+        Self { radius_m: None, reach_m: None, arena_m: None, world: WorldFile::NOTHING };
 
     /// What is known of robots with this sensor, in no arena.
     ///
@@ -51,14 +60,21 @@ impl Bodies {
     /// * `radius_m` — radius of every robot's body, in metres.
     pub fn seen_by(region: &Region, sees: Sees, radius_m: f64) -> Self {
         let reach_m = Some(region.reach_m(sees, radius_m));
-        Self { radius_m: Some(radius_m), reach_m, arena_m: None }
+        Self { radius_m: Some(radius_m), reach_m, ..Self::UNKNOWN }
     }
 }
 
 impl Trajectory {
     /// An empty trajectory to be filled sample by sample.
     pub fn new(period_s: f64, n_robots: usize) -> Self {
-        Self { period_s, n_robots, poses: Vec::new(), commands: Vec::new() }
+        Self {
+            period_s,
+            n_robots,
+            poses: Vec::new(),
+            commands: Vec::new(),
+            n_objects: 0,
+            objects_m: Vec::new(),
+        }
     }
 
     /// Poses of which nobody knows what was commanded: all commands are to stand still.
@@ -66,7 +82,7 @@ impl Trajectory {
     /// `poses` has shape `[n_samples * n_robots]`, sample by sample.
     pub fn of_poses(period_s: f64, n_robots: usize, poses: Vec<Pose>) -> Self {
         let commands = vec![Command::STOP; poses.len()];
-        Self { period_s, n_robots, poses, commands }
+        Self { poses, commands, ..Self::new(period_s, n_robots) }
     }
 
     /// Number of samples in time.
@@ -82,6 +98,11 @@ impl Trajectory {
     /// Poses of all robots in one sample; shape `[n_robots]`.
     pub fn poses_at(&self, sample: usize) -> &[Pose] {
         &self.poses[sample * self.n_robots..(sample + 1) * self.n_robots]
+    }
+
+    /// Where all known objects were in one sample, in metres; shape `[n_objects][2]`.
+    pub fn objects_at(&self, sample: usize) -> &[[f64; 2]] {
+        &self.objects_m[sample * self.n_objects..(sample + 1) * self.n_objects]
     }
 
     /// Commands of all robots in one sample; shape `[n_robots]`.

@@ -27,14 +27,33 @@ pub enum Detects {
     Robot,
     /// A wall of the arena: wherever the region reaches it.
     Wall,
+    /// An object of the world.
+    Object,
+    /// A goal of the world.
+    Goal,
 }
 
 impl Detects {
+    /// All kinds.
+    pub const ALL: [Self; 4] = [Self::Robot, Self::Wall, Self::Object, Self::Goal];
+
     /// Its name in files.
     pub fn key(self) -> &'static str {
         match self {
             Self::Robot => "robot",
             Self::Wall => "wall",
+            Self::Object => "object",
+            Self::Goal => "goal",
+        }
+    }
+
+    /// One of its kind, in words: `a wall`.
+    pub fn one(self) -> &'static str {
+        match self {
+            Self::Robot => "a robot",
+            Self::Wall => "a wall",
+            Self::Object => "an object",
+            Self::Goal => "a goal",
         }
     }
 
@@ -53,12 +72,13 @@ impl fmt::Display for Detects {
 impl<'de> Deserialize<'de> for Detects {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let found = String::deserialize(deserializer)?;
-        let known = [Self::Robot, Self::Wall].into_iter().find(|kind| kind.key() == found);
+        let known = Self::ALL.into_iter().find(|kind| kind.key() == found);
         known.ok_or_else(|| match found.as_str() {
-            "kin" | "other" | "object" | "goal" => de::Error::custom(format!(
-                "no world has anything that is `{found}` yet, expected `robot` or `wall`"
+            "kin" | "other" => de::Error::custom(format!(
+                "no world has robots of several kinds yet, so none is `{found}`, expected `robot`, `wall`, \
+                 `object` or `goal`"
             )),
-            _ => de::Error::unknown_variant(&found, &["robot", "wall"]),
+            _ => de::Error::unknown_variant(&found, &["robot", "wall", "object", "goal"]),
         })
     }
 }

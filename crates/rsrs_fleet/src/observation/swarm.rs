@@ -171,7 +171,7 @@ impl Swarm {
         if kept_s.is_infinite() {
             return;
         }
-        let Trajectory { period_s, n_robots, poses, commands } = &mut self.trajectory;
+        let Trajectory { period_s, n_robots, poses, commands, .. } = &mut self.trajectory;
         let most = samples_in(kept_s.max(WINDOW_S) + SPARE_S, *period_s) * *n_robots;
         if poses.len() > most {
             let n_old = samples_in(SPARE_S, *period_s) * *n_robots;

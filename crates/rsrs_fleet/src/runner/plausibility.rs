@@ -122,7 +122,7 @@ impl Plausibility {
         let left_out: Vec<usize> = (0..self.names.len()).filter(is_left_out).collect();
         let MotionCheck { bodies, walls_m, .. } = check;
         let known = Known { bodies, walls_m, left_out: &left_out, unseen: &[] };
-        let found = implausible(&trajectory, known, NOTED_S);
+        let found = implausible(&trajectory, &known, NOTED_S);
         // Less than 5 s show who stands, and little else.
         let is_ripe = |found: &Implausible| passed >= FIRST_LOOK || !found.cause.is_of_poses();
         found.into_iter().filter(is_ripe).filter_map(|found| self.note(found)).collect()
@@ -218,7 +218,7 @@ mod tests {
         duration_s: u64,
         change: impl Fn(usize, Duration, Pose) -> Option<Pose>,
     ) -> Vec<(u64, String)> {
-        let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.8), arena_m: None };
+        let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.8), ..Bodies::UNKNOWN };
         let check = MotionCheck { period_s: 0.1, bodies, walls_m: None };
         let mut plausibility = Plausibility::new(Some(check), &names());
         let command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.5 };

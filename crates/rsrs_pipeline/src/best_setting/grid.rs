@@ -134,6 +134,7 @@ pub fn of_robot(profile: &RobotProfile, robots: Option<usize>) -> SweepFile {
             walls: Walls::Stop,
         },
         placement: None,
+        world: None,
         cells: None,
         replicates,
         duration_s: DURATION_S,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rsrs_bags::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Sample};
+use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::sensor::Readings;
 use rsrs_core::robot::unicycle::Pose;
@@ -55,6 +56,8 @@ pub struct Recorder<'a> {
     /// The last log time, in nanoseconds.
     now_ns: u64,
     robots: Vec<Robot>,
+    /// Where objects are.
+    objects: Vec<ChannelId>,
 }
 
 impl<'a> Recorder<'a> {
@@ -109,9 +112,15 @@ impl<'a> Recorder<'a> {
                 robot.further.push(writer.add_topic(&name, type_name, qos)?);
             }
         }
+        let objects = (0..record.conditions.world.n_objects()).map(|object| {
+            let Topic { type_name, qos, .. } = topics::OBJECT_POSE;
+            let name = topics::object_pose(&WorldFile::object_name(object));
+            writer.add_topic(&name, type_name, qos)
+        });
+        let objects = objects.collect::<Result<_, BagError>>()?;
         let more = <[ChannelId; N]>::try_from(more)
             .unwrap_or_else(|_| unreachable!("one channel was added for each topic"));
-        let mut recorder = Self { writer, record, lease, notes, now_ns: 0, robots };
+        let mut recorder = Self { writer, record, lease, notes, now_ns: 0, robots, objects };
         recorder.put(notes[0], 0, &Text { data: record.to_json() })?;
         Ok((recorder, more))
     }
@@ -138,6 +147,21 @@ impl<'a> Recorder<'a> {
         let robot = &self.robots[step.robot];
         let (channel, message) = (robot.odom, odometry(&robot.name, step));
         self.put(channel, step.time_ns, &message)
+    }
+
+    /// Writes where an object was, in metres.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be written.
+    pub fn object(
+        &mut self,
+        object: usize,
+        time_ns: u64,
+        place_m: [f64; 2],
+    ) -> Result<(), BagError> {
+        let channel = self.objects[object];
+        self.put(channel, time_ns, &wire::object_pose(place_m, Stamp::from_nanos(time_ns)))
     }
 
     /// Writes a command.

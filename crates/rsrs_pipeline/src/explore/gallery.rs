@@ -152,6 +152,7 @@ fn sweep_text(
         axes,
         fixed: Fixed { values, walls: options.walls },
         placement: None,
+        world: None,
         cells: None,
         replicates: 100,
         duration_s: options.duration_s,

@@ -43,8 +43,8 @@ pub fn find(
         _ => None,
     };
     let unseen: Vec<Unseen> = recorded.findings.iter().filter_map(unseen).collect();
-    let known = Known { bodies: *bodies, walls_m, left_out: &left_out, unseen: &unseen };
-    let found = plausibility::implausible(trajectory, known, STOOD_S);
+    let known = Known { bodies: bodies.clone(), walls_m, left_out: &left_out, unseen: &unseen };
+    let found = plausibility::implausible(trajectory, &known, STOOD_S);
     let named = |found: plausibility::Implausible| ImplausibleMotion {
         cause: found.cause,
         text: found.in_words(robots),

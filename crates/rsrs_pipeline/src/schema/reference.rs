@@ -109,6 +109,8 @@ fn order_parameters(page: &mut String) {
             (Prerequisite::Reach, "reach"),
             (Prerequisite::Radius, "radius of the bodies"),
             (Prerequisite::Arena, "arena"),
+            (Prerequisite::Objects, "objects"),
+            (Prerequisite::Goals, "goals"),
         ];
         let needs: Vec<&str> =
             needs.iter().filter(|(what, _)| it.needs(*what)).map(|(_, words)| *words).collect();

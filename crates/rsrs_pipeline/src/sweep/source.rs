@@ -5,6 +5,7 @@ use std::path::Path;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::controller_table::{ControllerSource, ControllerTable};
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
+use rsrs_core::conditions::world::{WorldFile, WorldSource};
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::document;
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
@@ -54,8 +55,8 @@ impl ResolvedSweep {
         Self::of_robot(sweep, profile, beside)
     }
 
-    /// A sweep of this robot, whatever profile it names; its table of starts, its controller and its behaviour are relative to the folder
-    /// `beside`.
+    /// A sweep of this robot, whatever profile it names; its table of starts, its controller, its world and its behaviour are
+    /// relative to the folder `beside`.
     ///
     /// # Errors
     ///
@@ -75,6 +76,10 @@ impl ResolvedSweep {
         }
         if let NamedBehaviour::File(path) = &sweep.behaviour {
             sweep.behaviour = NamedBehaviour::Known(read_behaviour(&beside.join(path))?);
+        }
+        if let Some(WorldSource::File(path)) = &sweep.world {
+            let world = read_world(&beside.join(path), &sweep.arenas_m())?;
+            sweep.world = Some(WorldSource::World(world));
         }
         sweep.harsher = Harsher::from(sweep.factors(&profile));
         let provenance = Provenance::of(&profile);
@@ -149,6 +154,16 @@ fn read_start_table(path: &Path, headings: Option<Headings>) -> anyhow::Result<S
 pub fn read_controller(path: &Path, profile: &RobotProfile) -> anyhow::Result<ControllerTable> {
     let name = path.display().to_string();
     ControllerTable::parse(&name, &read_text(path)?, profile).map_err(helped)
+}
+
+/// Reads what is in arenas of these sides, in metres, besides robots.
+///
+/// # Errors
+///
+/// If the file cannot be read, or describes no world that can be there.
+pub fn read_world(path: &Path, arenas_m: &[f64]) -> anyhow::Result<WorldFile> {
+    let name = path.display().to_string();
+    WorldFile::parse(&name, &read_text(path)?, arenas_m).map_err(helped)
 }
 
 /// What swarms are judged for, by its name or the path of its file, as people type it.

@@ -81,7 +81,8 @@ fn facts_of(
     }));
     // The page has no tables, and one plain sensor.
     let (sweep, profile) = (&result.source.sweep, &result.source.profile);
-    let is_on_page = sweep.controller.is_none() && profile.has_one_plain_sensor();
+    let is_on_page =
+        sweep.controller.is_none() && sweep.world.is_none() && profile.has_one_plain_sensor();
     let of_page = |replicate| is_on_page.then(|| address(&entry.cell, replicate));
     let mut facts = CellFacts {
         name: quantity::of_cell(&entry.cell),

@@ -123,7 +123,7 @@ impl<S: Simd> Engine for UnitEngine<S> {
         }
         let commands = &*self.commands.insert(commands);
         let (simd, bodies) = (self.simd, conditions.bodies());
-        let past = Past { simd, rows: &self.rows, commands, bodies };
+        let past = Past { simd, rows: &self.rows, commands, bodies: &bodies };
         let look = LookAtEnd { past, n_samples: n_all, rules: &rules, n_lanes: runs.len() };
         let verdict = |window: JudgedWindow| Verdict {
             phase: window.phase,

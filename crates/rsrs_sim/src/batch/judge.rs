@@ -21,7 +21,7 @@ pub struct Past<'a, S: Simd> {
     pub simd: S,
     pub rows: &'a Rows<S::F>,
     pub commands: &'a Commands,
-    pub bodies: Bodies,
+    pub bodies: &'a Bodies,
 }
 
 /// What all robots of all worlds are commanded, as they have the same controller.
@@ -176,7 +176,7 @@ impl<S: Simd> Work for LookAtEnd<'_, S> {
     #[inline(always)]
     fn run(self) -> Vec<JudgedWindow> {
         let Self { past, n_samples, rules, n_lanes } = self;
-        let bodies = &past.bodies;
+        let bodies = past.bodies;
         let mut windows = JudgedWindow::of(&Half::<S, 0>(past), n_samples, bodies, rules);
         if n_lanes > S::LANES / 2 {
             windows.extend(JudgedWindow::of(&Half::<S, 1>(past), n_samples, bodies, rules));

@@ -9,6 +9,7 @@ mod controllers;
 mod few;
 mod golden;
 mod kinds;
+mod objects;
 mod plausibility;
 mod sensors;
 mod support;

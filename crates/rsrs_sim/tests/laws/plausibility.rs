@@ -109,10 +109,10 @@ fn last(run: &Trajectory, until_s: f64) -> Trajectory {
 }
 
 fn while_it_goes_on(run: &Trajectory, conditions: &Conditions, every_s: f64) -> Vec<Implausible> {
-    let mut found = implausible(run, known(conditions), NOTED_S);
+    let mut found = implausible(run, &known(conditions), NOTED_S);
     let mut until_s = 5.0;
     while until_s < run.duration_s() {
-        found.extend(implausible(&last(run, until_s), known(conditions), NOTED_S));
+        found.extend(implausible(&last(run, until_s), &known(conditions), NOTED_S));
         until_s += every_s;
     }
     found
@@ -223,12 +223,12 @@ fn is_found(runs: &[Trajectory], (within_s, n_robots): (f64, usize), is_it: fn(&
     for run in runs {
         let mut until_s = 5.0;
         let is_in = |found: &[Implausible]| found.iter().any(|found| is_it(&found.cause));
-        while !is_in(&implausible(&last(run, until_s), known(&mill()), NOTED_S)) {
+        while !is_in(&implausible(&last(run, until_s), &known(&mill()), NOTED_S)) {
             until_s += 1.0;
             assert!(until_s <= within_s, "not within {within_s} s");
         }
 
-        let whole = implausible(run, known(&mill()), STOOD_S);
+        let whole = implausible(run, &known(&mill()), STOOD_S);
 
         let found: Vec<usize> = whole.iter().flat_map(|found| found.robots.clone()).collect();
         assert!(whole.iter().all(|found| is_it(&found.cause)), "{whole:?}");
@@ -241,7 +241,7 @@ fn millimetres_are_named_after_5_seconds() {
     let runs = mills(posed(|pose| Pose { x_m: 1000.0 * pose.x_m, y_m: 1000.0 * pose.y_m, ..pose }));
 
     is_found(&runs, (5.0, 9), |cause| matches!(cause, Cause::Scale { factor: 700.0..1400.0 }));
-    let found = implausible(&runs[0], known(&mill()), STOOD_S);
+    let found = implausible(&runs[0], &known(&mill()), STOOD_S);
     let names: Vec<String> = (1..=9).map(|robot| format!("robot_{robot}")).collect();
     let words = found[0].in_words(&names);
     assert!(words.starts_with("all 9 robots: poses move 9"), "{words}");
@@ -321,7 +321,7 @@ fn bodies_that_are_swapped_are_named_as_far_as_their_commands_differ() {
     is_found(&swapped, (60.0, 2), |cause| matches!(cause, Cause::Swapped));
     for (runs, expected) in [(swapped, vec![1, 4]), (three, vec![0, 3, 6])] {
         for run in runs {
-            let found = implausible(&run, known(&mill()), STOOD_S);
+            let found = implausible(&run, &known(&mill()), STOOD_S);
             assert_eq!(found, [Implausible { cause: Cause::Swapped, robots: expected.clone() }]);
         }
     }
@@ -334,7 +334,7 @@ fn bodies_that_are_swapped_are_named_as_far_as_their_commands_differ() {
         alike.poses[cell] = Pose { x_m: start.x_m + row as f64, ..start };
     }
     exchange(&mut alike, &[1, 4]);
-    assert_eq!(implausible(&alike, known(&mill()), STOOD_S), []);
+    assert_eq!(implausible(&alike, &known(&mill()), STOOD_S), []);
 }
 
 #[test]
@@ -346,7 +346,7 @@ fn a_robot_that_stops_is_named_and_one_that_touches_another_is_not() {
         }
     };
     for run in mills(stopped) {
-        let found = implausible(&run, known(&mill()), STOOD_S);
+        let found = implausible(&run, &known(&mill()), STOOD_S);
 
         let names: Vec<String> = (1..=9).map(|robot| format!("robot_{robot}")).collect();
         let [found] = &found[..] else { panic!("{found:?}") };
@@ -363,7 +363,7 @@ fn a_robot_that_stops_is_named_and_one_that_touches_another_is_not() {
         }
     };
     for run in mills(face_to_face) {
-        assert_eq!(implausible(&run, known(&mill()), STOOD_S), []);
+        assert_eq!(implausible(&run, &known(&mill()), STOOD_S), []);
     }
 }
 
@@ -376,13 +376,13 @@ fn who_was_lost_or_is_not_commanded_is_not_asked_to_move() {
     };
     for mut run in mills(dead) {
         let lost = Known { left_out: &[2], ..known(&mill()) };
-        assert_eq!(implausible(&run, lost, STOOD_S), []);
-        assert_eq!(implausible(&run, known(&mill()), STOOD_S).len(), 1);
+        assert_eq!(implausible(&run, &lost, STOOD_S), []);
+        assert_eq!(implausible(&run, &known(&mill()), STOOD_S).len(), 1);
 
         for sample in 0..run.n_samples() {
             run.commands[sample * 9 + 2] = Command::STOP;
         }
-        assert_eq!(implausible(&run, known(&mill()), STOOD_S), []);
+        assert_eq!(implausible(&run, &known(&mill()), STOOD_S), []);
     }
 }
 
@@ -398,6 +398,6 @@ fn what_a_robot_did_while_it_was_not_seen_is_no_evidence() {
     let unseen = [Unseen { row: 0, from_s: 20.0, to_s: 50.0 }];
     let gap = Known { unseen: &unseen, ..known(&alone) };
 
-    assert_eq!(implausible(&hidden, gap, STOOD_S), []);
-    assert_eq!(implausible(&hidden, known(&alone), STOOD_S).len(), 1, "it seems to stand");
+    assert_eq!(implausible(&hidden, &gap, STOOD_S), []);
+    assert_eq!(implausible(&hidden, &known(&alone), STOOD_S).len(), 1, "it seems to stand");
 }

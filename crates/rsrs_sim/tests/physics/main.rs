@@ -7,6 +7,7 @@
     reason = "counts of robots, steps and runs stand in the tables as numbers"
 )]
 
+mod clustering;
 mod gathering;
 mod measured;
 mod mills;

@@ -83,7 +83,7 @@ fn only_a_rotating_ring_of_another_simulator_is_stable_milling() {
     for ((Swarm { behaviour, period_s, ring, .. }, seed), rows) in swarms.into_iter().zip(answered)
     {
         let trajectory = trajectory(rows, period_s);
-        let bodies = Bodies { radius_m: Some(0.05), reach_m: Some(20.0), arena_m: None };
+        let bodies = Bodies { radius_m: Some(0.05), reach_m: Some(20.0), ..Bodies::UNKNOWN };
         let verdict = label(&trajectory, &bodies).expect("it is long enough");
         let is_mill = verdict.phase == Phase::STABLE_MILLING;
         let rotates = rotates_as_a_ring(&trajectory);

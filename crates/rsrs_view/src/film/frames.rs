@@ -5,8 +5,8 @@ use rsrs_core::robot::unicycle::Pose;
 
 use super::Film;
 use crate::floor::{
-    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, places, robot, scale_bar, short,
-    tags, walls,
+    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, around_things, not_finite, places, robot,
+    scale_bar, short, tags, things, walls,
 };
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
@@ -81,7 +81,9 @@ impl<'a> Frames<'a> {
         check(film)?;
         let room_px = PAGE_PX - 2.0 * MARGIN_PX;
         let (header, header_px) = header(Theme::Screen, &film.title, &[""; 0], MARGIN_PX, room_px);
-        let field = Field::around(places(&film.trajectory.poses), film.radius_m, header_px + 6.0);
+        let drawn_m =
+            places(&film.trajectory.poses).chain(around_things(film.world, film.trajectory));
+        let field = Field::around(drawn_m, film.radius_m, header_px + 6.0);
         let height_px = field.top_px + field.height_px + 3.0 * CAPTION_PX + 10.0;
         let scale = f64::from(film.width_px) / PAGE_PX;
         let size_px = (film.width_px, whole_px(scale * height_px));
@@ -121,10 +123,13 @@ impl<'a> Frames<'a> {
         let names: Vec<String> =
             self.film.names.iter().map(|name| short(name).to_owned()).collect();
         let tags = tags(&self.field, trajectory.poses_at(sample), &names, radius_m);
+        let things = |world| things(&self.field, world, trajectory.objects_at(sample));
+        let world = self.film.world.into_iter().flat_map(things);
         let walls = self.film.walls_m.and_then(|walls_m| walls(&self.field, walls_m));
         Element::picture(PAGE_PX, self.height_px, &self.film.title)
             .children(self.header.iter().cloned())
             .children(walls)
+            .children(world)
             .children((0..trajectory.n_robots).map(|robot| self.tail(robot, first..sample + 1)))
             .children(robots)
             .children(tags)

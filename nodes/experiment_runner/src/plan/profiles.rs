@@ -121,7 +121,7 @@ impl Profiles {
     pub(super) fn with_files(
         &self,
         [experiment, fleet]: [String; 2],
-        more: [(&'static str, Option<String>); 2],
+        more: [(&'static str, Option<String>); 3],
     ) -> Vec<(String, String)> {
         let of_run = [
             ("experiment.yaml", experiment),
@@ -232,7 +232,7 @@ mod tests {
         let names: Vec<String> = profiles
             .with_files(
                 ["e", "f"].map(str::to_owned),
-                [("starts.csv", None), ("controller.yaml", None)],
+                [("starts.csv", None), ("controller.yaml", None), ("world.yaml", None)],
             )
             .into_iter()
             .map(|it| it.0)

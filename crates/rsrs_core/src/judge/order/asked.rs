@@ -7,15 +7,17 @@ use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
+use super::cluster::clustered_objects;
 use super::geometry::{Vector, centroid, distance_m2};
-use super::parameter::Parameter;
+use super::parameter::{Parameter, Prerequisite};
 use super::sums::Samples;
 use super::{RESOLUTION, rounded};
+use crate::conditions::world::{Goal, WorldFile};
 use crate::judge::number::Number;
 use crate::judge::trajectory::{Bodies, Trajectory};
 
 /// How many there are.
-pub const N_ASKED: usize = 5;
+pub const N_ASKED: usize = 9;
 
 /// The values of those that were asked for; in files under their names, beside the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,8 +91,24 @@ pub const COVERAGE: Measure = Measure { of: coverage, is_of_headings: false, add
 /// Ours: what a robot that cleans would have cleaned.
 pub const VISITED: Measure = Measure { of: visited, is_of_headings: false, adds_up: true };
 
+/// Clusters of objects as those of robots ([`super::cluster`]), over the same looks.
+pub const OBJECTS_CLUSTERED: Measure =
+    Measure { of: objects_clustered, is_of_headings: false, adds_up: false };
+
+/// Ours.
+pub const OBJECTS_AT_GOAL: Measure =
+    Measure { of: objects_at_goal, is_of_headings: false, adds_up: false };
+
+/// Ours.
+pub const AT_GOAL: Measure = Measure { of: at_goal, is_of_headings: false, adds_up: false };
+
+/// Ours.
+pub const GOAL_DISTANCE: Measure =
+    Measure { of: goal_distance_m, is_of_headings: false, adds_up: false };
+
 /// A window of one world, by itself.
-struct Look {
+struct Look<'a> {
+    period_s: f64,
     n_robots: usize,
     /// In metres, sample by sample, robot by robot.
     places: Vec<Vector<f64>>,
@@ -99,6 +117,12 @@ struct Look {
     /// Side of the arena, and radius of a body, in metres.
     arena_m: f64,
     radius_m: f64,
+    /// What is there besides the robots.
+    world: &'a WorldFile,
+    /// Of each object, in metres.
+    objects_radius_m: Vec<f64>,
+    /// Where objects are, in metres, sample by sample, object by object.
+    objects: Vec<Vector<f64>>,
 }
 
 /// Measures what is asked for in a window of one lane.
@@ -117,7 +141,12 @@ pub fn measured<S: Samples>(
     if asked.is_empty() {
         return found;
     }
-    let is_measured = |it: &Parameter| asked.contains(it) && it.lacks(bodies).is_none();
+    let has_objects = samples.n_objects() == bodies.world.n_objects();
+    let is_measured = |it: &Parameter| {
+        asked.contains(it)
+            && it.lacks(bodies).is_none()
+            && (has_objects || !it.needs(Prerequisite::Objects))
+    };
     let all = Parameter::all().filter_map(|it| Some((it, it.asked()?)));
     let mut look: Option<Look> = None;
     for ((parameter, measure), value) in all.zip(&mut found.0) {
@@ -150,20 +179,26 @@ pub(super) fn rounds_surely(mean: f64, margin: f64) -> bool {
     ((whole - whole.floor()) - 0.5).abs() * RESOLUTION > margin
 }
 
-impl Look {
-    fn of<S: Samples>(samples: &S, bodies: &Bodies, window: &Range<usize>, lane: usize) -> Self {
+impl<'a> Look<'a> {
+    fn of<S: Samples>(samples: &S, bodies: &'a Bodies, window: &Range<usize>, lane: usize) -> Self {
         let in_lane = |(x, y): Vector<S::Number>| (x.lane(lane), y.lane(lane));
         let heading = |pose: &S::Pose| {
             let (along, inverse) = samples.heading(pose);
             in_lane((along.0 * inverse, along.1 * inverse))
         };
         let poses = || window.clone().flat_map(|sample| samples.poses_at(sample));
+        let world = &bodies.world;
+        let objects = || window.clone().flat_map(|sample| samples.objects_at(sample));
         Self {
+            period_s: samples.period_s(),
             n_robots: samples.poses_at(window.start).len(),
             places: poses().map(|pose| in_lane(samples.place(pose))).collect(),
             headings: poses().map(heading).collect(),
             arena_m: bodies.arena_m.unwrap_or(f64::NAN),
             radius_m: bodies.radius_m.unwrap_or(f64::NAN),
+            world,
+            objects_radius_m: world.each_object().map(|object| object.radius_m).collect(),
+            objects: objects().map(|[x_m, y_m]| (*x_m, *y_m)).collect(),
         }
     }
 
@@ -172,6 +207,21 @@ impl Look {
         let samples = vectors.chunks_exact(self.n_robots);
         let n_samples = samples.len() as f64;
         samples.map(of).sum::<f64>() / n_samples
+    }
+
+    /// How far a place is from the nearest goal, in metres; 0 in it.
+    fn from_goal_m(&self, place: Vector<f64>) -> f64 {
+        let from_m = |goal: &Goal| {
+            let [x_m, y_m] = goal.place_m;
+            (distance_m2(place, (x_m, y_m)).sqrt() - goal.radius_m).max(0.0)
+        };
+        self.world.goals.iter().map(from_m).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Share of places in a goal.
+    fn share_at_goal(&self, places: &[Vector<f64>]) -> f64 {
+        let n_there = places.iter().filter(|place| self.from_goal_m(**place) <= 0.0).count();
+        n_there as f64 / places.len() as f64
     }
 
     /// The number of the cell that holds a place, of so many along each side of the arena; who is beyond it is in
@@ -212,6 +262,24 @@ fn wall_distance_m(look: &Look) -> f64 {
     let mean_m =
         |places: &[Vector<f64>]| places.iter().map(distance_m).sum::<f64>() / places.len() as f64;
     look.mean(mean_m, &look.places)
+}
+
+fn objects_clustered(look: &Look) -> f64 {
+    clustered_objects(look.period_s, &look.objects_radius_m, &look.objects)
+}
+
+fn objects_at_goal(look: &Look) -> f64 {
+    // Of as many objects in each sample, the share of all is the mean of the shares.
+    look.share_at_goal(&look.objects)
+}
+
+fn at_goal(look: &Look) -> f64 {
+    look.share_at_goal(&look.places)
+}
+
+fn goal_distance_m(look: &Look) -> f64 {
+    let distances_m = look.places.iter().map(|place| look.from_goal_m(*place));
+    distances_m.sum::<f64>() / look.places.len() as f64
 }
 
 fn coverage(look: &Look) -> f64 {

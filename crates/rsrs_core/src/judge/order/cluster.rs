@@ -1,4 +1,4 @@
-//! Clusters: robots between which no other one fits.
+//! Clusters: robots between which no other one fits, and objects likewise.
 
 use std::ops::Range;
 
@@ -29,16 +29,43 @@ pub fn clustered<S: Samples>(samples: &S, window: Range<usize>, lane: usize, rad
             (x_m.lane(lane), y_m.lane(lane))
         };
         let places: Vec<Vector<f64>> = samples.poses_at(sample).iter().map(place).collect();
-        shares += largest(&places, near_m * near_m) as f64 / places.len() as f64;
+        let are_near =
+            |one: &Vector<f64>, other: &Vector<f64>| distance_m2(*one, *other) < near_m * near_m;
+        shares += largest(&places, are_near) as f64 / places.len() as f64;
         n_looks += 1.0;
     }
     shares / n_looks
 }
 
-/// How many robots the largest cluster has.
-fn largest(places: &[Vector<f64>], near_m2: f64) -> usize {
-    let mut others: Vec<Vector<f64>> = places.to_vec();
-    let mut cluster: Vec<Vector<f64>> = Vec::new();
+/// Share of objects in the largest cluster: a mean over the last sample and those every [`BLOCK_S`] before it. Two
+/// objects are neighbours if the smallest one does not fit between them.
+///
+/// # Arguments
+///
+/// * `period_s` — between samples, in seconds.
+/// * `radii_m` — of each object, in metres; not empty.
+/// * `objects` — where they are, in metres, sample by sample; not empty.
+pub fn clustered_objects(period_s: f64, radii_m: &[f64], objects: &[Vector<f64>]) -> f64 {
+    let smallest_m = radii_m.iter().copied().fold(f64::INFINITY, f64::min);
+    let n_block = samples_in(BLOCK_S, period_s);
+    let (mut shares, mut n_looks) = (0.0, 0.0);
+    for places in objects.chunks_exact(radii_m.len()).rev().step_by(n_block) {
+        let discs: Vec<(Vector<f64>, f64)> =
+            places.iter().copied().zip(radii_m.iter().copied()).collect();
+        let are_near = |one: &(Vector<f64>, f64), other: &(Vector<f64>, f64)| {
+            let near_m = one.1 + other.1 + 2.0 * smallest_m;
+            distance_m2(one.0, other.0) < near_m * near_m
+        };
+        shares += largest(&discs, are_near) as f64 / radii_m.len() as f64;
+        n_looks += 1.0;
+    }
+    shares / n_looks
+}
+
+/// How many the largest cluster has.
+fn largest<T: Copy>(places: &[T], are_near: impl Fn(&T, &T) -> bool) -> usize {
+    let mut others: Vec<T> = places.to_vec();
+    let mut cluster: Vec<T> = Vec::new();
     let mut most = 0;
     while let Some(first) = others.pop() {
         cluster.clear();
@@ -48,7 +75,7 @@ fn largest(places: &[Vector<f64>], near_m2: f64) -> usize {
             looked_at += 1;
             let mut index = 0;
             while index < others.len() {
-                if distance_m2(others[index], place) < near_m2 {
+                if are_near(&others[index], &place) {
                     cluster.push(others.swap_remove(index));
                 } else {
                     index += 1;
@@ -70,8 +97,35 @@ mod tests {
         let apart = [(3.0, 0.0), (3.1, 0.0), (-2.0, 1.0)];
         let places: Vec<Vector<f64>> = chain.chain(apart).collect();
 
-        assert_eq!(largest(&places, 0.3 * 0.3), 5);
-        assert_eq!(largest(&places, 0.28 * 0.28), 2);
-        assert_eq!(largest(&places, 9.0), 8);
+        let largest = |near_m: f64| {
+            largest(&places, |one, other| distance_m2(*one, *other) < near_m * near_m)
+        };
+
+        assert_eq!(largest(0.3), 5);
+        assert_eq!(largest(0.28), 2);
+        assert_eq!(largest(3.0), 8);
+    }
+
+    #[test]
+    fn objects_are_apart_if_the_smallest_fits_between_them() {
+        let radii_m = [0.05, 0.1, 0.02];
+        let share = |gap_m: f64| {
+            let objects = [(0.0, 0.0), (0.15 + gap_m, 0.0), (5.0, 5.0)];
+            clustered_objects(0.1, &radii_m, &objects)
+        };
+
+        assert!((share(0.039) - 2.0 / 3.0).abs() < 1e-12);
+        assert!((share(0.041) - 1.0 / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn shares_of_clustered_objects_are_a_mean_over_looks_10_s_apart() {
+        let together = [(0.0, 0.0), (0.1, 0.0)];
+        let apart = [(0.0, 0.0), (1.0, 0.0)];
+        // 20 s; looks at the last sample and 10 s before it.
+        let samples = (0..200).flat_map(|sample| if sample == 99 { together } else { apart });
+        let objects: Vec<Vector<f64>> = samples.collect();
+
+        assert!((clustered_objects(0.1, &[0.05; 2], &objects) - 0.75).abs() < 1e-12);
     }
 }

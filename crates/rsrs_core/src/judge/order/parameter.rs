@@ -24,6 +24,10 @@ pub enum Prerequisite {
     Radius,
     /// The arena, which walls enclose.
     Arena,
+    /// Objects, and where they were.
+    Objects,
+    /// Goals.
+    Goals,
 }
 
 /// A row of the table.
@@ -196,6 +200,38 @@ const TABLE: &[Row] = &[
         needs: &[Prerequisite::Arena, Prerequisite::Radius],
         value: Value::Asked(asked::VISITED),
     },
+    Row {
+        key: "objects_clustered",
+        unit: "",
+        words: "share of objects in the largest cluster of objects: no other object fits between two of one cluster",
+        most: 1.0,
+        needs: &[Prerequisite::Objects],
+        value: Value::Asked(asked::OBJECTS_CLUSTERED),
+    },
+    Row {
+        key: "objects_at_goal",
+        unit: "",
+        words: "share of objects whose centres are in a goal",
+        most: 1.0,
+        needs: &[Prerequisite::Objects, Prerequisite::Goals],
+        value: Value::Asked(asked::OBJECTS_AT_GOAL),
+    },
+    Row {
+        key: "at_goal",
+        unit: "",
+        words: "share of robots whose centres are in a goal",
+        most: 1.0,
+        needs: &[Prerequisite::Goals],
+        value: Value::Asked(asked::AT_GOAL),
+    },
+    Row {
+        key: "goal_distance_m",
+        unit: "m",
+        words: "mean distance of robots' centres from the nearest goal, 0 in it",
+        most: NO_LIMIT,
+        needs: &[Prerequisite::Goals],
+        value: Value::Asked(asked::GOAL_DISTANCE),
+    },
 ];
 
 /// Those before it are fields.
@@ -295,6 +331,8 @@ impl Parameter {
         let is_unknown = |needs: &Prerequisite| match needs {
             Prerequisite::Radius => bodies.radius_m.is_none(),
             Prerequisite::Arena => bodies.arena_m.is_none(),
+            Prerequisite::Objects => bodies.world.n_objects() == 0,
+            Prerequisite::Goals => bodies.world.goals.is_empty(),
             Prerequisite::Commands | Prerequisite::Reach => false,
         };
         self.row().needs.iter().copied().find(is_unknown)

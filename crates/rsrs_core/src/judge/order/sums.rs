@@ -38,6 +38,14 @@ pub trait Samples {
     fn commanded(&self, window: Range<usize>, lane: usize) -> Commanded;
     /// Commanded speeds of a robot, added up over samples.
     fn speeds_m_s(&self, samples: Range<usize>, robot: usize) -> Self::Number;
+    /// How many objects there are of which it is known where they are; none in lanes.
+    fn n_objects(&self) -> usize {
+        0
+    }
+    /// Where they are in one sample, in metres; shape `[n_objects][2]`.
+    fn objects_at(&self, _: usize) -> &[[f64; 2]] {
+        &[]
+    }
     /// One lane by itself, where headings are vectors that were never angles; `None` for what is a
     /// trajectory already.
     fn trajectory(&self, lane: usize, samples: Range<usize>) -> Option<Trajectory>;
@@ -69,6 +77,12 @@ impl Samples for Trajectory {
     }
     fn speeds_m_s(&self, samples: Range<usize>, robot: usize) -> f64 {
         samples.map(|sample| self.commands_at(sample)[robot].speed_m_s).sum()
+    }
+    fn n_objects(&self) -> usize {
+        self.n_objects
+    }
+    fn objects_at(&self, sample: usize) -> &[[f64; 2]] {
+        self.objects_at(sample)
     }
     fn trajectory(&self, _: usize, _: Range<usize>) -> Option<Self> {
         None

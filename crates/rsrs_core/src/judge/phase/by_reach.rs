@@ -20,7 +20,7 @@ const RESOLUTION_M: f64 = 1e-3;
 /// Ascending; the first one holds from 0.
 pub fn phases(trajectory: &Trajectory, bodies: &Bodies, rules: &Rules) -> Vec<(f64, Phase)> {
     let phase = |reach_m: f64| {
-        let bodies = Bodies { reach_m: Some(reach_m), ..*bodies };
+        let bodies = Bodies { reach_m: Some(reach_m), ..bodies.clone() };
         label_with(trajectory, &bodies, rules)
             .expect("a trajectory that was checked is judged where the reach is known")
             .phase

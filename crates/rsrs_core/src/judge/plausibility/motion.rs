@@ -34,8 +34,8 @@ const MOST_DRIVEN: f64 = 2.0;
 
 /// What may be in a robot's way.
 #[derive(Clone, Copy, Debug)]
-pub struct Surroundings {
-    pub bodies: Bodies,
+pub struct Surroundings<'a> {
+    pub bodies: &'a Bodies,
     pub walls_m: Option<f64>,
 }
 
@@ -49,7 +49,7 @@ pub struct Motion {
     pub turned_rad: Vec<f64>,
     /// How far it was commanded to turn until then, averaged alike, in radians.
     pub to_turn_rad: Vec<f64>,
-    /// Whether another robot or a wall is so near that it may be pushed or blocked, or it was not seen.
+    /// Whether another robot, an object or a wall is so near that it may be pushed or blocked, or it was not seen.
     pub touches: Vec<bool>,
     /// Whether one is so near where it is commanded to drive.
     pub is_blocked: Vec<bool>,
@@ -65,7 +65,9 @@ impl Motion {
         let n_smoothed = whole(SMOOTHED_S / period_s).max(1);
         let near = samples.map(|at| {
             let speed_m_s = trajectory.commands_at(at)[row].speed_m_s;
-            near(row, trajectory.poses_at(at), speed_m_s, around)
+            let (touches, is_blocked) = near(row, trajectory.poses_at(at), speed_m_s, around);
+            let pushes = pushes(trajectory.poses_at(at)[row], trajectory.objects_at(at), around);
+            (touches || pushes, is_blocked || pushes)
         });
         let (touches, is_blocked) = near.unzip();
         Self {
@@ -164,6 +166,19 @@ fn near(row: usize, poses: &[Pose], speed_m_s: f64, around: Surroundings) -> (bo
         own.x_m.abs().max(own.y_m.abs()) > walls_m - touch_m / 2.0 - TOUCH_M
     });
     (touches || at_wall, is_blocked || at_wall)
+}
+
+/// Whether a robot is beside an object, which may hold it back; where nobody knows where objects are, it may be.
+fn pushes(own: Pose, objects_m: &[[f64; 2]], around: Surroundings) -> bool {
+    let Surroundings { bodies, .. } = around;
+    if objects_m.len() != bodies.world.n_objects() {
+        return true;
+    }
+    let robot_m = bodies.radius_m.unwrap_or(UNKNOWN_TOUCH_M / 2.0);
+    bodies.world.each_object().zip(objects_m).any(|(object, [x_m, y_m])| {
+        let touch_m = TOUCH_RADII / 2.0 * (robot_m + object.radius_m) + TOUCH_M;
+        libm::hypot(x_m - own.x_m, y_m - own.y_m) < touch_m
+    })
 }
 
 /// Headings without jumps, in radians.

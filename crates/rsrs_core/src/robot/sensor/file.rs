@@ -35,7 +35,7 @@ pub struct SensorEntry {
     /// By how much the region is turned about the robot's centre, in radians (default: 0, ahead); left is positive.
     #[serde(default, skip_serializing_if = "super::is_zero")]
     pub bearing_rad: f64,
-    /// What hides things behind it (default: nothing): `robot` and `wall`.
+    /// What hides things behind it (default: nothing): `robot`, `wall`, `object` and `goal`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hidden_by: Vec<Detects>,
     /// Probability of a detection when something is in the region.
@@ -198,11 +198,7 @@ fn check_row(reading: &Reading, readings: &[Reading]) -> Result<(), SensorProble
         sum += likely;
     }
     if sum > MOST_SUM {
-        let place = match reading.detects {
-            Detects::Robot => "a robot",
-            Detects::Wall => "a wall",
-        };
-        return Err(SensorProblem::Row { place, found: sum });
+        return Err(SensorProblem::Row { place: reading.detects.one(), found: sum });
     }
     Ok(())
 }

@@ -1,0 +1,126 @@
+//! Where objects were, at the times of the samples.
+
+use std::collections::BTreeMap;
+
+use rsrs_core::judge::phase::MAX_GAP_S;
+use rsrs_core::natural_order::natural_key;
+use rsrs_msgs::geometry_msgs::PoseStamped;
+use rsrs_msgs::{RosMessage, cdr, topics};
+
+use super::TrajectoryError;
+use super::finding::Finding;
+use crate::Bag;
+
+/// The longest time without a pose of an object that is bridged, in nanoseconds.
+const MAX_GAP_NS: u64 = (MAX_GAP_S * 1e9) as u64;
+
+/// What was recorded of one object.
+pub struct RecordedObject {
+    pub name: String,
+    /// By their stamps, in nanoseconds, where it was, in metres; not empty, and in their order.
+    places: Vec<(u64, [f64; 2])>,
+}
+
+/// All objects that have poses; `object_2` before `object_10`.
+///
+/// # Errors
+///
+/// If the bag cannot be read there, or a message is no pose.
+pub fn collect(bag: &Bag) -> Result<Vec<RecordedObject>, TrajectoryError> {
+    let topics = bag.topics();
+    let has_objects = topics.iter().filter(|topic| {
+        topics::object_of(&topic.name).is_some() && topic.type_name == PoseStamped::TYPE_NAME
+    });
+    let names: Vec<&str> = has_objects.map(|topic| topic.name.as_str()).collect();
+    let mut found: BTreeMap<String, Vec<(u64, [f64; 2])>> = BTreeMap::new();
+    if names.is_empty() {
+        return Ok(Vec::new());
+    }
+    for message in bag.messages_on(names) {
+        let message = message?;
+        let name = topics::object_of(&message.topic).expect("only such topics were asked for");
+        let time_s = message.log_time_ns as f64 / 1e9;
+        let PoseStamped { header, pose } = cdr::decode(&message.bytes).map_err(|source| {
+            TrajectoryError::Message { topic: message.topic.to_string(), time_s, source }
+        })?;
+        let place_m = [pose.position.x, pose.position.y];
+        if !place_m.iter().all(|at_m| at_m.is_finite()) {
+            return Err(TrajectoryError::NotFinite {
+                what: "pose",
+                robot: name.to_owned(),
+                time_s,
+            });
+        }
+        let stamp_ns = header.stamp.to_nanos().filter(|stamp_ns| *stamp_ns > 0);
+        let at_ns = stamp_ns.unwrap_or(message.log_time_ns);
+        found.entry(name.to_owned()).or_default().push((at_ns, place_m));
+    }
+    let mut objects: Vec<RecordedObject> = found
+        .into_iter()
+        .map(|(name, mut places)| {
+            places.sort_by_key(|(at_ns, _)| *at_ns);
+            RecordedObject { name, places }
+        })
+        .collect();
+    objects.sort_by_cached_key(|object| natural_key(&object.name));
+    Ok(objects)
+}
+
+/// Where objects were at these times, in nanoseconds: sample by sample, object by object, in metres.
+///
+/// # Errors
+///
+/// [`Finding::LostObject`] where one was not seen for too long.
+pub fn at(objects: &[RecordedObject], times_ns: &[u64]) -> Result<Vec<[f64; 2]>, Finding> {
+    let mut places_m = Vec::with_capacity(objects.len() * times_ns.len());
+    for time_ns in times_ns {
+        for object in objects {
+            let place_m = object.place_at(*time_ns).ok_or_else(|| Finding::LostObject {
+                object: object.name.clone(),
+                time_s: time_ns.saturating_sub(times_ns[0]) as f64 / 1e9,
+            })?;
+            places_m.push(place_m);
+        }
+    }
+    Ok(places_m)
+}
+
+impl RecordedObject {
+    /// Where it was, in metres: as it was seen then, or on the way between.
+    fn place_at(&self, time_ns: u64) -> Option<[f64; 2]> {
+        let next = self.places.partition_point(|(at_ns, _)| *at_ns < time_ns);
+        let after = self.places.get(next);
+        let before = next.checked_sub(1).map(|before| self.places[before]);
+        match (before, after) {
+            (_, Some((at_ns, place_m))) if *at_ns == time_ns => Some(*place_m),
+            (Some((from_ns, from_m)), Some((to_ns, to_m))) => {
+                let share = (time_ns - from_ns) as f64 / (to_ns - from_ns) as f64;
+                let on_the_way = |axis: usize| from_m[axis] + share * (to_m[axis] - from_m[axis]);
+                (to_ns - from_ns <= MAX_GAP_NS).then(|| [on_the_way(0), on_the_way(1)])
+            }
+            (Some((at_ns, place_m)), None) => (time_ns - at_ns <= MAX_GAP_NS).then_some(place_m),
+            (None, Some((at_ns, place_m))) => (at_ns - time_ns <= MAX_GAP_NS).then_some(*place_m),
+            (None, None) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_object_is_where_it_was_seen_or_on_the_way_and_nowhere_if_it_was_lost() {
+        let second = 1_000_000_000;
+        let places = vec![(second, [0.0, 1.0]), (2 * second, [1.0, 1.0]), (9 * second, [3.0, 1.0])];
+        let object = RecordedObject { name: "object_1".to_owned(), places };
+
+        assert_eq!(object.place_at(2 * second), Some([1.0, 1.0]));
+        assert_eq!(object.place_at(second + second / 4), Some([0.25, 1.0]));
+        assert_eq!(object.place_at(0), Some([0.0, 1.0]), "it stood there before");
+        assert_eq!(object.place_at(5 * second), None, "7 s without a pose");
+        assert_eq!(object.place_at(12 * second), None);
+        let error = at(&[object], &[2 * second, 5 * second]).unwrap_err();
+        assert!(error.to_string().starts_with("object_1 was not seen for more than 2 s, 3.0 s"));
+    }
+}

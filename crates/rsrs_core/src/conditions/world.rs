@@ -1,0 +1,147 @@
+//! What is in the arena besides robots: objects that they push, and goals that they detect.
+//!
+//! In a file of its own, which sweeps and experiments name.
+
+mod check;
+mod source;
+
+use serde::{Deserialize, Serialize};
+
+use crate::robot::sensor::Detects;
+
+pub use check::{Place, WorldError, WorldFlaw, WorldProblem};
+pub use source::WorldSource;
+
+/// What is in the arena besides robots.
+///
+/// # Example
+///
+/// ```
+/// use rsrs_core::conditions::world::WorldFile;
+///
+/// let text = "
+/// objects: [{count: 20, radius_m: 0.05}]
+/// goals: [{place_m: [1, 0], radius_m: 0.3}]
+/// ";
+/// let world = WorldFile::parse("world.yaml", text, &[3.0])?;
+/// assert_eq!(world.n_objects(), 20);
+/// # Ok::<(), rsrs_core::conditions::world::WorldError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WorldFile {
+    /// Discs that robots push, in groups that are alike.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<ObjectGroup>,
+    /// Discs on the floor, which sensors detect and nothing collides with.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub goals: Vec<Goal>,
+}
+
+/// Objects that are alike; give `count` or `places_m`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObjectGroup {
+    /// How many, anywhere in the arena: each replicate places them at random, clear of robots, walls and each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+    /// Where each of them is at the start, in metres from the middle of the arena; shape `[n_objects][2]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub places_m: Option<Vec<[f64; 2]>>,
+    /// Radius of each, in metres.
+    pub radius_m: f64,
+    /// Coulomb's coefficient of what slides along them, from 0 to 2 (default: 0); of two objects that of the smoother
+    /// one counts.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub friction: f64,
+}
+
+/// A disc on the floor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Goal {
+    /// Its centre, in metres from the middle of the arena; shape `[2]`.
+    pub place_m: [f64; 2],
+    /// Its radius, in metres.
+    pub radius_m: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_none(friction: &f64) -> bool {
+    *friction == 0.0
+}
+
+/// One object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Object {
+    /// In metres.
+    pub radius_m: f64,
+    /// Dimensionless.
+    pub friction: f64,
+    /// Where it is at the start, in metres; `None` if that is drawn.
+    pub place_m: Option<[f64; 2]>,
+}
+
+impl WorldFile {
+    /// Nothing but robots.
+    pub const NOTHING: Self = Self { objects: Vec::new(), goals: Vec::new() };
+
+    /// Whether there is nothing but robots.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::NOTHING
+    }
+
+    /// Each object, group by group: the order of their numbers, poses and draws.
+    pub fn each_object(&self) -> impl Iterator<Item = Object> + '_ {
+        self.objects.iter().flat_map(ObjectGroup::each)
+    }
+
+    /// How many objects there are.
+    pub fn n_objects(&self) -> usize {
+        self.objects.iter().map(ObjectGroup::n_objects).sum()
+    }
+
+    /// The name of an object in topics, by its place among all, from 0: `object_1` is the first.
+    pub fn object_name(object: usize) -> String {
+        format!("object_{}", object + 1)
+    }
+
+    /// Whether a sensor can ever detect this kind of thing here, as far as it is among them.
+    pub fn has(&self, kind: Detects) -> bool {
+        match kind {
+            Detects::Object => self.n_objects() > 0,
+            Detects::Goal => !self.goals.is_empty(),
+            Detects::Robot | Detects::Wall => true,
+        }
+    }
+
+    /// What it is, in words: `20 objects and 1 goal`.
+    pub fn in_words(&self) -> String {
+        let counted = |n: usize, noun: &str| match n {
+            0 => None,
+            1 => Some(format!("1 {noun}")),
+            n => Some(format!("{n} {noun}s")),
+        };
+        let words: Vec<String> =
+            [counted(self.n_objects(), "object"), counted(self.goals.len(), "goal")]
+                .into_iter()
+                .flatten()
+                .collect();
+        if words.is_empty() { "nothing but robots".to_owned() } else { words.join(" and ") }
+    }
+}
+
+impl ObjectGroup {
+    /// How many there are.
+    pub fn n_objects(&self) -> usize {
+        self.count.or_else(|| Some(self.places_m.as_ref()?.len())).unwrap_or(0)
+    }
+
+    fn each(&self) -> impl Iterator<Item = Object> + '_ {
+        (0..self.n_objects()).map(|object| Object {
+            radius_m: self.radius_m,
+            friction: self.friction,
+            place_m: self.places_m.as_ref().and_then(|places_m| places_m.get(object).copied()),
+        })
+    }
+}

@@ -1,0 +1,327 @@
+//! Whether a world can be, and be in an arena: each refusal with its line.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde_saphyr::Spanned;
+
+use super::{Goal, Object, ObjectGroup, WorldFile};
+use crate::document::{self, DocumentError};
+use crate::help::Help;
+use crate::quantity::Bounds;
+use crate::robot::profile::MOST_FRICTION;
+
+/// Where in a world something is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Nowhere in it: it is all of it.
+    Whole,
+    /// In a group of objects, from 0.
+    Objects(usize),
+    /// At a goal, from 0.
+    Goal(usize),
+}
+
+/// What is wrong with a world, and where.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{place}: {problem}")]
+pub struct WorldFlaw {
+    /// Where.
+    pub place: Place,
+    /// What.
+    pub problem: WorldProblem,
+}
+
+/// What is wrong with a world.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WorldProblem {
+    /// It is as none.
+    #[error("there are neither objects nor goals in it")]
+    Nothing,
+    /// Both a number and places, or neither.
+    #[error("objects need exactly one of `count` and `places_m`")]
+    CountOrPlaces,
+    /// A number outside what it can mean.
+    #[error("`{key}` is {found}, expected a number {bounds}")]
+    OutOfRange {
+        /// The key.
+        key: &'static str,
+        /// The number.
+        found: f64,
+        /// What it may be.
+        bounds: Bounds,
+    },
+    /// A disc that is not in the arena.
+    #[error(
+        "{what} of radius {radius_m} m at ({}, {}) m is not within the arena of {side_m} m",
+        place_m[0], place_m[1]
+    )]
+    Outside {
+        /// `an object` or `a goal`.
+        what: &'static str,
+        /// In metres.
+        radius_m: f64,
+        /// In metres.
+        place_m: [f64; 2],
+        /// Side of the arena, in metres.
+        side_m: f64,
+    },
+    /// Two objects in one place.
+    #[error(
+        "objects at ({}, {}) m and ({}, {}) m overlap: they are {found_m:.3} m apart, expected {least_m:.3} m or more",
+        places_m[0][0], places_m[0][1], places_m[1][0], places_m[1][1]
+    )]
+    Overlap {
+        /// In metres.
+        places_m: [[f64; 2]; 2],
+        /// Distance of their centres, in metres.
+        found_m: f64,
+        /// Both radii, in metres.
+        least_m: f64,
+    },
+    /// More than there is room for.
+    #[error(
+        "{count} objects of radius {radius_m} m do not fit into the arena of {side_m} m: at most {at_most} ever do"
+    )]
+    TooMany {
+        /// Asked for.
+        count: usize,
+        /// In metres.
+        radius_m: f64,
+        /// Side of the arena, in metres.
+        side_m: f64,
+        /// By the density of the closest packing.
+        at_most: usize,
+    },
+}
+
+/// Why a file is no world.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WorldError {
+    /// The text is no world.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// There is no such world.
+    #[error("{file}:{line}: {problem}")]
+    Flaw {
+        /// The file.
+        file: String,
+        /// Line of the group or the goal, from 1.
+        line: u64,
+        /// What is wrong there.
+        problem: WorldProblem,
+    },
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole => write!(out, "the world"),
+            Self::Objects(group) => write!(out, "objects[{group}] of the world"),
+            Self::Goal(goal) => write!(out, "goals[{goal}] of the world"),
+        }
+    }
+}
+
+impl Help for WorldProblem {
+    fn help(&self) -> Option<String> {
+        Some(match self {
+            Self::Nothing => {
+                "give `objects: [{count: 20, radius_m: 0.05}]` or `goals: [{place_m: [1, 0], radius_m: 0.3}]`, \
+                 or leave `world:` out where it is named"
+                    .to_owned()
+            }
+            Self::CountOrPlaces => {
+                "give `count: 20` to have them placed at random, or `places_m: [[x, y], …]`".to_owned()
+            }
+            Self::OutOfRange { key: "radius_m", .. } => "give a length in metres".to_owned(),
+            Self::OutOfRange { key: "count", .. } => "leave the group out".to_owned(),
+            Self::OutOfRange { .. } => return None,
+            Self::Outside { .. } => {
+                "move it, or widen `arena_m`; the origin is the middle of the arena".to_owned()
+            }
+            Self::Overlap { .. } => "move one of them".to_owned(),
+            Self::TooMany { .. } => "take fewer or smaller ones, or widen `arena_m`".to_owned(),
+        })
+    }
+}
+
+impl Help for WorldFlaw {
+    fn help(&self) -> Option<String> {
+        self.problem.help()
+    }
+}
+
+impl Help for WorldError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Document(error) => error.help(),
+            Self::Flaw { problem, .. } => problem.help(),
+        }
+    }
+}
+
+/// Most objects of a group; more are a mistake.
+const MOST_OBJECTS: Bounds = Bounds { least: 1.0, most: 1e4 };
+/// Friction; dimensionless.
+const FRICTION: Bounds = Bounds { least: 0.0, most: MOST_FRICTION };
+/// A coordinate, in metres.
+const COORDINATE: Bounds = Bounds { least: -1e6, most: 1e6 };
+/// The radius of a disc, in metres: that of an object that robots could push, and of a goal on a floor.
+const RADIUS: Bounds = Bounds { least: 1e-3, most: 1e3 };
+
+/// Lengths that differ by less than this share were the same before they were rounded; dimensionless.
+const ROUNDING: f64 = 1e-6;
+
+/// Where the parts of a world are in its file; of their types, because what is no number is refused elsewhere.
+#[derive(Deserialize)]
+struct Lines {
+    #[serde(default)]
+    objects: Vec<Spanned<ObjectGroup>>,
+    #[serde(default)]
+    goals: Vec<Spanned<Goal>>,
+}
+
+impl WorldFile {
+    /// Reads a world; `file` is its name, for errors.
+    ///
+    /// # Arguments
+    ///
+    /// * `arenas_m` — sides of the arenas that it is to be in, in metres.
+    ///
+    /// # Errors
+    ///
+    /// [`WorldError`], the first problem found.
+    pub fn parse(file: &str, text: &str, arenas_m: &[f64]) -> Result<Self, WorldError> {
+        let world: Self = document::parse(file, text)?;
+        let refuse = |flaw: WorldFlaw| {
+            let WorldFlaw { place, problem } = flaw;
+            let lines = document::parse::<Lines>(file, text).ok();
+            let line = lines.and_then(|lines| {
+                Some(match place {
+                    Place::Whole => 1,
+                    Place::Objects(group) => lines.objects.get(group)?.defined.line(),
+                    Place::Goal(goal) => lines.goals.get(goal)?.defined.line(),
+                })
+            });
+            WorldError::Flaw { file: file.to_owned(), line: line.unwrap_or(1), problem }
+        };
+        if world.is_empty() {
+            let problem = WorldProblem::Nothing;
+            return Err(refuse(WorldFlaw { place: Place::Whole, problem }));
+        }
+        world.check().map_err(refuse)?;
+        arenas_m.iter().try_for_each(|side_m| world.check_in(*side_m)).map_err(refuse)?;
+        Ok(world)
+    }
+
+    /// Whether each part of it can be; that of no part can.
+    ///
+    /// # Errors
+    ///
+    /// [`WorldFlaw`], the first problem found.
+    pub fn check(&self) -> Result<(), WorldFlaw> {
+        for (place, group) in self.objects.iter().enumerate() {
+            let flaw = |problem| WorldFlaw { place: Place::Objects(place), problem };
+            check_group(group).map_err(flaw)?;
+        }
+        for (place, goal) in self.goals.iter().enumerate() {
+            let flaw = |problem| WorldFlaw { place: Place::Goal(place), problem };
+            within("radius_m", goal.radius_m, RADIUS).map_err(flaw)?;
+            check_place("place_m", goal.place_m).map_err(flaw)?;
+        }
+        self.check_apart()
+    }
+
+    /// Whether a checked world can be in a square arena of this side, in metres.
+    ///
+    /// # Errors
+    ///
+    /// [`WorldFlaw`], the first problem found.
+    pub fn check_in(&self, side_m: f64) -> Result<(), WorldFlaw> {
+        for (place, group) in self.objects.iter().enumerate() {
+            let flaw = |problem| WorldFlaw { place: Place::Objects(place), problem };
+            let (count, radius_m) = (group.n_objects(), group.radius_m);
+            for place_m in group.places_m.iter().flatten() {
+                check_inside(("an object", radius_m), *place_m, side_m).map_err(flaw)?;
+            }
+            let at_most = most_that_fit(radius_m, side_m);
+            if count > at_most {
+                return Err(flaw(WorldProblem::TooMany { count, radius_m, side_m, at_most }));
+            }
+        }
+        for (place, Goal { place_m, radius_m }) in self.goals.iter().enumerate() {
+            let flaw = |problem| WorldFlaw { place: Place::Goal(place), problem };
+            check_inside(("a goal", *radius_m), *place_m, side_m).map_err(flaw)?;
+        }
+        Ok(())
+    }
+
+    /// Whether objects that have places are apart.
+    fn check_apart(&self) -> Result<(), WorldFlaw> {
+        let of_group = |(group, objects): (usize, &ObjectGroup)| {
+            objects.each().map(move |object| (group, object)).collect::<Vec<(usize, Object)>>()
+        };
+        let placed = self.objects.iter().enumerate().flat_map(of_group);
+        let placed: Vec<(usize, f64, [f64; 2])> = placed
+            .filter_map(|(group, object)| Some((group, object.radius_m, object.place_m?)))
+            .collect();
+        for (position, (group, radius_m, place_m)) in placed.iter().enumerate() {
+            for (_, other_radius_m, other_m) in &placed[..position] {
+                let found_m = libm::hypot(place_m[0] - other_m[0], place_m[1] - other_m[1]);
+                let least_m = radius_m + other_radius_m;
+                if found_m < least_m * (1.0 - ROUNDING) {
+                    let places_m = [*other_m, *place_m];
+                    let problem = WorldProblem::Overlap { places_m, found_m, least_m };
+                    return Err(WorldFlaw { place: Place::Objects(*group), problem });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_group(group: &ObjectGroup) -> Result<(), WorldProblem> {
+    within("radius_m", group.radius_m, RADIUS)?;
+    within("friction", group.friction, FRICTION)?;
+    match (group.count, &group.places_m) {
+        (Some(count), None) => within("count", count as f64, MOST_OBJECTS),
+        (None, Some(places_m)) => {
+            within("count", places_m.len() as f64, MOST_OBJECTS)?;
+            places_m.iter().try_for_each(|place_m| check_place("places_m", *place_m))
+        }
+        _ => Err(WorldProblem::CountOrPlaces),
+    }
+}
+
+fn check_place(key: &'static str, place_m: [f64; 2]) -> Result<(), WorldProblem> {
+    place_m.into_iter().try_for_each(|coordinate_m| within(key, coordinate_m, COORDINATE))
+}
+
+fn check_inside(
+    (what, radius_m): (&'static str, f64),
+    place_m: [f64; 2],
+    side_m: f64,
+) -> Result<(), WorldProblem> {
+    let most_m = (side_m / 2.0 - radius_m) + ROUNDING * side_m;
+    if place_m.iter().all(|coordinate_m| coordinate_m.abs() <= most_m) {
+        return Ok(());
+    }
+    Err(WorldProblem::Outside { what, radius_m, place_m, side_m })
+}
+
+/// No packing of discs within a square is denser than the hexagonal one.
+fn most_that_fit(radius_m: f64, side_m: f64) -> usize {
+    if 2.0 * radius_m > side_m {
+        return 0;
+    }
+    let each_m2 = radius_m * radius_m * 12_f64.sqrt();
+    (side_m * side_m / each_m2).floor() as usize
+}
+
+fn within(key: &'static str, found: f64, bounds: Bounds) -> Result<(), WorldProblem> {
+    if bounds.contains(found) {
+        return Ok(());
+    }
+    Err(WorldProblem::OutOfRange { key, found, bounds })
+}

@@ -1,0 +1,309 @@
+//! Worlds in files, and order parameters of what is in them.
+
+use rsrs_core::conditions::world::{Goal, WorldFile};
+use rsrs_core::conditions::{Arena, Conditions, Placement, Settings, Walls};
+use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::help::Help;
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::order::{OrderParameters, Parameter};
+use rsrs_core::judge::phase::{JudgeError, label_with};
+use rsrs_core::judge::plausibility::{Known, implausible};
+use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::quantity::Axis;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::unicycle::Pose;
+
+const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+const WORLD: &str = "\
+objects:
+  - {count: 12, radius_m: 0.05, friction: 0.2}
+  - {places_m: [[0.5, 0], [0.5, 0.3]], radius_m: 0.1}
+goals:
+  - {place_m: [-1, -1], radius_m: 0.4}
+";
+
+fn world() -> WorldFile {
+    WorldFile::parse("world.yaml", WORLD, &[3.0]).expect("it is one")
+}
+
+fn settings(world: WorldFile) -> Settings {
+    let values =
+        vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 3.0), (Axis::Arena, 3.0)];
+    Settings { values, world, ..Settings::default() }
+}
+
+fn flockbot() -> RobotProfile {
+    RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped")
+}
+
+#[test]
+fn a_world_is_part_of_the_conditions_and_nothing_is_where_none_is_named() {
+    let with = Conditions::resolve(&flockbot(), &settings(world())).unwrap();
+    let without = Conditions::resolve(&flockbot(), &settings(WorldFile::NOTHING)).unwrap();
+
+    assert_eq!(with.world.n_objects(), 14);
+    assert_eq!(with.world.in_words(), "14 objects and 1 goal");
+    assert_ne!(with.digest(), without.digest());
+    let text = serde_json::to_string(&with).unwrap();
+    assert_eq!(serde_json::from_str::<Conditions>(&text).unwrap(), with);
+    let nothing = serde_json::to_string(&without).unwrap();
+    assert!(!nothing.contains("world"), "digests are of what was always there: {nothing}");
+}
+
+#[test]
+fn a_sweep_file_has_the_path_of_its_world_and_a_folder_all_of_it() {
+    let text = "\
+profile: p.yaml
+axes: {speed_m_s: [0.1, 0.2], arena_m: [2, 3]}
+fixed: {turn_rate_rad_s: 0.75, robots: 3}
+world: world.yaml
+duration_s: 60
+seed: 1
+";
+    let mut sweep = SweepFile::parse("sweep.yaml", text).unwrap();
+    assert_eq!(sweep.arenas_m(), [2.0, 3.0]);
+    let error = sweep.resolve("sweep.yaml", &flockbot()).unwrap_err().to_string();
+    assert_eq!(error, "sweep.yaml: the world is in world.yaml, which was not read");
+
+    sweep.world = Some(rsrs_core::conditions::world::WorldSource::World(world()));
+    let digest = sweep.digest(&flockbot());
+    let written = serde_json::to_string(&sweep).unwrap();
+    let again: SweepFile = serde_json::from_str(&written).unwrap();
+    assert_eq!(again, sweep);
+    assert_eq!(again.world(), Some(&world()));
+    let other = WorldFile { goals: Vec::new(), ..world() };
+    sweep.world = Some(rsrs_core::conditions::world::WorldSource::World(other));
+    assert_ne!(sweep.digest(&flockbot()), digest);
+    let error = again.resolve("sweep.yaml", &flockbot()).unwrap_err();
+    let expected = "goals[0] of the world: a goal of radius 0.4 m at (-1, -1) m is not within the \
+                    arena of 2 m";
+    assert!(error.to_string().ends_with(expected), "{error}");
+    assert!(error.help().is_some_and(|help| help.starts_with("move it, or widen `arena_m`")));
+}
+
+#[test]
+fn a_world_that_cannot_be_is_refused_with_line_reason_and_cure() {
+    for (from, to, expected, cure) in [
+        ("count: 12", "number: 12", "world.yaml:2:6: unknown key `number`", "the keys here are: "),
+        (
+            WORLD,
+            "objects: []\n",
+            "world.yaml:1: there are neither objects nor goals in it",
+            "give ",
+        ),
+        (WORLD, "# nothing\n", "world.yaml:1: there are neither objects nor goals in it", "give "),
+        (WORLD, "body: {}\nactuation: {}\n", "world.yaml:1:1: this is a robot profile", "sweep"),
+        (
+            "0.05",
+            "0",
+            "world.yaml:2: `radius_m` is 0, expected a number from 0.001",
+            "give a length",
+        ),
+        ("0.05", ".nan", "world.yaml:2: `radius_m` is NaN, expected", "give a length in metres"),
+        ("0.2}", "-1}", "world.yaml:2: `friction` is -1, expected a number from 0 to 2", ""),
+        ("count: 12", "count: 0", "world.yaml:2: `count` is 0, expected", "leave the group out"),
+        ("count: 12, ", "", "world.yaml:2: objects need exactly one of `count` and", "give `count"),
+        (
+            "count: 12",
+            "count: 12, places_m: [[0, 0]]",
+            "world.yaml:2: objects need exactly one of `count` and `places_m`",
+            "give `count: 20` to have them placed at random",
+        ),
+        (
+            "count: 12",
+            "count: 2000",
+            "world.yaml:2: 2000 objects of radius 0.05 m do not fit into the arena of 3 m: at most \
+             1039 ever do",
+            "take fewer or smaller ones, or widen `arena_m`",
+        ),
+        (
+            "[0.5, 0.3]",
+            "[0.5, 0.1]",
+            "world.yaml:3: objects at (0.5, 0) m and (0.5, 0.1) m overlap: they are 0.100 m apart, \
+             expected 0.200 m or more",
+            "move one of them",
+        ),
+        (
+            "[0.5, 0.3]",
+            "[1.45, 0.3]",
+            "world.yaml:3: an object of radius 0.1 m at (1.45, 0.3) m is not within the arena of 3 m",
+            "move it, or widen `arena_m`; the origin is the middle of the arena",
+        ),
+        ("[0.5, 0.3]", "[.inf, 0]", "world.yaml:3: `places_m` is inf, expected a number from", ""),
+        (
+            "[-1, -1]",
+            "[-1.2, -1]",
+            "world.yaml:5: a goal of radius 0.4 m at (-1.2, -1) m is not within the arena of 3 m",
+            "move it",
+        ),
+        (
+            "0.4}",
+            "0}",
+            "world.yaml:5: `radius_m` is 0, expected a number",
+            "give a length in metres",
+        ),
+    ] {
+        assert!(WORLD.contains(from), "{from}");
+        let error = WorldFile::parse("world.yaml", &WORLD.replace(from, to), &[3.0]).unwrap_err();
+
+        assert!(error.to_string().starts_with(expected), "{error}");
+        assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
+    }
+}
+
+#[test]
+fn a_sensor_of_what_is_not_there_is_refused_by_name() {
+    let sensing = FLOCKBOT.find("sensing:").unwrap();
+    let end = FLOCKBOT.find("computation:").unwrap();
+    let of = |kind: &str| {
+        let sensors = format!(
+            "sensors:\n  - {{name: detection, cone: {{half_angle_rad: 0.2, range_m: 0.5}}, \
+             true_positive: 1, false_positive: 0}}\n  - {{name: thing, detects: {kind}, hidden_by: \
+             [object, goal], cone: {{half_angle_rad: 0, range_m: 1}}, true_positive: 1, \
+             false_positive: 0}}\n"
+        );
+        let text = FLOCKBOT.replace(&FLOCKBOT[sensing..end], &sensors);
+        RobotProfile::parse("robots.yaml", &text).expect("it is a robot")
+    };
+    for kind in ["object", "goal"] {
+        let error = Conditions::resolve(&of(kind), &settings(WorldFile::NOTHING)).unwrap_err();
+
+        let expected = format!("sensor `thing` detects {kind}s, and there are none");
+        assert_eq!(error.to_string(), expected);
+        let help = error.help().expect("there is a cure");
+        assert!(help.starts_with(&format!("name a world with `{kind}s`")), "{help}");
+        assert!(Conditions::resolve(&of(kind), &settings(world())).is_ok());
+    }
+}
+
+#[test]
+fn robots_start_in_no_object_and_trials_are_without_them() {
+    let mut conditions = Conditions::resolve(&flockbot(), &settings(world())).unwrap();
+    let at = |x_m: f64| Pose { x_m, y_m: 0.0, heading_rad: 0.0 };
+    conditions.placement = Placement::Given { starts: vec![vec![at(-1.0), at(0.0), at(0.35)]] };
+    let error = conditions.check().unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "replicate 0: robot 3 starts at (0.35, 0) m, where an object is at (0.5, 0) m"
+    );
+    assert_eq!(error.help().as_deref(), Some("move the robot, or the object"));
+    conditions.placement = Placement::Given { starts: vec![vec![at(-1.0), at(0.0), at(0.3)]] };
+    assert_eq!(conditions.check(), Ok(()));
+    conditions.placement = Placement::Pair { distance_m: 0.5, bearing_rad: 0.0 };
+    conditions.robots = 2;
+    let error = conditions.check().unwrap_err().to_string();
+    assert_eq!(error, "the placement is a pair, for a trial, and there are objects");
+}
+
+/// One robot that stands at a place, beside three objects, of which one goes to the goal after half of the time.
+fn run(robot_m: f64, duration_s: f64) -> Trajectory {
+    let n_samples = (duration_s / 0.1).round() as usize;
+    let pose = Pose { x_m: robot_m, y_m: 0.0, heading_rad: 0.0 };
+    let mut run = Trajectory::of_poses(0.1, 1, vec![pose; n_samples]);
+    run.n_objects = 3;
+    run.objects_m = (0..n_samples)
+        .flat_map(|sample| {
+            let third = if 2 * sample < n_samples { [3.0, 0.0] } else { [0.21, 0.0] };
+            [[0.0, 0.0], [0.15, 0.0], third]
+        })
+        .collect();
+    run
+}
+
+fn bodies() -> Bodies {
+    let text = "
+objects: [{count: 3, radius_m: 0.05}]
+goals: [{place_m: [1, 0], radius_m: 0.25}, {place_m: [0.3, 0], radius_m: 0.1}]
+";
+    let world = WorldFile::parse("world.yaml", text, &[9.0]).unwrap();
+    Bodies { radius_m: Some(0.1), world, ..Bodies::UNKNOWN }
+}
+
+fn measured(run: &Trajectory, key: &str) -> f64 {
+    let parameter = Parameter::from_key(key).expect("it is in the table");
+    let window = 0..run.n_samples();
+    parameter.of(&OrderParameters::with(run, window, &bodies(), &[parameter]))
+}
+
+#[test]
+fn shares_of_objects_and_distances_to_goals_are_what_they_are_called() {
+    let run = run(2.0, 20.0);
+
+    assert!((measured(&run, "objects_clustered") - (1.0 + 2.0 / 3.0) / 2.0).abs() < 1e-12);
+    assert!((measured(&run, "objects_at_goal") - 1.0 / 6.0).abs() < 1e-12);
+    assert_eq!(measured(&run, "at_goal").to_bits(), 0.0_f64.to_bits());
+    assert!((measured(&run, "goal_distance_m") - 0.75).abs() < 1e-12, "to the rim of the nearest");
+    let inside = self::run(1.2, 20.0);
+    assert_eq!(measured(&inside, "at_goal").to_bits(), 1.0_f64.to_bits());
+    assert_eq!(measured(&inside, "goal_distance_m").to_bits(), 0.0_f64.to_bits());
+    let goal = Goal { place_m: [1.0, 0.0], radius_m: 0.25 };
+    assert_eq!(bodies().world.goals[0], goal);
+}
+
+fn behaviour(name: &str, wanted: &str) -> Behaviour {
+    let text = format!(
+        "name: {name}\nwords: {{noun: doing, swarm: a swarm, verb: [do, does, did]}}\n\
+         phases: [{{key: {name}_yes}}, {{key: {name}_no}}]\n\
+         rules: [{{phase: {name}_yes, when: {{{wanted}}}}}]\notherwise: {name}_no\n"
+    );
+    Behaviour::parse("behaviour.yaml", &text).expect("it is one")
+}
+
+#[test]
+fn a_behaviour_over_objects_is_judged_where_their_places_are_known_and_else_refused_by_name() {
+    let heap = behaviour("heap", "objects_clustered: {at_least: 0.9}");
+    let there = behaviour("there", "at_goal: {at_least: 0.9}");
+    let run = run(2.0, 200.0);
+    let label = |run: &Trajectory, bodies: &Bodies, behaviour: Behaviour| {
+        label_with(run, bodies, &behaviour.rules()).map(|verdict| verdict.phase)
+    };
+
+    assert_eq!(label(&run, &bodies(), heap), Ok(heap.wanted()));
+    let mut without = run.clone();
+    (without.n_objects, without.objects_m) = (0, Vec::new());
+    let error = label(&without, &bodies(), heap).unwrap_err();
+    assert!(matches!(error, JudgeError::UnknownObjects { .. }));
+    assert_eq!(
+        error.to_string(),
+        "where the 3 objects were is known of 0, and objects_clustered depends on it"
+    );
+    assert!(label(&without, &bodies(), there).is_ok(), "which asks for no object");
+    let error = label(&run, &Bodies::UNKNOWN, heap).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "objects_clustered is of objects, and there are none, or none is known"
+    );
+    let error = label(&run, &Bodies::UNKNOWN, there).unwrap_err();
+    assert_eq!(error.to_string(), "at_goal is of goals, and there are none, or none is known");
+    let mut nowhere = run;
+    nowhere.objects_m[3 * 77 + 1] = [f64::NAN, 0.0];
+    let error = label(&nowhere, &bodies(), heap).unwrap_err().to_string();
+    assert!(error.starts_with("object 1 is nowhere, or beyond 1e9 m, 7.70 s after"), "{error}");
+}
+
+#[test]
+fn who_pushes_an_object_is_not_accused_of_standing() {
+    let drives = |robot_m: f64| {
+        let mut run = run(robot_m, 60.0);
+        run.commands.fill(Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 });
+        run
+    };
+    let known = Known { bodies: bodies(), walls_m: None, left_out: &[], unseen: &[] };
+
+    let alone = implausible(&drives(-2.0), &known, 10.0);
+    let beside = implausible(&drives(-0.16), &known, 10.0);
+    let mut unseen = drives(-2.0);
+    (unseen.n_objects, unseen.objects_m) = (0, Vec::new());
+
+    assert_eq!(alone.len(), 1, "{alone:?}");
+    assert_eq!(beside, []);
+    assert_eq!(implausible(&unseen, &known, 10.0), [], "an object may be anywhere");
+}
+
+#[test]
+fn arenas_of_a_world_need_no_walls() {
+    let mut conditions = Conditions::resolve(&flockbot(), &settings(world())).unwrap();
+    conditions.arena = Arena { side_m: 3.0, walls: Walls::None };
+    assert_eq!(conditions.check(), Ok(()));
+}

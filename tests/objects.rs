@@ -1,0 +1,210 @@
+//! Worlds with objects and goals: from the sweep to the label.
+
+use std::path::{Path, PathBuf};
+
+use crate::command::{code, json, repository, rsrs as typed, stderr, stdout};
+use crate::fleet::experiment;
+use crate::processes::run_in_lockstep;
+
+/// One sensor that tells robots, objects and walls from each other, and one for goals.
+const SENSORS: &str = "\
+sensors:
+  - one_of:
+      - {name: detection, detects: robot, true_positive: 0.95, false_positive: 0.02}
+      - {name: object, detects: object, true_positive: 0.97, false_positive: 0.01}
+      - {name: wall, detects: wall, true_positive: 0.97, false_positive: 0.01}
+    cone: {half_angle_rad: 0.05, range_m: 1.5}
+    hidden_by: [robot, object]
+  - name: goal
+    detects: goal
+    cone: {half_angle_rad: 0.3, range_m: 0.3}
+    true_positive: 0.9
+    false_positive: 0.05
+";
+
+/// Who has an object ahead pushes it, and turns back where a wall is.
+const TABLE: &str = "\
+rows:
+  - {state: go, when: {wall: true}, command: {speed_m_s: 0.05, turn_rate_rad_s: 1.5}}
+  - {state: go, when: {object: true}, command: {speed_m_s: 0.2, turn_rate_rad_s: 0.0}}
+  - {state: go, when: {detection: true, goal: true}, command: {speed_m_s: 0.1, turn_rate_rad_s: -1.0}}
+  - {state: go, command: {speed_m_s: 0.1, turn_rate_rad_s: 0.8}, next: {state: search, probability: 0.01}}
+  - {state: search, command: {speed_m_s: 0.2, turn_rate_rad_s: 0.1}, next: {state: go, after_s: 1}}
+";
+
+const WORLD: &str = "\
+objects:
+  - {count: 8, radius_m: 0.06, friction: 0.1}
+  - {places_m: [[0.9, 0.9]], radius_m: 0.1}
+goals:
+  - {place_m: [-0.6, 0.6], radius_m: 0.4}
+";
+
+const CLUSTERS: &str = "\
+name: heaping
+words: {noun: heaping, swarm: a swarm that heaps, verb: [heap, heaps, heaped]}
+phases: [{key: heaped}, {key: strewn}]
+rules: [{phase: heaped, when: {objects_clustered: {at_least: 0.5}, goal_distance_m: {below: 3}}}]
+otherwise: strewn
+";
+
+fn write(folder: &Path, files: &[(&str, &str)]) {
+    for (name, text) in files {
+        std::fs::write(folder.join(name), text).expect("the folder is writable");
+    }
+}
+
+/// A Flockbot with these sensors.
+fn profile() -> String {
+    let path = repository().join("launch_configs/profiles/flockbot.yaml");
+    let text = std::fs::read_to_string(path).expect("it is shipped");
+    let sensing = text.find("sensing:").expect("it has a sensor");
+    let end = text.find("computation:").expect("it has a period");
+    text.replace(&text[sensing..end], SENSORS)
+}
+
+/// An experiment of three such robots, where `driver` moves them.
+fn files(folder: &Path, driver: &str) -> PathBuf {
+    write(folder, &[("push.yaml", TABLE), ("things.yaml", WORLD), ("heap.yaml", CLUSTERS)]);
+    let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
+    let cell = "cell: {robots: 3, arena_m: 2.6}\ncontroller: ../push.yaml\nworld: \
+                ../things.yaml\nbehaviour: ../heap.yaml";
+    let path = repository().join("launch_configs/profiles/flockbot.yaml");
+    let text = std::fs::read_to_string(path).expect("it is shipped");
+    let sensing = text.find("sensing:").expect("it has a sensor");
+    let end = text.find("computation:").expect("it has a period");
+    let driver = format!("kind: {driver}");
+    let changes = [(usual, cell), (&text[sensing..end], SENSORS), ("kind: virtual", &driver)];
+    experiment(folder, 62, &changes)
+}
+
+#[test]
+fn a_run_over_ros_2_in_a_world_with_objects_is_refused_before_anything_moves() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = files(folder.path(), "virtual");
+
+    let output = run_in_lockstep(&file, &folder.path().join("bag"));
+
+    assert!(!output.status.success(), "{}", stdout(&output));
+    let expected = "there are 9 objects and 1 goal in this world, and runs over ROS 2 are of worlds \
+                    without objects";
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+}
+
+const SWEEP: &str = "\
+profile: robots.yaml
+controller: push.yaml
+behaviour: heap.yaml
+world: things.yaml
+axes: {robots: [3, 4]}
+fixed: {arena_m: 2.6, walls: clamp}
+replicates: 4
+duration_s: 70
+seed: 1
+";
+
+fn swept() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(
+        folder.path(),
+        &[
+            ("push.yaml", TABLE),
+            ("things.yaml", WORLD),
+            ("heap.yaml", CLUSTERS),
+            ("robots.yaml", &profile()),
+            ("sweep.yaml", SWEEP),
+        ],
+    );
+    let output = typed(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    folder
+}
+
+#[test]
+fn a_world_goes_from_the_sweep_to_a_labelled_and_drawn_episode() {
+    let folder = swept();
+    let here = folder.path();
+    let kept = std::fs::read_to_string(here.join("out/sweep.yaml")).expect("it is there");
+    assert!(kept.contains("count: 8") && kept.contains("radius_m: 0.06"), "{kept}");
+
+    let episode = typed(
+        here,
+        &[
+            "episode",
+            "out",
+            "--cell",
+            "robots=3",
+            "--replicate",
+            "1",
+            "-o",
+            "run",
+            "--format",
+            "json",
+        ],
+    );
+    assert_eq!(code(&episode), 0, "{}", stderr(&episode));
+    let labelled = typed(here, &["label", "run", "--format", "json"]);
+    assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
+    let of = |output: &std::process::Output| json(output)["evidence"].clone();
+    assert_eq!(of(&labelled), of(&episode), "the bag has what the simulator saw");
+    assert!(of(&labelled)["goal_distance_m"].is_f64());
+
+    let drawn = typed(here, &["draw", "run", "-o", "run.svg"]);
+    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+    let svg = std::fs::read_to_string(here.join("run.svg")).expect("it was drawn");
+    assert_eq!(svg.matches("fill=\"#e69f00\"").count(), 9, "each object");
+    assert_eq!(svg.matches("stroke-dasharray=\"5 3\"").count(), 1, "the goal");
+    let film = typed(here, &["film", "run", "-o", "run.gif", "--rate", "30", "--width", "120"]);
+    assert_eq!(code(&film), 0, "{}", stderr(&film));
+}
+
+#[test]
+fn another_world_is_another_sweep() {
+    let folder = swept();
+    let here = folder.path();
+    write(here, &[("things.yaml", &WORLD.replace("count: 8", "count: 7"))]);
+
+    let again = typed(here, &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_ne!(code(&again), 0);
+    assert!(
+        stderr(&again).contains("world.objects[0].count is 8 there, and 7 here"),
+        "{}",
+        stderr(&again)
+    );
+    let other = typed(here, &["sweep", "sweep.yaml", "-o", "other"]);
+    assert_eq!(code(&other), 0, "{}", stderr(&other));
+    let differ = typed(here, &["diff", "out", "other", "--format", "json"]);
+    let changed = json(&differ)["changed"].to_string();
+    assert!(changed.contains("world.objects[0].count"), "{changed}");
+}
+
+#[test]
+fn a_behaviour_over_objects_without_a_world_and_a_wrong_file_have_a_cure() {
+    let folder = swept();
+    let here = folder.path();
+    let plain = repository().join("launch_configs/profiles/flockbot.yaml");
+    std::fs::copy(plain, here.join("plain.yaml")).expect("it is shipped");
+    let without = SWEEP
+        .replace("robots.yaml", "plain.yaml")
+        .replace("controller: push.yaml\n", "")
+        .replace("world: things.yaml\n", "")
+        .replace("fixed: {", "fixed: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, ");
+    write(here, &[("without.yaml", &without), ("wrong.yaml", &WORLD.replace("-0.6", "-1.6"))]);
+    let refused = |text: &str| {
+        write(here, &[("new.yaml", text)]);
+        let output = typed(here, &["sweep", "new.yaml", "-o", "new"]);
+        assert_ne!(code(&output), 0);
+        stderr(&output)
+    };
+
+    let text = refused(&without);
+    assert!(text.contains("objects_clustered is of objects, and there are none"), "{text}");
+    assert!(text.contains("help: name a world that has some: `world: world.yaml`"), "{text}");
+    let text = refused(&SWEEP.replace("things.yaml", "wrong.yaml"));
+    let expected = "wrong.yaml:5: a goal of radius 0.4 m at (-1.6, 0.6) m is not within the arena of \
+                    2.6 m";
+    assert!(text.contains(expected) && text.contains("help: move it"), "{text}");
+    let text = refused(&SWEEP.replace("world: things.yaml\n", ""));
+    assert!(text.contains("sensor `detection` detects objects, and there are none"), "{text}");
+    assert!(text.contains("help: name a world with `objects`"), "{text}");
+}
