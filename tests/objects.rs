@@ -1,10 +1,17 @@
-//! Worlds with objects and goals: from the sweep to the label.
+//! Worlds with objects and goals: from the sweep to the label, and over ROS 2.
 
 use std::path::{Path, PathBuf};
 
 use crate::command::{code, json, repository, rsrs as typed, stderr, stdout};
 use crate::fleet::experiment;
-use crate::processes::run_in_lockstep;
+use crate::processes::{confined_rsrs, run_in_lockstep};
+use crate::recorded::{
+    assert_commands_of_replicate, assert_digests_of_replicate, messages, record_of, seed_of,
+};
+use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_msgs::geometry_msgs::PoseStamped;
+use rsrs_sim::episode::run_episode;
 
 /// One sensor that tells robots, objects and walls from each other, and one for goals.
 const SENSORS: &str = "\
@@ -78,16 +85,67 @@ fn files(folder: &Path, driver: &str) -> PathBuf {
     experiment(folder, 62, &changes)
 }
 
+fn bits(run: &Trajectory) -> Vec<[u64; 2]> {
+    run.objects_m.iter().map(|place_m| place_m.map(f64::to_bits)).collect()
+}
+
 #[test]
-fn a_run_over_ros_2_in_a_world_with_objects_is_refused_before_anything_moves() {
+fn a_world_with_objects_over_ros_2_in_lockstep_is_the_replicate_to_the_bit() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = files(folder.path(), "virtual");
+    let path = folder.path().join("bag");
+    let output = run_in_lockstep(&file, &path);
 
-    let output = run_in_lockstep(&file, &folder.path().join("bag"));
+    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
+    let (bag, record) = record_of(&path);
+    assert_eq!(record.conditions.world.in_words(), "9 objects and 1 goal");
+    assert_digests_of_replicate(&bag, &record);
+    assert_commands_of_replicate(&bag, &record);
+    let attached = bag.attachment("world.yaml").expect("the file is in the bag");
+    assert_eq!(String::from_utf8_lossy(&attached.data), WORLD);
+    let expected = run_episode(&record.conditions, seed_of(&record), record.duration_s);
+    let expected = expected.expect("they fit");
+    for object in 0..9 {
+        let found: Vec<PoseStamped> =
+            messages(&bag, &format!("objects/object_{}", object + 1), "pose");
+        assert!(found.len() > 400, "{}", found.len());
+        for (sample, message) in found.iter().enumerate() {
+            let [x_m, y_m] = expected.objects_at(sample)[object];
+            let position = message.pose.position;
+            let found = [position.x, position.y].map(f64::to_bits);
+            assert_eq!(found, [x_m, y_m].map(f64::to_bits), "object {object} {sample}");
+        }
+    }
+    let moved = (0..9).filter(|object| {
+        let last = expected.objects_at(expected.n_samples() - 1)[*object];
+        expected.objects_at(0)[*object] != last
+    });
+    assert!(moved.count() > 1, "some were pushed");
+
+    let recorded = read_trajectory(&bag, &TrajectoryOptions::default()).expect("it has poses");
+    let n_samples = recorded.trajectory.n_samples();
+    assert_eq!(recorded.trajectory.n_objects, 9);
+    assert_eq!(bits(&recorded.trajectory), bits(&expected)[..9 * n_samples]);
+    let labelled = typed(folder.path(), &["label", "bag", "--format", "json"]);
+    assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
+    assert!(json(&labelled)[0]["evidence"]["objects_clustered"].is_f64(), "{}", stdout(&labelled));
+    let replay = typed(folder.path(), &["replay", "bag", "--into", "controller"]);
+    assert_eq!(code(&replay), 0, "{}{}", stdout(&replay), stderr(&replay));
+    assert!(stdout(&replay).contains(" 0 different"), "{}", stdout(&replay));
+}
+
+#[test]
+fn objects_among_real_robots_are_refused_before_anything_moves() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = files(folder.path(), "ros");
+
+    let mut command = confined_rsrs();
+    command.arg("run").arg(&file).args(["--backend", "fleet", "--interface", "127.0.0.1"]);
+    let output = command.output().expect("the program was built for this test");
 
     assert!(!output.status.success(), "{}", stdout(&output));
-    let expected = "there are 9 objects and 1 goal in this world, and runs over ROS 2 are of worlds \
-                    without objects";
+    let expected = "there are 9 objects and 1 goal in this world, and their poses are known where the \
+                    simulator is all of the fleet";
     assert!(stderr(&output).contains(expected), "{}", stderr(&output));
 }
 
@@ -145,9 +203,9 @@ fn a_world_goes_from_the_sweep_to_a_labelled_and_drawn_episode() {
     assert_eq!(code(&episode), 0, "{}", stderr(&episode));
     let labelled = typed(here, &["label", "run", "--format", "json"]);
     assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
-    let of = |output: &std::process::Output| json(output)["evidence"].clone();
-    assert_eq!(of(&labelled), of(&episode), "the bag has what the simulator saw");
-    assert!(of(&labelled)["goal_distance_m"].is_f64());
+    let of_bag = json(&labelled)[0]["evidence"].clone();
+    assert_eq!(of_bag, json(&episode)["evidence"], "the bag has what the simulator saw");
+    assert!(of_bag["goal_distance_m"].is_f64());
 
     let drawn = typed(here, &["draw", "run", "-o", "run.svg"]);
     assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));

@@ -145,7 +145,7 @@ impl Plan {
         profiles.check_limits(&conditions.controller).with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
         let backend = backend(request.backend, &robots);
-        world::refuse_objects(&conditions).with_context(|| name.clone())?;
+        world::refuse_objects(backend, &conditions).with_context(|| name.clone())?;
         refuse_sensors(backend, &robots, &conditions).with_context(|| fleet_name.clone())?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),

@@ -7,6 +7,7 @@ use rsrs_core::conditions::{ARENA_M, Conditions};
 use rsrs_core::help::{Help, Helpful};
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_fleet::experiment::ExperimentFile;
+use rsrs_fleet::record::Backend;
 
 use super::read as read_file;
 use super::swept::SweptCell;
@@ -47,26 +48,30 @@ pub fn read(
     Ok(Some(text))
 }
 
-/// Objects in a run over ROS 2.
+/// Objects whose poses nobody publishes.
 #[derive(Debug, thiserror::Error)]
-#[error("there are {found} in this world, and runs over ROS 2 are of worlds without objects")]
+#[error(
+    "there are {found} in this world, and their poses are known where the simulator is all of the fleet"
+)]
 struct Objects {
     found: String,
 }
 
 impl Help for Objects {
     fn help(&self) -> Option<String> {
-        Some("simulate it: `rsrs sweep`, and `rsrs episode` for a bag of one run".to_owned())
+        Some(
+            "run it with `--backend simulator`, or leave the objects out of the `world`".to_owned(),
+        )
     }
 }
 
-/// Refuses a world with objects.
+/// Refuses a world with objects in which robots are real: nothing records where their objects are.
 ///
 /// # Errors
 ///
 /// If there are some.
-pub fn refuse_objects(conditions: &Conditions) -> anyhow::Result<()> {
-    if conditions.world.n_objects() == 0 {
+pub fn refuse_objects(backend: Backend, conditions: &Conditions) -> anyhow::Result<()> {
+    if backend == Backend::Simulator || conditions.world.n_objects() == 0 {
         return Ok(());
     }
     let found = conditions.world.in_words();
