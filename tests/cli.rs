@@ -208,7 +208,7 @@ fn a_wrong_key_is_answered_with_file_line_column_and_the_nearest_key() {
     assert_eq!(
         stderr(&output),
         "error: wrong.yaml:7:1: unknown key `duration`; did you mean `duration_s`?\n\
-         help: the keys here are: profile, controller, harsher, behaviour, axes, fixed, placement, cells, replicates, duration_s, \
+         help: the keys here are: profile, controller, harsher, behaviour, axes, fixed, placement, world, cells, replicates, duration_s, \
          seed, adaptive\n"
     );
     assert!(!place.path().join("out").exists());

@@ -105,7 +105,7 @@ const ONE_WAY: [(&str, &[&str]); 16] = [
     ),
 ];
 /// The rooms of the core, each of which names only those before it.
-const CORE: [&str; 18] = [
+const CORE: [&str; 19] = [
     "help",
     "natural_order",
     "numerals",
@@ -118,6 +118,7 @@ const CORE: [&str; 18] = [
     "robot",
     "tracker",
     "quantity",
+    "world",
     "judge",
     "trials",
     "conditions",

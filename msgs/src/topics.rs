@@ -215,7 +215,7 @@ pub fn object_pose(object: &str) -> String {
 
 /// The object whose topic has this name, if it is an [`OBJECT_POSE`].
 pub fn object_of(name: &str) -> Option<&str> {
-    let (before, behind) = OBJECT_POSE.name.split_once('*').expect("it stands for the object");
+    let (before, behind) = OBJECT_POSE.name.split_once('*')?;
     let object = name.strip_prefix(before)?.strip_suffix(behind)?;
     (!object.is_empty() && !object.contains('/')).then_some(object)
 }

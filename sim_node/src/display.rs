@@ -182,7 +182,7 @@ impl Judging {
             match history.window() {
                 Some(window) => {
                     self.working =
-                        Some(tokio::task::spawn_blocking(move || judge(&window, bodies)));
+                        Some(tokio::task::spawn_blocking(move || judge(&window, &bodies)));
                 }
                 None => self.label = format!("no label before {} s", phase::WINDOW_S),
             }
@@ -191,8 +191,8 @@ impl Judging {
     }
 }
 
-fn judge(window: &Trajectory, bodies: Bodies) -> String {
-    match phase::label(window, &bodies) {
+fn judge(window: &Trajectory, bodies: &Bodies) -> String {
+    match phase::label(window, bodies) {
         Ok(verdict) => verdict.phase.title().to_owned(),
         Err(error) => format!("no label: {error}"),
     }

@@ -11,8 +11,10 @@ use super::TrajectoryError;
 use super::finding::Finding;
 use crate::Bag;
 
-/// The longest time without a pose of an object that is bridged, in nanoseconds.
-const MAX_GAP_NS: u64 = (MAX_GAP_S * 1e9) as u64;
+/// Whether a time without a pose of an object is bridged, in nanoseconds.
+fn is_bridged(gap_ns: u64) -> bool {
+    gap_ns as f64 / 1e9 <= MAX_GAP_S
+}
 
 /// What was recorded of one object.
 pub struct RecordedObject {
@@ -96,10 +98,10 @@ impl RecordedObject {
             (Some((from_ns, from_m)), Some((to_ns, to_m))) => {
                 let share = (time_ns - from_ns) as f64 / (to_ns - from_ns) as f64;
                 let on_the_way = |axis: usize| from_m[axis] + share * (to_m[axis] - from_m[axis]);
-                (to_ns - from_ns <= MAX_GAP_NS).then(|| [on_the_way(0), on_the_way(1)])
+                is_bridged(to_ns - from_ns).then(|| [on_the_way(0), on_the_way(1)])
             }
-            (Some((at_ns, place_m)), None) => (time_ns - at_ns <= MAX_GAP_NS).then_some(place_m),
-            (None, Some((at_ns, place_m))) => (at_ns - time_ns <= MAX_GAP_NS).then_some(*place_m),
+            (Some((at_ns, place_m)), None) => is_bridged(time_ns - at_ns).then_some(place_m),
+            (None, Some((at_ns, place_m))) => is_bridged(at_ns - time_ns).then_some(*place_m),
             (None, None) => None,
         }
     }

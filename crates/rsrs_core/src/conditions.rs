@@ -11,7 +11,6 @@ mod resolve;
 mod sensors;
 pub mod start_file;
 mod starts;
-pub mod world;
 
 use std::collections::BTreeMap;
 
@@ -26,12 +25,12 @@ use crate::robot::profile::Sees;
 use crate::robot::region::Region;
 use crate::robot::sensor::SensorDetails;
 use crate::robot::unicycle::Pose;
+use crate::world::WorldFile;
 
 pub use check::Impossible;
 pub use resolve::{ARENA_M, ConditionsError, Settings, check_axis};
 pub use sensors::SimulatedSensor;
 pub use starts::StartsError;
-use world::WorldFile;
 
 /// All aspects of a world, resolved to numbers: the paper's `E`.
 ///

@@ -9,6 +9,7 @@
 //!
 //! - [`robot`]: what it is, how it is made worse and whether it is, and what it does with what it sees;
 //! - [`quantity`]: what of it, and of an experiment, a sweep can vary: one table;
+//! - [`world`]: what is in the arena besides robots;
 //! - [`trials`]: how it is measured, and whether the simulator agrees with the trials;
 //! - [`conditions`]: everything that an outcome may depend on, the paper's `E`;
 //! - [`judge`]: what a swarm did, which phase that is, how sure that is and which judges agree;
@@ -44,6 +45,7 @@ pub mod robot;
 pub mod statistics;
 pub mod tracker;
 pub mod trials;
+pub mod world;
 
 pub mod digest;
 pub mod document;

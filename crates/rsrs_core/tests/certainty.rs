@@ -1,12 +1,12 @@
 //! How sure verdicts are, on made-up trajectories whose order parameters are known.
 
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::{Certainty, Parameter};
 use rsrs_core::judge::phase::{Phase, Verdict, label};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 
 const PERIOD_S: f64 = 0.13;
 const FLOCKBOT: Bodies =

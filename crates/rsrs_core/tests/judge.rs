@@ -1,6 +1,5 @@
 //! The judge on made-up trajectories, whose phase is known by construction.
 
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{self, JudgeError, Phase, Verdict};
 use rsrs_core::judge::rule::Parameter;
@@ -9,6 +8,7 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::profile::Sees;
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 
 const PERIOD_S: f64 = 0.13;
 const SPEED_M_S: f64 = 0.15;

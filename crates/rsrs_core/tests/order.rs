@@ -1,7 +1,6 @@
 //! Order parameters that are measured only where a behaviour asks for them: on swarms whose numbers are known by
 //! construction.
 
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::{OrderParameters, Parameter};
@@ -9,6 +8,7 @@ use rsrs_core::judge::phase::{JudgeError, label, label_with, samples_in};
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 
 const PERIOD_S: f64 = 0.1;
 const ARENA_M: f64 = 3.0;

@@ -1,18 +1,18 @@
 //! Worlds in files, and order parameters of what is in them.
 
-use rsrs_core::conditions::world::{Goal, WorldFile};
 use rsrs_core::conditions::{Arena, Conditions, Placement, Settings, Walls};
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::{OrderParameters, Parameter};
-use rsrs_core::judge::phase::{JudgeError, label_with};
+use rsrs_core::judge::phase::{JudgeError, label_with, samples_in};
 use rsrs_core::judge::plausibility::{Known, implausible};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::{Goal, WorldFile};
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 const WORLD: &str = "\
@@ -66,14 +66,14 @@ seed: 1
     let error = sweep.resolve("sweep.yaml", &flockbot()).unwrap_err().to_string();
     assert_eq!(error, "sweep.yaml: the world is in world.yaml, which was not read");
 
-    sweep.world = Some(rsrs_core::conditions::world::WorldSource::World(world()));
+    sweep.world = Some(rsrs_core::world::WorldSource::World(world()));
     let digest = sweep.digest(&flockbot());
     let written = serde_json::to_string(&sweep).unwrap();
     let again: SweepFile = serde_json::from_str(&written).unwrap();
     assert_eq!(again, sweep);
     assert_eq!(again.world(), Some(&world()));
     let other = WorldFile { goals: Vec::new(), ..world() };
-    sweep.world = Some(rsrs_core::conditions::world::WorldSource::World(other));
+    sweep.world = Some(rsrs_core::world::WorldSource::World(other));
     assert_ne!(sweep.digest(&flockbot()), digest);
     let error = again.resolve("sweep.yaml", &flockbot()).unwrap_err();
     let expected = "goals[0] of the world: a goal of radius 0.4 m at (-1, -1) m is not within the \
@@ -198,7 +198,7 @@ fn robots_start_in_no_object_and_trials_are_without_them() {
 
 /// One robot that stands at a place, beside three objects, of which one goes to the goal after half of the time.
 fn run(robot_m: f64, duration_s: f64) -> Trajectory {
-    let n_samples = (duration_s / 0.1).round() as usize;
+    let n_samples = samples_in(duration_s, 0.1);
     let pose = Pose { x_m: robot_m, y_m: 0.0, heading_rad: 0.0 };
     let mut run = Trajectory::of_poses(0.1, 1, vec![pose; n_samples]);
     run.n_objects = 3;
@@ -216,7 +216,7 @@ fn bodies() -> Bodies {
 objects: [{count: 3, radius_m: 0.05}]
 goals: [{place_m: [1, 0], radius_m: 0.25}, {place_m: [0.3, 0], radius_m: 0.1}]
 ";
-    let world = WorldFile::parse("world.yaml", text, &[9.0]).unwrap();
+    let world = WorldFile::parse("world.yaml", text, &[9.0]).expect("it is one");
     Bodies { radius_m: Some(0.1), world, ..Bodies::UNKNOWN }
 }
 
@@ -230,7 +230,7 @@ fn measured(run: &Trajectory, key: &str) -> f64 {
 fn shares_of_objects_and_distances_to_goals_are_what_they_are_called() {
     let run = run(2.0, 20.0);
 
-    assert!((measured(&run, "objects_clustered") - (1.0 + 2.0 / 3.0) / 2.0).abs() < 1e-12);
+    assert!((measured(&run, "objects_clustered") - f64::midpoint(1.0, 2.0 / 3.0)).abs() < 1e-12);
     assert!((measured(&run, "objects_at_goal") - 1.0 / 6.0).abs() < 1e-12);
     assert_eq!(measured(&run, "at_goal").to_bits(), 0.0_f64.to_bits());
     assert!((measured(&run, "goal_distance_m") - 0.75).abs() < 1e-12, "to the rim of the nearest");

@@ -4,7 +4,6 @@ mod recording;
 
 use rsrs_core::conditions::controller_table::ControllerSource;
 use rsrs_core::conditions::start_file::StartPlacement;
-use rsrs_core::conditions::world::WorldSource;
 use rsrs_core::conditions::{MOST_DURATION_S, Settings};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
@@ -12,6 +11,7 @@ use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::judge::behaviour::window::Window;
 use rsrs_core::quantity::{Axis, Cell};
+use rsrs_core::world::WorldSource;
 use serde::{Deserialize, Serialize};
 
 pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};

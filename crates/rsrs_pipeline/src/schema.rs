@@ -5,10 +5,10 @@
 mod reference;
 
 use rsrs_core::conditions::controller_table::ControllerTable;
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::judge::behaviour::file::BehaviourFile;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::world::WorldFile;
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
 use serde_json::Value;

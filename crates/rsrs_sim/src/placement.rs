@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use rsrs_core::conditions::world::Object;
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::help::Help;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::Object;
 
 use crate::contact::Border;
 use crate::draw::{Purpose, RunKey, Stream};

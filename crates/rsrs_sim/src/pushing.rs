@@ -21,9 +21,9 @@
 //! neither the order of the robots nor that of the pairs is part of the definition. It is in double
 //! precision, of `+ - * /`, the square root, and casts.
 
-use rsrs_core::conditions::world::Object;
 use rsrs_core::conditions::{Conditions, SimulatedRobot};
 use rsrs_core::robot::contact::ContactModel;
+use rsrs_core::world::Object;
 
 use crate::contact::Border;
 

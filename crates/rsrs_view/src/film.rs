@@ -7,8 +7,8 @@
 mod frames;
 mod gif;
 
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::world::WorldFile;
 
 pub use frames::FilmError;
 use frames::Frames;

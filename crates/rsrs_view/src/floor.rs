@@ -1,8 +1,8 @@
 //! The floor from above, in metres: what pictures of runs and of starts share.
 
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 
 use crate::palette::INK;
 use crate::scale::label;

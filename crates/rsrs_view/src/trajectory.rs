@@ -1,10 +1,10 @@
 //! One run from above: where every robot went, where it is now, and the ring if there is one.
 
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 
 use crate::chart::{legend, stroke_mark};
 use crate::floor::{

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rsrs_bags::definitions::Definition;
 use rsrs_bags::trajectory::TrackedTopic;
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::robot::sensor::ReadingNames;
+use rsrs_core::world::WorldFile;
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetRobot};
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{ReceivedRaw, Session, SessionError, Subscription};

@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::robot::sensor::{ReadingNames, Readings};
+use rsrs_core::world::WorldFile;
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Event, Gates};
 use rsrs_msgs::topics;

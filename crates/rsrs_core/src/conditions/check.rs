@@ -1,6 +1,5 @@
 //! Whether conditions make a world: every number against what it can mean.
 
-use super::world::{Object, WorldFlaw};
 use super::{Conditions, GainDistribution, Placement, SimulatedRobot, StartsError, Walls, starts};
 use crate::help::Help;
 use crate::quantity::Bounds;
@@ -12,6 +11,7 @@ use crate::robot::region::Region;
 use crate::robot::sensor::file::SensorEntry;
 use crate::robot::sensor::{self, Detects, SensorFlaw};
 use crate::robot::unicycle::Pose;
+use crate::world::{Object, WorldFlaw};
 
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };

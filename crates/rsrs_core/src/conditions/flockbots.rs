@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use super::world::WorldFile;
 use super::{Arena, Conditions, GainDistribution, Placement, SimulatedRobot, Walls};
 use crate::judge::behaviour::Behaviour;
 use crate::robot::contact::ContactModel;
@@ -10,6 +9,7 @@ use crate::robot::controller::ControllerParameters;
 use crate::robot::profile::Sees;
 use crate::robot::region::Region;
 use crate::robot::sensor::SensorDetails;
+use crate::world::WorldFile;
 
 impl Conditions {
     /// Flockbots that are made worse than they are, at 0.15 m/s and 0.75 rad/s, which start in a disc as

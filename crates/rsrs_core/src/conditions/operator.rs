@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::conditions::world::WorldFile;
 use crate::conditions::{Arena, Conditions, Placement};
 use crate::judge::behaviour::Behaviour;
 use crate::quantity::{Axis, Number};
 use crate::robot::controller::{Controller, ControllerParameters, decide};
+use crate::world::WorldFile;
 
 /// The part of the conditions `E` that the operator of a real run decides, and must keep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -198,7 +198,7 @@ const SAME: f64 = 1e-9;
 mod tests {
     use super::*;
     use crate::conditions::Walls;
-    use crate::conditions::world::Goal;
+    use crate::world::Goal;
 
     const SIMULATED: OperatorConditions = OperatorConditions {
         robots: 9,

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use super::capabilities::{check_bounds, check_value};
 use super::check::Impossible;
 use super::controller_table::{ControllerTable, TableFlaw};
-use super::world::WorldFile;
 use super::{
     Arena, Conditions, GainDistribution, Placement, SimulatedRobot, SimulatedSensor, Walls,
 };
@@ -16,6 +15,7 @@ use crate::quantity::{Axis, Bounds, Cell};
 use crate::robot::controller::{Command, Controller, ControllerParameters};
 use crate::robot::profile::{ProfileError, RobotProfile};
 use crate::robot::region::Region;
+use crate::world::WorldFile;
 
 /// What a sweep or an experiment fixes besides the robots: settings that belong to `E`.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -12,7 +12,6 @@ use serde::{Serialize, Serializer};
 use crate::conditions::controller_table::{ControllerSource, ControllerTable, TableFlaw};
 use crate::conditions::limits::BeyondLimits;
 use crate::conditions::start_file::StartPlacement;
-use crate::conditions::world::{WorldFile, WorldSource};
 use crate::conditions::{ARENA_M, Conditions, ConditionsError, Settings, Walls};
 use crate::diagram::adaptive::Adaptive;
 use crate::document::{self, DocumentError};
@@ -22,6 +21,7 @@ use crate::quantity::{Axis, AxisValues, Cell, OtherUnit};
 use crate::robot::harsher::{Harsher, HarsherFactors, NotHarsher};
 use crate::robot::profile::RobotProfile;
 use crate::statistics::interval_kind::IntervalKind;
+use crate::world::{WorldFile, WorldSource};
 
 pub use digest::OtherSweep;
 

@@ -250,10 +250,10 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
-    use crate::conditions::world::WorldFile;
     use crate::judge::phase::label;
     use crate::robot::controller::Command;
     use crate::robot::unicycle::Pose;
+    use crate::world::WorldFile;
 
     const PERIOD_S: f64 = 0.1;
     const BODIES: Bodies = Bodies {

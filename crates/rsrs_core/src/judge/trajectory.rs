@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::conditions::world::WorldFile;
 use crate::robot::controller::Command;
 use crate::robot::profile::Sees;
 use crate::robot::region::Region;
 use crate::robot::unicycle::Pose;
+use crate::world::WorldFile;
 
 /// Poses and commands of `n_robots` robots, sampled once per control period.
 ///

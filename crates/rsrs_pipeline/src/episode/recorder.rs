@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rsrs_bags::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Sample};
-use rsrs_core::conditions::world::WorldFile;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::sensor::Readings;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;

@@ -5,7 +5,6 @@ use std::path::Path;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::controller_table::{ControllerSource, ControllerTable};
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
-use rsrs_core::conditions::world::{WorldFile, WorldSource};
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::document;
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
@@ -13,6 +12,7 @@ use rsrs_core::judge::behaviour::{Behaviour, unknown};
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
+use rsrs_core::world::{WorldFile, WorldSource};
 use rsrs_fleet::fleet_file::FleetFile;
 use serde::{Deserialize, Serialize};
 

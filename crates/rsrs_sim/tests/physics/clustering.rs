@@ -4,7 +4,6 @@
 use std::path::Path;
 use std::process::Command as Process;
 
-use rsrs_core::conditions::world::{ObjectGroup, WorldFile};
 use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
 use rsrs_core::judge::order::{OrderParameters, Parameter};
 use rsrs_core::robot::contact::ContactModel;
@@ -12,6 +11,7 @@ use rsrs_core::robot::controller::state_machine::{Row, StateMachine};
 use rsrs_core::robot::controller::{Command, Controller};
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::{Detects, Reading, SensorDetails};
+use rsrs_core::world::{ObjectGroup, WorldFile};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_testing::python;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use rsrs_core::conditions::world::{WorldFile, WorldSource};
 use rsrs_core::conditions::{ARENA_M, Conditions};
 use rsrs_core::help::{Help, Helpful};
 use rsrs_core::quantity::{Axis, Cell};
+use rsrs_core::world::{WorldFile, WorldSource};
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::record::Backend;
 

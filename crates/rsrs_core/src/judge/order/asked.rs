@@ -12,9 +12,9 @@ use super::geometry::{Vector, centroid, distance_m2};
 use super::parameter::{Parameter, Prerequisite};
 use super::sums::Samples;
 use super::{RESOLUTION, rounded};
-use crate::conditions::world::{Goal, WorldFile};
 use crate::judge::number::Number;
 use crate::judge::trajectory::{Bodies, Trajectory};
+use crate::world::{Goal, WorldFile};
 
 /// How many there are.
 pub const N_ASKED: usize = 9;
@@ -210,7 +210,7 @@ impl<'a> Look<'a> {
     }
 
     /// How far a place is from the nearest goal, in metres; 0 in it.
-    fn from_goal_m(&self, place: Vector<f64>) -> f64 {
+    fn outside_goals_m(&self, place: Vector<f64>) -> f64 {
         let from_m = |goal: &Goal| {
             let [x_m, y_m] = goal.place_m;
             (distance_m2(place, (x_m, y_m)).sqrt() - goal.radius_m).max(0.0)
@@ -220,7 +220,7 @@ impl<'a> Look<'a> {
 
     /// Share of places in a goal.
     fn share_at_goal(&self, places: &[Vector<f64>]) -> f64 {
-        let n_there = places.iter().filter(|place| self.from_goal_m(**place) <= 0.0).count();
+        let n_there = places.iter().filter(|place| self.outside_goals_m(**place) <= 0.0).count();
         n_there as f64 / places.len() as f64
     }
 
@@ -278,7 +278,7 @@ fn at_goal(look: &Look) -> f64 {
 }
 
 fn goal_distance_m(look: &Look) -> f64 {
-    let distances_m = look.places.iter().map(|place| look.from_goal_m(*place));
+    let distances_m = look.places.iter().map(|place| look.outside_goals_m(*place));
     distances_m.sum::<f64>() / look.places.len() as f64
 }
 

@@ -17,7 +17,7 @@ pub use source::WorldSource;
 /// # Example
 ///
 /// ```
-/// use rsrs_core::conditions::world::WorldFile;
+/// use rsrs_core::world::WorldFile;
 ///
 /// let text = "
 /// objects: [{count: 20, radius_m: 0.05}]
@@ -25,7 +25,7 @@ pub use source::WorldSource;
 /// ";
 /// let world = WorldFile::parse("world.yaml", text, &[3.0])?;
 /// assert_eq!(world.n_objects(), 20);
-/// # Ok::<(), rsrs_core::conditions::world::WorldError>(())
+/// # Ok::<(), rsrs_core::world::WorldError>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
