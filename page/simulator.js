@@ -560,7 +560,11 @@
   // The order parameters, a row each.
   let order_rows = [];
   function lay_out_order() {
-    const bounds = Object.fromEntries(swarm.bounds.map((bound) => [bound.key, bound]));
+    const holds = {
+      at_least: (found, bound) => found >= bound,
+      below: (found, bound) => found < bound,
+      at_most: (found, bound) => found <= bound,
+    };
     const body = element("order");
     body.replaceChildren();
     element("wanted").textContent = phase_of[swarm.phases[0]].title;
@@ -568,7 +572,7 @@
       `Order parameters of the last minute, from 0 to 1. A dashed line is the bound of ${phase_of[swarm.phases[0]].title}.`;
     const row_of = (key) => {
       const row = body.insertRow();
-      const bound = bounds[key];
+      const bounds = swarm.bounds.filter((bound) => bound.key === key);
       row.innerHTML =
         `<th scope="row"><span class="explained" tabindex="0" title="${EXPLAINED[key]}">${key}</span></th>` +
         "<td>–</td><td><canvas aria-hidden=\"true\"></canvas></td><td></td>";
@@ -578,15 +582,16 @@
         const found = evidence ? evidence[key] : null;
         const is_known = found !== null && found !== undefined;
         value.textContent = is_known ? found.toFixed(2) : "–";
-        if (bound) {
-          const holds = is_known && (bound.is_least ? found >= bound.bound : found < bound.bound);
-          verdict.textContent = `${is_known ? (holds ? "✓ " : "✗ ") : ""}${bound.in_words}`;
+        if (bounds.length > 0) {
+          const all_hold = bounds.every(({ needs, bound }) => holds[needs](found, bound));
+          const in_words = bounds.map((bound) => bound.in_words).join(", ");
+          verdict.textContent = `${is_known ? (all_hold ? "✓ " : "✗ ") : ""}${in_words}`;
         }
-        draw_curve(canvas, key, bound);
+        draw_curve(canvas, key, bounds);
       };
       return { show };
     };
-    const bounded = swarm.bounds.map(({ key }) => key);
+    const bounded = [...new Set(swarm.bounds.map(({ key }) => key))];
     order_rows = (ORDER[swarm.behaviour] || bounded).map(row_of);
     const row = body.insertRow();
     row.className = "strip";
@@ -607,19 +612,19 @@
     return { pen, width, height, x: (time_s) => (time_s / most_s) * width };
   }
 
-  function draw_curve(canvas, key, bound) {
+  function draw_curve(canvas, key, bounds) {
     const { pen, width, height, x } = chart(canvas);
     const line = devicePixelRatio;
     const y = (value) => height - line - Math.min(Math.max(value, 0), 1) * (height - 2 * line);
     pen.strokeStyle = floor.colour.rule;
     pen.lineWidth = line;
     pen.strokeRect(line / 2, line / 2, width - line, height - line);
-    if (bound && bound.bound > 0.005) {
+    for (const { bound } of bounds.filter(({ bound }) => bound > 0.005)) {
       pen.setLineDash([4 * line, 3 * line]);
       pen.strokeStyle = floor.colour.quiet;
       pen.beginPath();
-      pen.moveTo(0, y(bound.bound));
-      pen.lineTo(width, y(bound.bound));
+      pen.moveTo(0, y(bound));
+      pen.lineTo(width, y(bound));
       pen.stroke();
       pen.setLineDash([]);
     }

@@ -52,16 +52,18 @@ fn info_lists_what_is_in_a_bag() {
     assert!(lines[0].starts_with("run: 69.9 s, 2,154 messages on 5 topics, "), "{lines:?}");
     assert!(lines[0].ends_with(" in 1 file"), "{lines:?}");
     assert_eq!(
-        lines[1..5],
+        lines[1..7],
         [
             "recorded: 0.000 s to 69.940 s",
             "run: run, 2 robots, set to last 120 s, seed 1, completed",
             "robots moved by: themselves",
+            "controller: 0.15 m/s at 0.75 rad/s where something is detected, else 0.15 m/s at -0.75 rad/s",
+            "judged for: milling",
             "written by: rsrs 0.1.0; ROS jazzy; metadata version 8; zstd",
         ]
     );
     assert_eq!(
-        lines[5..9],
+        lines[7..11],
         [
             "topics:",
             "  /robot_1/cmd_vel  geometry_msgs/msg/TwistStamped  538  7.7 Hz  reliable, volatile, \

@@ -6,7 +6,6 @@ use rsrs_core::conditions::{Conditions, ConditionsError};
 use rsrs_core::diagram::sweep_file::{Axes, SweepFile, SweepFileError};
 use rsrs_core::help::Help;
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::judge::rule::Needs;
 use rsrs_core::program;
 use rsrs_core::quantity::{Axis, AxisValues, Cell};
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
@@ -212,7 +211,7 @@ impl Scene {
                 serde_json::json!({
                     "key": condition.parameter.key(),
                     "bound": condition.bound,
-                    "is_least": condition.needs == Needs::AtLeast,
+                    "needs": condition.needs.key(),
                     "in_words": condition.to_string(),
                 })
             })

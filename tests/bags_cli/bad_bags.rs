@@ -295,7 +295,12 @@ fn a_table_of_contents_that_makes_no_sense_is_named_by_line_and_written_anew() {
     for arguments in
         [&["label", "yaml"][..], &["bag", "info", "yaml"], &["compare", "out", "--bags", "yaml"]]
     {
-        assert_refuses(here, arguments, "yaml/metadata.yaml:1:30: expected mapping start", help);
+        assert_refuses(
+            here,
+            arguments,
+            "yaml/metadata.yaml:1:30: expected keys with their values here, as `{key: value}`",
+            help,
+        );
     }
     let recover = rsrs(here, &["bag", "recover", "yaml"]);
     let label = rsrs(here, &["label", "yaml_recovered"]);

@@ -1,6 +1,7 @@
 //! YAML documents: parsed strictly, refused with file, line, column and the nearest valid key.
 
 pub mod kind;
+mod refusal;
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -107,7 +108,7 @@ impl Help for DocumentError {
 pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, DocumentError> {
     let options = serde_saphyr::options! { with_snippet: false };
     serde_saphyr::from_str_with_options(text, options).map_err(|error| {
-        let refused = refuse(file, &error);
+        let refused = refusal::refuse(file, text, &error);
         if is_empty(text) {
             return DocumentError { line: 1, column: 1, problem: Problem::Empty, ..refused };
         }
@@ -179,37 +180,6 @@ impl<'de> Deserialize<'de> for Keys {
         }
 
         deserializer.deserialize_map(Found)
-    }
-}
-
-fn refuse(file: &str, error: &serde_saphyr::Error) -> DocumentError {
-    let (line, column) =
-        error.location().map_or((1, 1), |location| (location.line(), location.column()));
-    let problem = match error.without_snippet() {
-        serde_saphyr::Error::SerdeUnknownField { field, expected, .. } => Problem::UnknownKey {
-            key: field.clone(),
-            nearest: nearest(field, expected.iter().copied()).map(str::to_owned),
-            expected: expected.iter().map(|key| (*key).to_owned()).collect(),
-        },
-        serde_saphyr::Error::SerdeMissingField { field, .. } => {
-            Problem::Missing { keys: vec![(*field).to_owned()] }
-        }
-        other => Problem::Invalid(without_location(&other.to_string())),
-    };
-    DocumentError { file: file.to_owned(), line, column, problem }
-}
-
-/// The parser ends its sentences with the place, which the error already has in front.
-fn without_location(message: &str) -> String {
-    let first_line = message.lines().next().unwrap_or(message);
-    let sentence = first_line.strip_prefix("error: ").unwrap_or(first_line);
-    let sentence = match sentence.rfind(" at line ") {
-        Some(end) => &sentence[..end],
-        None => sentence,
-    };
-    match sentence.strip_prefix("line ").and_then(|rest| rest.split_once(": ")) {
-        Some((_, rest)) => rest.to_owned(),
-        None => sentence.to_owned(),
     }
 }
 
@@ -286,7 +256,10 @@ mod tests {
             parse::<Sweep>("sweep.yaml", "duration_s: 300\nreplicates: many\n").unwrap_err();
 
         assert_eq!((error.line, error.column), (2, 13));
-        assert_eq!(error.problem, Problem::Invalid("invalid u32".to_owned()));
+        assert_eq!(
+            error.problem,
+            Problem::Invalid("`many` is no whole number from 0 on".to_owned())
+        );
     }
 
     #[test]
@@ -309,7 +282,7 @@ mod tests {
         assert_eq!(nothing.help().unwrap(), "give `duration_s:`, `replicates:`");
         assert!(refused("duration_s: 3").to_string().ends_with("missing key `replicates`"));
         assert!(refused("duration: 3").to_string().contains("did you mean `duration_s`?"));
-        assert!(refused("duration_s: much").to_string().contains("invalid"));
+        assert!(refused("duration_s: much").to_string().contains("`much` is no number"));
     }
 
     #[test]

@@ -23,6 +23,12 @@ pub fn significant(number: f64) -> f64 {
     format!("{number:.2e}").parse().expect("a number that was written reads")
 }
 
+/// A number without the rounding errors of how it was computed: to a millionth.
+pub fn rounded(number: f64) -> f64 {
+    let rounded = (number * 1e6).round() / 1e6;
+    if rounded.is_finite() { rounded + 0.0 } else { number }
+}
+
 /// A share: `97.3 %`.
 pub fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)

@@ -210,7 +210,7 @@ fn what_is_written_wrong_is_refused_with_its_line_and_a_cure() {
             "numbers:\n  turn_rad_s: {value: 3, from: 0, to: 2}\nrows:\n  - {command: {speed_m_s: 0, \
              turn_rate_rad_s: $turn_rad_s}}\n"
                 .to_owned(),
-            "controller.yaml:2: `value` is 3, expected a number from 0 to 2",
+            "controller.yaml:2: `turn_rad_s.value` is 3, expected a number from 0 to 2",
             "",
         ),
         (
@@ -233,6 +233,26 @@ fn what_is_written_wrong_is_refused_with_its_line_and_a_cure() {
             format!("rows:\n  - {{{stop}, next: {{state: start, probability: 1.5}}}}\n"),
             "controller.yaml:2: `probability` is 1.5, expected a number from 0 to 1",
             "",
+        ),
+        (
+            format!("rows:\n  - {{{stop}, next: {{state: start, probability: 0}}}}\n"),
+            "controller.yaml:2: `next` to `start` never happens: its probability is 0",
+            "give it a `probability` above 0",
+        ),
+        (
+            format!(
+                "numbers: {{go: {{value: 0.5, from: 0, to: 1}}}}\nrows:\n  - {{{stop}, next: {{state: start, \
+                 probability: -$go}}}}\n"
+            ),
+            "controller.yaml:3: `probability` is -$go, which goes from 0 to -1, expected a number from 0 to 1",
+            "",
+        ),
+        (
+            "numbers: {turn: {value: 1, from: 0, to: 2}}\nrows:\n  - {command: {speed_m_s: 0, \
+             turn_rate_rad_s: $turn}}\n"
+                .to_owned(),
+            "controller.yaml:1: `turn` has no unit at its end, which makes it a probability, and `to` is 2",
+            "a turning rate `turn_rad_s`",
         ),
         (
             format!(
@@ -260,8 +280,15 @@ fn what_wheels_cannot_do_is_refused_with_its_line() {
 
     let (error, _) = refused_for(text, &e_puck());
 
-    assert!(error.starts_with("controller.yaml:2: 0.12"), "{error}");
+    let wheels = "controller.yaml:2: with wheels of 0.1 and 0.14 m/s, 0.12 m/s at ";
+    assert!(error.starts_with(wheels), "{error}");
     assert!(error.contains("of a wheel, beyond the robots' wheels"), "{error}");
+    let slow = "rows:\n  - {command: {left_m_s: 0.1, right_m_s: 0.1001}}\n";
+    let mut steady = e_puck();
+    steady.actuation.turn.limits_rad_s[0] = 0.1;
+    let (error, _) = refused_for(slow, &steady);
+    let wheels = "with wheels of 0.1 and 0.1001 m/s, turn_rate_rad_s is 0.001";
+    assert!(error.contains(wheels), "{error}");
 }
 
 #[test]

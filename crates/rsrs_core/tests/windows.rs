@@ -1,7 +1,6 @@
 //! Which time of a run is judged: the last seconds, all of it, or any minute.
 
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::behaviour::file::BehaviourFile;
 use rsrs_core::judge::phase::{JudgeError, Verdict, judged_samples, label_with, samples_in};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::unicycle::Pose;
@@ -109,14 +108,11 @@ fn a_run_must_be_as_long_as_what_is_judged() {
 
 #[test]
 fn the_usual_window_need_not_be_written_and_another_one_is_another_behaviour() {
-    let usual = BehaviourFile::parse("flock.yaml", &text("")).expect("it is one");
-    let written = BehaviourFile::parse("flock.yaml", &text("")).map(|mut file| {
-        file.window = rsrs_core::judge::behaviour::window::Window::LastS(60.0);
-        file
-    });
-    let ever = BehaviourFile::parse("flock.yaml", &text("window: ever")).expect("it is one");
+    let written = format!("{}window: {{last_s: 60}}", text(""));
+    let written = Behaviour::parse("flock.yaml", &written).expect("it is a behaviour");
+    let [usual, ever] = ["", "window: ever"].map(flock);
 
-    assert_eq!(written, Ok(usual.clone()));
+    assert_eq!(written, usual);
     assert!(!serde_json::to_string(&usual).expect("plain").contains("window"));
     let json = serde_json::to_string(&ever).expect("plain");
     assert!(json.ends_with(r#","window":"ever"}"#), "{json}");

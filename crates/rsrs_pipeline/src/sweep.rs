@@ -463,6 +463,11 @@ fn explain(name: &str, cells: &[Cell], error: SweepError) -> anyhow::Error {
                     message,
                     "give it one: `fixed: {arena_m: 3, walls: stop}`, of so many metres a side",
                 ),
+                JudgeError::TooShort { window, .. } => {
+                    let least = window.least_s();
+                    let message = format!("{name}: runs are too short to be judged: {source}");
+                    with_help(message, format!("give them `duration_s: {least}` or more"))
+                }
                 _ => anyhow::anyhow!(message),
             }
         }

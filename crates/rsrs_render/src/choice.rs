@@ -51,7 +51,7 @@ pub fn reason(none: &NoViableCell) -> String {
         best.cell,
         verb.does,
         percent(best.b_s),
-        best.n_replicates,
+        count(best.n_replicates),
         percent(best.b_s_low),
         percent(*wanted)
     )
@@ -94,13 +94,13 @@ pub fn viable(choice: &Choice, wanted: f64) -> Words {
     lines.into_iter().fold(first, Words::below)
 }
 
-/// `mills in 97.3 % of 1000 fresh runs (95 % interval 96.1 to 98.2 %)`.
+/// `mills in 97.3 % of 1,000 fresh runs (95 % interval 96.1 to 98.2 %)`.
 pub fn in_fresh_runs(choice: &Choice) -> String {
     format!(
         "{} in {} of {} fresh runs (95 % interval {})",
         choice.behaviour().verb().does,
         percent(choice.b_s),
-        choice.n_replicates,
+        count(choice.n_replicates),
         percents(choice.b_s_low, choice.b_s_high)
     )
 }

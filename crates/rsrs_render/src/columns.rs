@@ -2,25 +2,24 @@
 
 use crate::words::Words;
 
-/// Rows as columns.
-pub fn columns<const N: usize>(rows: &[[String; N]]) -> String {
-    let rows: Vec<[Words; N]> = rows.iter().map(|row| row.each_ref().map(Words::from)).collect();
+/// Rows as columns; all rows have as many cells.
+pub fn columns<R: AsRef<[String]>>(rows: &[R]) -> String {
+    let words = |row: &R| -> Vec<Words> { row.as_ref().iter().map(Words::from).collect() };
+    let rows: Vec<Vec<Words>> = rows.iter().map(words).collect();
     toned_columns(&rows).to_string()
 }
 
 /// Rows as columns, with the tones of their cells.
-pub fn toned_columns<const N: usize>(rows: &[[Words; N]]) -> Words {
+pub fn toned_columns<R: AsRef<[Words]>>(rows: &[R]) -> Words {
     // A cell is one line, also where its text is somebody else's.
-    let rows: Vec<[Words; N]> =
-        rows.iter().map(|row| row.each_ref().map(Words::on_one_line)).collect();
-    let mut widths = [0; N];
-    for row in &rows {
-        for (width, cell) in widths.iter_mut().zip(row) {
-            *width = (*width).max(cell.width());
-        }
-    }
-    let line = |row: [Words; N]| {
-        let cells = row.into_iter().zip(widths).map(|(cell, width)| {
+    let on_one_line =
+        |row: &R| -> Vec<Words> { row.as_ref().iter().map(Words::on_one_line).collect() };
+    let rows: Vec<Vec<Words>> = rows.iter().map(on_one_line).collect();
+    let n_columns = rows.first().map_or(0, Vec::len);
+    let width = |column: usize| rows.iter().map(|row| row[column].width()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..n_columns).map(width).collect();
+    let line = |row: Vec<Words>| {
+        let cells = row.into_iter().zip(&widths).map(|(cell, width)| {
             let gap = " ".repeat(width - cell.width() + 2);
             cell.then(gap)
         });

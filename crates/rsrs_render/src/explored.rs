@@ -6,7 +6,7 @@ use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::numerals::percent;
 use rsrs_core::robot::contact::ContactModel;
-use rsrs_core::robot::controller::{Command, Controller};
+use rsrs_core::robot::controller::Controller;
 use rsrs_files::quoted;
 use rsrs_pipeline::explore::{Explored, FoundController};
 use rsrs_pipeline::files::write_file;
@@ -92,12 +92,9 @@ fn commands(found: &FoundController) -> Vec<String> {
         }
     };
     let [detected, undetected] = parameters.commands();
-    let command = |Command { speed_m_s, turn_rate_rad_s }| {
-        format!("{speed_m_s} m/s, {turn_rate_rad_s} rad/s")
-    };
     vec![
-        format!("something is detected: {}", command(detected)),
-        format!("nothing is detected:   {}", command(undetected)),
+        format!("something is detected: {detected}"),
+        format!("nothing is detected:   {undetected}"),
     ]
 }
 

@@ -1,5 +1,6 @@
 //! Labels as a person reads them.
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::JudgeError;
@@ -117,38 +118,47 @@ pub fn text(label: &Labelled) -> Words {
 fn evidence(label: &Labelled) -> Option<String> {
     let (evidence, n_robots, duration_s) =
         (label.evidence.as_ref()?, label.n_robots?, label.duration_s?);
-    let lost = match evidence.lost {
-        Some(lost) => format!("lost {lost:.2}"),
-        None => "lost unknown without the robots' reach".to_owned(),
-    };
-    let asked = label.phase.behaviour().rules().parameters();
-    let others = asked.into_iter().filter(|it| !USUAL.contains(it)).filter_map(|it| {
-        let value = it.with_unit(it.value(evidence)?);
-        Some(format!(", {it} {value}"))
-    });
-    let last = others.fold(lost, |text, other| text + &other);
-    let order = order_parameters(evidence);
-    Some(format!(" ({n_robots} robots, {duration_s:.0} s; {order}, {last})"))
+    let order = order_parameters(label.phase.behaviour(), evidence);
+    Some(format!(" ({n_robots} robots, {duration_s:.0} s; {order})"))
 }
 
-/// Those that the line of any label has; others are in that of a behaviour that asks for them.
-const USUAL: [Parameter; 7] = [
-    Parameter::LOST,
-    Parameter::STUCK,
-    Parameter::BLOCKED,
-    Parameter::ROTATION,
-    Parameter::ORBIT,
-    Parameter::CIRCLINESS,
-    Parameter::CIRCLINESS_CEILING,
-];
+/// The order parameters that a behaviour looks at; of milling the few that tell its phases apart.
+pub fn shown(behaviour: Behaviour) -> Vec<Parameter> {
+    if behaviour != Behaviour::MILLING {
+        return behaviour.rules().parameters();
+    }
+    let shape = [Parameter::ROTATION, Parameter::ORBIT, Parameter::CIRCLINESS];
+    shape.into_iter().chain([Parameter::BLOCKED, Parameter::LOST]).collect()
+}
 
-/// The order parameters of any swarm.
-pub fn order_parameters(evidence: &OrderParameters) -> String {
-    let OrderParameters { rotation, orbit, circliness, circliness_ceiling, blocked, .. } = evidence;
-    format!(
-        "rotation {rotation:.2}, orbit {orbit:.2}, circliness {circliness:.2} of \
-         {circliness_ceiling:.2}, blocked {blocked:.2}"
-    )
+/// What a phase of a behaviour rests on: `clustered 0.96, lost 0.00`.
+pub fn order_parameters(behaviour: Behaviour, evidence: &OrderParameters) -> String {
+    let in_words = |parameter: Parameter| match parameter.value(evidence) {
+        None if parameter == Parameter::LOST => {
+            format!("{parameter} unknown without the robots' reach")
+        }
+        None => format!("{parameter} unknown"),
+        Some(value) if parameter == Parameter::CIRCLINESS && behaviour == Behaviour::MILLING => {
+            format!("{parameter} {value:.2} of {:.2}", evidence.circliness_ceiling)
+        }
+        Some(value) => format!("{parameter} {}", parameter.with_unit(value)),
+    };
+    let texts: Vec<String> = shown(behaviour).into_iter().map(in_words).collect();
+    texts.join(", ")
+}
+
+/// What the numbers behind a label mean.
+pub fn explained(behaviour: Behaviour) -> String {
+    if behaviour == Behaviour::MILLING {
+        return "rotation is 1 where all circle one way; orbit, their way around the centre over the way \
+                commanded;\n  circliness, 1 for a thin ring and 0 for a filled disc, of the most that the \
+                control period allows;\n  blocked, the share of time held up by others; lost, the share of \
+                robots without a neighbour in reach"
+            .to_owned();
+    }
+    let lines: Vec<String> =
+        shown(behaviour).into_iter().map(|it| format!("{it}: {}", it.words())).collect();
+    lines.join("\n  ")
 }
 
 /// How sure a verdict is.

@@ -1,12 +1,13 @@
 //! Bags that were replayed into today's controller and judge, in words.
 
-use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::numerals::{count, counted};
 use rsrs_core::robot::controller::Command;
 use rsrs_pipeline::replay::ControllerReplay;
 use rsrs_pipeline::replay::JudgeReplay;
 
 use crate::columns::columns;
+use crate::label::shown;
 use crate::words::{Tone, Words};
 
 /// Whether the controller commands the same.
@@ -50,21 +51,17 @@ pub fn into_controller(replay: &ControllerReplay) -> Words {
 /// Whether the judge labels it as it was labelled.
 pub fn into_judge(replay: &JudgeReplay) -> Words {
     let verdict = if replay.is_same { "the same label" } else { "another label" };
-    let mut rows =
-        vec![["", "phase", "rotation", "orbit", "circliness", "blocked"].map(str::to_owned)];
+    let parameters = shown(replay.today.phase.behaviour());
+    let names = parameters.iter().map(ToString::to_string);
+    let head = ["", "phase"].map(str::to_owned).into_iter().chain(names);
+    let mut rows: Vec<Vec<String>> = vec![head.collect()];
     for (when, judged) in [("recorded", &replay.recorded), ("today", &replay.today)] {
-        let number = |of: fn(&OrderParameters) -> f64| {
-            let evidence = judged.evidence.as_ref();
-            evidence.map_or_else(|| "-".to_owned(), |it| format!("{:.3}", of(it)))
+        let number = |parameter: &Parameter| {
+            let value = judged.evidence.as_ref().and_then(|it| parameter.value(it));
+            value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))
         };
-        rows.push([
-            when.to_owned(),
-            judged.phase.to_string(),
-            number(|it| it.rotation),
-            number(|it| it.orbit),
-            number(|it| it.circliness),
-            number(|it| it.blocked),
-        ]);
+        let first = [when.to_owned(), judged.phase.to_string()].into_iter();
+        rows.push(first.chain(parameters.iter().map(number)).collect());
     }
     Words::from(format!("{}: ", replay.bag.display()))
         .then_toned(Tone::good_if(replay.is_same), verdict)

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use rsrs_core::diagram::adaptive::Knowledge;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::numerals::counted;
 use rsrs_pipeline::compare::prediction::choose_line;
 use rsrs_pipeline::sweep::ablation::Ablation;
 use rsrs_pipeline::sweep::knowledge;
@@ -85,7 +86,7 @@ pub fn text(report: &SweepReport) -> String {
     };
     let folder = report.folder.display();
     let mut lines = vec![
-        format!("{cells} cells × {replicates}: {}", in_words(&report.phases)),
+        format!("{} × {replicates}: {}", counted(*cells as u64, "cell"), in_words(&report.phases)),
         format!("{folder}/diagram.svg"),
         format!("{folder}/cells.csv"),
         format!("{folder}/replicates.parquet"),

@@ -1,5 +1,6 @@
 //! `rsrs label`: what a bag shows, by the one judge and by people.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use rsrs_core::judge::behaviour::Behaviour;
@@ -17,7 +18,7 @@ use rsrs_pipeline::label::{CutRun, GivenBodies, LabelOptions, Labelled, label_ba
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::sweep::source::{behaviour, read_profile};
 use rsrs_render::agreement::text as agreed;
-use rsrs_render::label::text;
+use rsrs_render::label::{explained, text};
 use rsrs_render::words::Words;
 
 /// Label bags with the phase that their swarm settled into.
@@ -92,16 +93,29 @@ fn reach(text: &str) -> Result<f64, String> {
     }
 }
 
-/// The phase of a name, of what is built in or of the file that `--behaviour` names.
-fn phase_of(key: &str) -> anyhow::Result<Phase> {
-    Phase::from_key(key).ok_or_else(|| {
-        let keys: Vec<&str> = Phase::all().map(Phase::key).collect();
-        let phases = keys.join(", ");
-        with_help(
-            unknown(key),
-            format!("the phases are: {phases}; `--behaviour FILE` adds those of a file"),
-        )
-    })
+/// The phase of a name: of what is built in, of the file that `--behaviour` names, or of what the runs of
+/// the bags were made for.
+fn phase_of(key: &str, bags: &[PathBuf]) -> anyhow::Result<Phase> {
+    let of_record = |bag: &PathBuf| -> anyhow::Result<Option<Phase>> {
+        let record = recorded_run::record_in(&recorded_run::open_damaged(bag)?)?;
+        let Some(record) = record else { return Ok(None) };
+        let mut phases = record.conditions.behaviour.phases().iter();
+        Ok(phases.find(|phase| phase.key() == key).copied())
+    };
+    if let Some(phase) = Phase::from_key(key) {
+        return Ok(phase);
+    }
+    for bag in bags {
+        if let Some(phase) = of_record(bag)? {
+            return Ok(phase);
+        }
+    }
+    let keys: Vec<&str> = Phase::all().map(Phase::key).collect();
+    let phases = keys.join(", ");
+    Err(bad_arguments(with_help(
+        unknown(key),
+        format!("the phases are: {phases}; `--behaviour FILE` adds those of a file"),
+    )))
 }
 
 /// Runs the command.
@@ -112,7 +126,7 @@ fn phase_of(key: &str) -> anyhow::Result<Phase> {
 /// read: all such bags, each with its reason, when the others are labelled.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some((phase, by)) = arguments.phase.as_deref().zip(arguments.by.as_deref()) {
-        let phase = phase_of(phase).map_err(bad_arguments)?;
+        let phase = phase_of(phase, &arguments.bags)?;
         let label = HumanLabel::now(phase, by, arguments.note.as_deref())?;
         return add(arguments, &label);
     }
@@ -135,7 +149,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if !labelled.is_empty() {
         report(arguments.format, &labelled, Words::lines(labelled.iter().map(text)))?;
         if arguments.format == Format::Text {
-            print_note(format!("note: {ORDER_PARAMETERS}"));
+            let behaviours: BTreeSet<Behaviour> =
+                labelled.iter().map(|label| label.phase.behaviour()).collect();
+            for behaviour in behaviours {
+                print_note(format!("note: {}", explained(behaviour)));
+            }
         }
     }
     match <[anyhow::Error; 1]>::try_from(refusals) {
@@ -145,12 +163,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Err(refusals) => refuse(LABEL, &refusals, arguments.bags.len()).map(|()| Outcome::Done),
     }
 }
-
-/// What the numbers behind a label mean.
-const ORDER_PARAMETERS: &str = "\
-rotation is 1 where all circle one way; orbit, their way around the centre over the way commanded;
-  circliness, 1 for a thin ring and 0 for a filled disc, of the most that the control period allows;
-  blocked, the share of time held up by others; lost, the share of robots without a neighbour in reach";
 
 /// Adds a person's label to every bag; to none if one of them is no bag or its labels do not read.
 fn add(arguments: &Arguments, label: &HumanLabel) -> anyhow::Result<Outcome> {

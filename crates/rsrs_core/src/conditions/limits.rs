@@ -1,6 +1,7 @@
 //! What a robot may be commanded.
 
 use crate::help::Help;
+use crate::numerals::rounded;
 use crate::quantity::Axis;
 use crate::robot::controller::{Command, Controller, ControllerParameters};
 use crate::robot::profile::{Actuation, RobotProfile};
@@ -11,8 +12,8 @@ use crate::robot::wheels::Wheels;
 pub enum BeyondLimits {
     /// A speed or a turning rate.
     #[error(
-        "{axis} is {found}, beyond the robots' limits: expected {least} to {most} {}",
-        axis.unit()
+        "{axis} is {}, beyond the robots' limits: expected {least} to {most} {}",
+        rounded(*found), axis.unit()
     )]
     Command {
         /// The speed or the turning rate.
@@ -28,8 +29,8 @@ pub enum BeyondLimits {
     #[error(
         "{} m/s at {} rad/s ask {:.3} m/s of a wheel, beyond the robots' wheels: expected at most {} m/s, \
          {} m apart",
-        command.speed_m_s, command.turn_rate_rad_s, wheels.asked_m_s(*command), wheels.speed_max_m_s,
-        wheels.base_m
+        rounded(command.speed_m_s), rounded(command.turn_rate_rad_s), wheels.asked_m_s(*command),
+        wheels.speed_max_m_s, wheels.base_m
     )]
     Wheels {
         /// What was asked for.

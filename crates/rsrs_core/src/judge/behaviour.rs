@@ -3,6 +3,8 @@
 //! A behaviour is a file ([`file::BehaviourFile`]), and nothing else depends on which one it is: a sweep
 //! names it, the judge applies its rules, shares are those of its wanted phase. Three are built in.
 
+pub mod bounds;
+pub mod check;
 pub mod file;
 mod known;
 pub mod named;
@@ -13,11 +15,12 @@ use std::fmt;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::{Serialize, Serializer};
 
-use crate::document::{did_you_mean, nearest};
+use crate::document::{self, did_you_mean, nearest};
 use crate::judge::phase::Phase;
 use crate::judge::rule::Rules;
 
-use file::{BehaviourFile, BehaviourFileError, Unusable};
+use check::{BehaviourFileError, Flaw};
+use file::BehaviourFile;
 use window::Window;
 
 /// What a swarm is judged for: the handle of a behaviour that is built in, or whose file was read.
@@ -42,7 +45,7 @@ impl Behaviour {
     /// # Errors
     ///
     /// If it is none, or calls something as what is built in.
-    pub fn new(file: BehaviourFile) -> Result<Self, Unusable> {
+    pub fn new(file: BehaviourFile) -> Result<Self, Flaw> {
         known::add(file)
     }
 
@@ -57,8 +60,8 @@ impl Behaviour {
     ///
     /// [`BehaviourFileError`], the first problem found.
     pub fn parse(file: &str, text: &str) -> Result<Self, BehaviourFileError> {
-        Self::new(BehaviourFile::parse(file, text)?)
-            .map_err(|source| BehaviourFileError::Unusable { file: file.to_owned(), source })
+        let read = document::parse_with(file, text, &BehaviourFile::REQUIRED)?;
+        Self::new(read).map_err(|flaw| flaw.in_file(file, text))
     }
 
     /// The built-in behaviour with this name, or the one that was read last.
@@ -221,10 +224,9 @@ mod tests {
 
     #[test]
     fn a_behaviour_of_a_file_is_in_other_files_as_a_whole_and_one_that_is_built_in_by_name() {
-        let file = BehaviourFile::parse("flock.yaml", FLOCK).unwrap();
-        let flock = Behaviour::new(file.clone()).unwrap();
+        let flock = Behaviour::parse("flock.yaml", FLOCK).unwrap();
 
-        assert_eq!(Behaviour::new(file), Ok(flock), "it is read twice");
+        assert_eq!(Behaviour::parse("flock.yaml", FLOCK), Ok(flock), "it is read twice");
         assert_eq!(serde_json::to_string(&Behaviour::AGGREGATION).unwrap(), r#""aggregation""#);
         let written = serde_json::to_string(&flock).unwrap();
         assert_eq!(serde_json::from_str::<Behaviour>(&written).unwrap(), flock);

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::judge::order::OrderParameters;
 use crate::judge::phase::{Phase, Verdict, n_good};
-use crate::judge::rule::{Condition, NONE, Needs, Rules};
+use crate::judge::rule::{Condition, Needs, Rules};
 
 pub use crate::judge::rule::Parameter;
 
@@ -118,12 +118,16 @@ fn margins(rules: &Rules, state: &State, n_robots: usize) -> Vec<Margin> {
         .flat_map(|rule| rule.conditions.iter().map(move |condition| (rule.phase, condition)));
     let margin = |(phase, condition): (Phase, &Condition)| {
         let Condition { parameter, needs, bound } = *condition;
-        // Where no robot may be lost, the boundary is the first robot.
-        let boundary = if bound <= NONE { 1.0 / n_robots as f64 } else { bound };
+        let boundary = match needs {
+            // Where no robot may be lost, the boundary is the first robot.
+            Needs::AtMost if bound == 0.0 => 1.0 / n_robots as f64,
+            Needs::AtMost => bound.next_up(),
+            Needs::AtLeast | Needs::Below => bound,
+        };
         let found = parameter.of(&state.evidence);
         let distance = match needs {
             Needs::AtLeast => found - boundary,
-            Needs::Below => boundary - found,
+            Needs::Below | Needs::AtMost => boundary - found,
         };
         Margin { phase, parameter, boundary, distance }
     };

@@ -16,6 +16,19 @@ pub enum Needs {
     AtLeast,
     /// Below it.
     Below,
+    /// At the bound or below.
+    AtMost,
+}
+
+impl Needs {
+    /// The name in files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::AtLeast => "at_least",
+            Self::Below => "below",
+            Self::AtMost => "at_most",
+        }
+    }
 }
 
 /// One bound of a rule.
@@ -25,12 +38,9 @@ pub struct Condition {
     pub parameter: Parameter,
     /// On which side of the bound it must be.
     pub needs: Needs,
-    /// The bound, in the unit of the order parameter. Below [`NONE`] no robot counts.
+    /// The bound, in the unit of the order parameter.
     pub bound: f64,
 }
-
-/// The bound below which a share of robots is none of them.
-pub const NONE: f64 = f64::MIN_POSITIVE;
 
 impl Condition {
     /// An order parameter must be at least this.
@@ -43,23 +53,40 @@ impl Condition {
         Self { parameter, needs: Needs::Below, bound }
     }
 
+    /// An order parameter must be this or less.
+    pub const fn at_most(parameter: Parameter, bound: f64) -> Self {
+        Self { parameter, needs: Needs::AtMost, bound }
+    }
+
     /// Whether it holds.
     pub fn holds(&self, evidence: &OrderParameters) -> bool {
         let found = self.parameter.of(evidence);
         match self.needs {
             Needs::AtLeast => found >= self.bound,
             Needs::Below => found < self.bound,
+            Needs::AtMost => found <= self.bound,
+        }
+    }
+
+    /// Whether it holds of every swarm, or of none; `None` if it decides.
+    pub fn foregone(&self) -> Option<bool> {
+        match self.needs {
+            Needs::AtLeast => (self.bound <= 0.0).then_some(true),
+            Needs::Below if self.bound <= 0.0 => Some(false),
+            Needs::Below => (self.bound > self.parameter.most()).then_some(true),
+            Needs::AtMost => (self.bound >= self.parameter.most()).then_some(true),
         }
     }
 }
 
-/// `0.50 or more`, `less than 0.02` or `none at all`.
+/// `0.50 or more`, `less than 0.02`, `0.02 or less` or `none at all`.
 impl fmt::Display for Condition {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let bound = self.parameter.with_unit(self.bound);
         match self.needs {
             Needs::AtLeast => write!(formatter, "{bound} or more"),
-            Needs::Below if self.bound < 0.005 => formatter.write_str("none at all"),
+            Needs::AtMost if self.bound == 0.0 => formatter.write_str("none at all"),
+            Needs::AtMost => write!(formatter, "{bound} or less"),
             Needs::Below => write!(formatter, "less than {bound}"),
         }
     }
@@ -182,7 +209,7 @@ impl Rules {
             let over = condition.parameter.of(evidence) - condition.bound;
             match condition.needs {
                 Needs::AtLeast => over,
-                Needs::Below => -over,
+                Needs::Below | Needs::AtMost => -over,
             }
         };
         let least =

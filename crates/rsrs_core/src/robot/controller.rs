@@ -4,11 +4,14 @@
 pub mod state_machine;
 pub mod structure;
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use state_machine::{Answers, Program, StateMachine};
 
 use crate::digest::Digest;
+use crate::numerals::{counted, rounded};
 use crate::robot::sensor::ReadingNames;
 
 /// What the operator sets on every robot: the swept plane of the phase diagram.
@@ -95,6 +98,22 @@ pub enum Controller {
     Parameters(ControllerParameters),
     /// A machine with states.
     Machine(StateMachine),
+}
+
+/// `0.15 m/s at 0.75 rad/s where something is detected, else 0.15 m/s at -0.75 rad/s`, or
+/// `a table of 4 rows, turn_rad_s=0.75`.
+impl fmt::Display for Controller {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let machine = match self {
+            Self::Machine(machine) => machine,
+            Self::Parameters(parameters) => {
+                let [detected, undetected] = parameters.commands();
+                return write!(out, "{detected} where something is detected, else {undetected}");
+            }
+        };
+        write!(out, "a table of {}", counted(machine.rows.len() as u64, "row"))?;
+        machine.numbers.iter().try_for_each(|(name, value)| write!(out, ", {name}={value}"))
+    }
 }
 
 impl Controller {
@@ -194,6 +213,14 @@ pub struct Command {
     pub speed_m_s: f64,
     /// Turning rate `u₂`, in radians per second; positive is counterclockwise (REP 103).
     pub turn_rate_rad_s: f64,
+}
+
+/// `0.15 m/s at 0.75 rad/s`
+impl fmt::Display for Command {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [speed, turn] = [self.speed_m_s, self.turn_rate_rad_s].map(rounded);
+        write!(out, "{speed} m/s at {turn} rad/s")
+    }
 }
 
 impl Command {

@@ -33,6 +33,12 @@ impl Wheels {
         }
     }
 
+    /// Speeds of the left and the right wheel for a command, in metres per second.
+    pub fn speeds_m_s(&self, command: Command) -> [f64; 2] {
+        let turn_m_s = command.turn_rate_rad_s * self.base_m / 2.0;
+        [command.speed_m_s - turn_m_s, command.speed_m_s + turn_m_s]
+    }
+
     /// Whether both wheels can do what a command asks of them.
     pub fn can(&self, command: Command) -> bool {
         self.asked_m_s(command) <= self.speed_max_m_s * (1.0 + SAME)

@@ -385,7 +385,7 @@ fn met(rules: &Rules, evidence: &OrderParameters) -> f64 {
             match condition.needs {
                 _ if condition.holds(evidence) => 1.0,
                 Needs::AtLeast => (found / condition.bound).clamp(0.0, 1.0),
-                Needs::Below => (1.0 - (found - condition.bound)).clamp(0.0, 1.0),
+                Needs::Below | Needs::AtMost => (1.0 - (found - condition.bound)).clamp(0.0, 1.0),
             }
         })
         .sum();

@@ -107,8 +107,7 @@ fn recorded(run: &ComparedBag, drawn: &DrawnRun, most_poses: f64) -> anyhow::Res
 fn evidence(judged: &Labelled) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(evidence) = &judged.evidence {
-        let lost = evidence.lost.map_or_else(|| "unknown".to_owned(), |lost| format!("{lost:.2}"));
-        lines.push(format!("{}, lost {lost}", order_parameters(evidence)));
+        lines.push(order_parameters(judged.phase.behaviour(), evidence));
     }
     if let Some(Certainty { nearest: Some(nearest), confidence, .. }) = &judged.certainty {
         lines.push(format!(

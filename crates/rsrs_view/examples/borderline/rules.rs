@@ -94,14 +94,14 @@ fn margin(evidence: &OrderParameters) -> f64 {
         match condition.needs {
             Needs::AtLeast => (found - condition.bound) / (1.0 - condition.bound),
             // Where nobody may be lost there is no share of it.
-            Needs::Below if condition.bound < 1e-3 => {
+            Needs::AtMost if condition.bound == 0.0 => {
                 if found > 0.0 {
                     -1.0
                 } else {
                     1.0
                 }
             }
-            Needs::Below => (condition.bound - found) / condition.bound,
+            Needs::Below | Needs::AtMost => (condition.bound - found) / condition.bound,
         }
     };
     conditions.map(margin).fold(f64::INFINITY, f64::min)

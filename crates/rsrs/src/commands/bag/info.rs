@@ -5,7 +5,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use rsrs_bags::{Bag, BagInfo, OfferedQos};
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::printable::one_line;
+use rsrs_core::robot::controller::Controller;
 use rsrs_fleet::record::{self, ExperimentRecord, LostRobot, OwnProfile, PausedRobot};
 use serde::Serialize;
 
@@ -46,6 +48,10 @@ struct Report {
     n_robots: Option<usize>,
     /// What moved the robots.
     backend: Option<record::Backend>,
+    /// What decided on the robots' commands.
+    controller: Option<Controller>,
+    /// What the swarm was to be judged for.
+    behaviour: Option<Behaviour>,
     /// How the run ended; `None` if the recorder was killed before its end.
     ending: Option<&'static str>,
     /// Why, if it was not completed.
@@ -75,6 +81,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         run_id: record.as_ref().map(|record| record.run_id.clone()),
         n_robots: record.as_ref().map(|record| record.robots.len()),
         backend: record.as_ref().map(|record| record.backend),
+        controller: record.as_ref().map(|record| record.conditions.controller.clone()),
+        behaviour: record.as_ref().map(|record| record.conditions.behaviour),
         own_profiles: record.as_ref().map(|it| it.own_profiles.clone()).unwrap_or_default(),
         ending: ending.as_ref().map(|ending| ending.kind.key()),
         lost_robots: ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default(),
@@ -108,6 +116,8 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
     if let Some(record) = record {
         line(format!("run: {}", run_of(record, result)));
         line(format!("robots moved by: {}", record.backend.in_words()));
+        line(format!("controller: {}", record.conditions.controller));
+        line(format!("judged for: {}", record.conditions.behaviour));
     }
     for (robot, own) in record.iter().flat_map(|record| &record.own_profiles) {
         line(format!("{robot}: {own}"));

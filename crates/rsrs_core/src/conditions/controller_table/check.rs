@@ -11,6 +11,7 @@ use super::{ControllerTable, NamedNumber, TableCommand, TableRow, Value};
 use crate::conditions::limits::BeyondLimits;
 use crate::document::{self, DocumentError, did_you_mean, nearest};
 use crate::help::Help;
+use crate::numerals::rounded;
 use crate::quantity::{Bounds, Number, NumberUnit};
 use crate::robot::controller::state_machine::{Row, StateMachine, Transition};
 use crate::robot::controller::structure::{Flaw, check_thoroughly};
@@ -67,11 +68,23 @@ pub enum TableProblem {
     #[error("`{key}` is {found}, expected a number {bounds}")]
     OutOfRange {
         /// The key.
+        key: String,
+        /// The number, or what it may come to.
+        found: String,
+        /// What it may be.
+        bounds: Bounds,
+    },
+    /// A named number without a unit that cannot be a probability.
+    #[error(
+        "`{name}` has no unit at its end, which makes it a probability, and `{key}` is {found}, which is none"
+    )]
+    NoProbability {
+        /// Its name.
+        name: String,
+        /// The key.
         key: &'static str,
         /// The number.
         found: f64,
-        /// What it may be.
-        bounds: Bounds,
     },
     /// A name that is none.
     #[error(
@@ -103,6 +116,16 @@ pub enum TableProblem {
     /// A command that the robots must not be given.
     #[error(transparent)]
     Limits(BeyondLimits),
+    /// Wheels that come to such a command.
+    #[error("with wheels of {left_m_s} and {right_m_s} m/s, {source}")]
+    WheelLimits {
+        /// Speed of the left wheel, in metres per second.
+        left_m_s: f64,
+        /// Speed of the right wheel, in metres per second.
+        right_m_s: f64,
+        /// What they come to.
+        source: BeyondLimits,
+    },
 }
 
 /// Why a file is no controller.
@@ -136,7 +159,7 @@ impl Help for TableProblem {
     fn help(&self) -> Option<String> {
         Some(match self {
             Self::Structure(flaw) => return flaw.help(),
-            Self::Limits(source) => return source.help(),
+            Self::Limits(source) | Self::WheelLimits { source, .. } => return source.help(),
             Self::UnknownNumber { found, .. } => {
                 format!("write it under `numbers`, as `{found}: {{value: 0.5, from: 0, to: 1}}`")
             }
@@ -144,6 +167,14 @@ impl Help for TableProblem {
                 NumberUnit::None => "names of probabilities end with no unit".to_owned(),
                 unit => format!("names of numbers in {unit} end with `{}`", unit.suffix()),
             },
+            Self::NoProbability { name, .. } => {
+                let speed = NumberUnit::MetresPerSecond.suffix();
+                let others = [NumberUnit::RadiansPerSecond, NumberUnit::Seconds];
+                let [turn, time] = others.map(NumberUnit::suffix);
+                format!(
+                    "call a speed `{name}{speed}`, a turning rate `{name}{turn}`, a time `{name}{time}`"
+                )
+            }
             Self::Unused { name } => format!("use it in a row as `${name}`, or leave it out"),
             Self::NoWheels => "add `wheels: {base_m: …, speed_max_m_s: …}` to `actuation` in the \
                                profile, or command `speed_m_s` and `turn_rate_rad_s`"
@@ -170,6 +201,7 @@ impl Help for Flaw {
                 format!("a state is there once a row has it: `state: {found}`")
             }
             Self::UnknownSensor { known, .. } => format!("these robots report {known}"),
+            Self::NoChance { .. } => "give it a `probability` above 0, or leave it out".to_owned(),
             Self::NeverHappens { .. } => {
                 "put it before that one, or give that one a `probability` or `after_s`".to_owned()
             }
@@ -269,13 +301,21 @@ impl ControllerTable {
                 return Ok(());
             }
         }
-        for (place, row) in machine.rows.iter().enumerate() {
-            let limits = robot.check_command(row.command);
-            let flaw = |source| TableFlaw {
+        let wheels_of = |row: &Row, written: &TableRow| {
+            written.command.left_m_s.as_ref()?;
+            Some(robot.actuation.wheels?.speeds_m_s(row.command))
+        };
+        for (place, (row, written)) in machine.rows.iter().zip(&self.rows).enumerate() {
+            robot.check_command(row.command).map_err(|source| TableFlaw {
                 place: Place::Row(place),
-                problem: TableProblem::Limits(source),
-            };
-            limits.map_err(flaw)?;
+                problem: match wheels_of(row, written) {
+                    Some(speeds) => {
+                        let [left_m_s, right_m_s] = speeds.map(rounded);
+                        TableProblem::WheelLimits { left_m_s, right_m_s, source }
+                    }
+                    None => TableProblem::Limits(source),
+                },
+            })?;
         }
         Ok(())
     }
@@ -304,8 +344,15 @@ impl ControllerTable {
                     return Err(TableProblem::Unit { key, name, found, expected });
                 }
                 let number = self.numbers[name];
-                let ends = [number.from, number.to].map(|end| if *is_negated { -end } else { end });
-                ends.into_iter().try_for_each(|end| within(key, end, expected.bounds()))
+                let [from, to] =
+                    [number.from, number.to].map(|end| if *is_negated { -end } else { end });
+                let bounds = expected.bounds();
+                if bounds.contains(from) && bounds.contains(to) {
+                    return Ok(());
+                }
+                let found =
+                    format!("{value}, which goes from {} to {}", rounded(from), rounded(to));
+                Err(TableProblem::OutOfRange { key: key.to_owned(), found, bounds })
             }
         })
     }
@@ -338,16 +385,25 @@ fn check_number(name: &str, number: NamedNumber) -> Result<(), TableProblem> {
         return Err(TableProblem::Name { found: name.to_owned() });
     }
     let NamedNumber { value, from, to } = number;
-    let unit = NumberUnit::of(name).bounds();
-    within("from", from, unit)?;
-    within("to", to, Bounds { least: from, ..unit })?;
-    within("value", value, Bounds { least: from, most: to })
+    let unit = NumberUnit::of(name);
+    let bounds = unit.bounds();
+    if unit == NumberUnit::None {
+        let numbers = [("from", from), ("to", to), ("value", value)];
+        if let Some((key, found)) = numbers.into_iter().find(|(_, it)| !bounds.contains(*it)) {
+            return Err(TableProblem::NoProbability { name: name.to_owned(), key, found });
+        }
+    }
+    let of = |key| format!("{name}.{key}");
+    within(&of("from"), from, bounds)?;
+    within(&of("to"), to, Bounds { least: from, ..bounds })?;
+    within(&of("value"), value, Bounds { least: from, most: to })
 }
 
-fn within(key: &'static str, found: f64, bounds: Bounds) -> Result<(), TableProblem> {
+fn within(key: &str, found: f64, bounds: Bounds) -> Result<(), TableProblem> {
     if bounds.contains(found) {
         return Ok(());
     }
+    let (key, found) = (key.to_owned(), found.to_string());
     Err(TableProblem::OutOfRange { key, found, bounds })
 }
 

@@ -5,7 +5,8 @@
 use std::sync::{LazyLock, PoisonError, RwLock};
 
 use super::Behaviour;
-use super::file::{BehaviourFile, PhaseEntry, Unusable};
+use super::check::Flaw;
+use super::file::{BehaviourFile, PhaseEntry};
 use crate::judge::phase::Phase;
 use crate::judge::rule::Rules;
 
@@ -52,7 +53,7 @@ pub fn all() -> impl DoubleEndedIterator<Item = Behaviour> {
     (0..n).map(handle)
 }
 
-pub fn add(file: BehaviourFile) -> Result<Behaviour, Unusable> {
+pub fn add(file: BehaviourFile) -> Result<Behaviour, Flaw> {
     file.check()?;
     let mut known = KNOWN.write().unwrap_or_else(PoisonError::into_inner);
     if let Some(same) = known.iter().position(|known| known.file == file) {

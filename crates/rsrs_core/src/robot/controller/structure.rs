@@ -60,6 +60,12 @@ pub enum Flaw {
         /// What these robots report, in words.
         known: String,
     },
+    /// A transition of probability 0.
+    #[error("`next` to `{state}` never happens: its probability is 0")]
+    NoChance {
+        /// Where it leads.
+        state: String,
+    },
     /// A transition behind one that happens in every period.
     #[error("`next` to `{state}` never happens: one before it always does")]
     NeverHappens {
@@ -107,6 +113,9 @@ pub fn check_thoroughly(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
     for (place, row) in rows.iter().enumerate() {
         if !matches_some(machine, place) {
             return Err((place, Flaw::NeverMatches { state: row.state.clone() }));
+        }
+        if let Some(next) = row.next.iter().find(|next| next.probability <= 0.0) {
+            return Err((place, Flaw::NoChance { state: next.state.clone() }));
         }
         if let Some(state) = never_happens(&row.next) {
             return Err((place, Flaw::NeverHappens { state: state.to_owned() }));

@@ -3,7 +3,9 @@
 use anyhow::{Context, bail};
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::judge::counts::{
+    AS_MEASURED, INTERVAL_COLUMN, N_COLUMN, PhaseCounts, SHARE_COLUMNS,
+};
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::interval_kind::IntervalKind;
@@ -18,9 +20,6 @@ pub struct Cells {
     /// With the robots as measured; `None` where the file does not have them.
     pub as_measured: Option<Vec<DiagramCell>>,
 }
-
-/// What the columns of robots as measured begin with.
-const AS_MEASURED: &str = "as_measured_";
 
 /// Axes, number of replicates, one count for each phase, majority, share of stable milling with its
 /// interval; all but the axes again for the robots as measured, if they are others; where cells have
@@ -50,7 +49,7 @@ pub fn to_csv(result: &SweepResult) -> String {
 /// The columns of one world.
 fn count_columns(behaviour: Behaviour, prefix: &str) -> impl Iterator<Item = String> {
     let phases = behaviour.phases().iter().map(|phase| phase.key());
-    let names = ["n"].into_iter().chain(phases).chain(["phase", "b_s", "b_s_low", "b_s_high"]);
+    let names = [N_COLUMN].into_iter().chain(phases).chain(SHARE_COLUMNS);
     names.map(move |name| format!("{prefix}{name}"))
 }
 
@@ -73,7 +72,7 @@ fn count_fields(
 
 /// The last column of adaptive sweeps, with its value.
 fn kind_column(kind: IntervalKind) -> Option<(&'static str, &'static str)> {
-    (kind != IntervalKind::ClopperPearson).then(|| ("interval", kind.key()))
+    (kind != IntervalKind::ClopperPearson).then(|| (INTERVAL_COLUMN, kind.key()))
 }
 
 /// Reads what [`to_csv`] wrote, or an earlier version of it, which had one world only.
