@@ -107,10 +107,13 @@ impl Text<'_> {
             ));
             lines.extend(set.iter().map(|cause| format!("  {}{}", change(cause), cost(cause))));
         }
-        let necessary: Vec<&str> = (self.0.causes.iter())
-            .filter(|cause| cause.necessary)
-            .map(|cause| cause.capability.name())
-            .collect();
+        let mut necessary: Vec<&str> = Vec::new();
+        // A capability is in several sets.
+        for cause in self.0.causes.iter().filter(|cause| cause.necessary) {
+            if !necessary.contains(&cause.capability.name()) {
+                necessary.push(cause.capability.name());
+            }
+        }
         if !necessary.is_empty() {
             lines.push(format!(
                 "robots that are perfect in all else would not {} either without a change of: {}",
@@ -136,17 +139,21 @@ impl Text<'_> {
     }
 
     fn hopeless_ones(&self) -> Vec<String> {
-        if self.0.hopeless.is_empty() {
-            return Vec::new();
-        }
         let row = |hopeless: &Hopeless| {
             let Hopeless { capability, now, best, b_s } = hopeless;
-            let values =
-                format!("{} → {}", quantity(*capability, *now), quantity(*capability, *best));
+            let [now, best] = [now, best].map(|value| quantity(*capability, *value));
+            // What is as good as perfect has nothing to gain.
+            if now == best {
+                return None;
+            }
+            let values = format!("{now} → {best}");
             let share = format!("{} in {}", self.0.behaviour.verb().does, percent(*b_s));
-            [format!("  {}", capability.name()), values, share]
+            Some([format!("  {}", capability.name()), values, share])
         };
-        let rows: Vec<[String; 3]> = self.0.hopeless.iter().map(row).collect();
+        let rows: Vec<[String; 3]> = self.0.hopeless.iter().filter_map(row).collect();
+        if rows.is_empty() {
+            return Vec::new();
+        }
         vec!["not enough by itself, the best value of each:".to_owned(), columns(&rows)]
     }
 
