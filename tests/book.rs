@@ -15,17 +15,21 @@ use crate::pages::{
 const NOT_TYPED: [&str; 5] = ["text", "yaml", "json", "csv", "python"];
 /// Pages outside the book whose links are looked at, too.
 const BESIDE: [&str; 4] = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "tests/README.md"];
+/// Where chapters are.
+const FOLDERS: [&str; 2] = ["docs", "docs/atlas"];
 /// Files of `docs` that are no chapters.
 const NO_CHAPTERS: [&str; 2] = ["docs/SUMMARY.md", "docs/REPRODUCTION.template.md"];
 
 #[test]
 fn every_page_is_a_chapter_once() {
     let listed = chapters();
-    let folder = fs::read_dir(repository().join("docs")).expect("it is there");
-    let files = folder.map(|entry| PathBuf::from(entry.expect("readable").file_name()));
+    let files = FOLDERS.iter().flat_map(|folder| {
+        let entries = fs::read_dir(repository().join(folder)).expect("it is there");
+        entries.map(move |entry| Path::new(folder).join(entry.expect("readable").file_name()))
+    });
     let pages: BTreeSet<String> = files
         .filter(|file| file.extension().is_some_and(|end| end == "md"))
-        .map(|file| format!("docs/{}", file.display()))
+        .map(|file| file.display().to_string())
         .filter(|path| !NO_CHAPTERS.contains(&path.as_str()))
         .collect();
 

@@ -2,6 +2,7 @@
 
 mod addressing;
 mod answering;
+mod atlas;
 mod bags_cli;
 mod behaviours;
 mod blocked_terminal;

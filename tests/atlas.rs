@@ -1,0 +1,88 @@
+//! The entries of the atlas at reduced counts: their own files, through their own commands. Each holds which way
+//! the verdict of its page points; `.ci/atlas` makes the numbers.
+
+use std::fs;
+use std::path::Path;
+
+use crate::command::{code, repository, rsrs, stderr, stdout};
+
+/// The files of an entry in a folder of its own, from where they reach the shipped ones as well.
+fn files_of(entry: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let configs = repository().join("launch_configs").canonicalize().expect("it is there");
+    let configs = configs.to_str().expect("a path in UTF-8");
+    let place = repository().join("docs/atlas").join(entry);
+    for file in fs::read_dir(place).expect("the atlas has it").flatten() {
+        let text = fs::read_to_string(file.path()).expect("an entry's files are text");
+        let text = text.replace("../../../launch_configs", configs);
+        fs::write(folder.path().join(file.file_name()), text).expect("the folder is writable");
+    }
+    folder
+}
+
+/// In how many of how many runs each cell of a sweep file shows what it is judged for.
+///
+/// # Arguments
+///
+/// * `instead` — lines of the file, and what stands there instead.
+fn swept(place: &Path, file: &str, instead: &[(&str, &str)]) -> Vec<(u64, u64)> {
+    let mut text = fs::read_to_string(place.join(file)).expect("the entry has it");
+    for (line, other) in instead {
+        assert!(text.contains(line), "{file} has no `{line}`:\n{text}");
+        text = text.replace(line, other);
+    }
+    fs::write(place.join("reduced.yaml"), text).expect("the folder is writable");
+    let results = tempfile::tempdir().expect("a temporary folder");
+    let out = results.path().join("out");
+    let out = out.to_str().expect("a path in UTF-8");
+    let output = rsrs(place, &["sweep", "reduced.yaml", "-o", out]);
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    let cells = fs::read_to_string(Path::new(out).join("cells.csv")).expect("it was swept");
+    let mut lines = cells.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let head = lines.next().expect("a line of names");
+    let runs = head.iter().position(|name| *name == "n").expect("a column of runs");
+    let count = |cell: &str| cell.parse::<u64>().expect("a count");
+    // The wanted phase comes first.
+    lines.map(|line| (count(line[runs + 1]), count(line[runs]))).collect()
+}
+
+#[test]
+fn forty_e_pucks_gather_as_published_and_not_where_they_see_too_little() {
+    let folder = files_of("gauci_aggregation");
+
+    let far = swept(folder.path(), "forty.yaml", &[("replicates: 30", "replicates: 4")]);
+    let near = swept(
+        folder.path(),
+        "range.yaml",
+        &[("[0.5, 1, 1.5, 2, 3, 5]", "[0.5]"), ("replicates: 10", "replicates: 2")],
+    );
+
+    assert!(far[0].0 >= 3 && far[0].1 == 4, "{far:?}");
+    assert_eq!(near, [(0, 2)]);
+}
+
+/// Of the six classes, those that are shown most surely: the place of their genome among the cells, and in how many
+/// of eight runs it shows them at least.
+const CLASSES: [(&str, usize, u64); 3] =
+    [("cyclic_pursuit", 0, 7), ("dispersed", 2, 5), ("milling_crowd", 3, 2)];
+
+#[test]
+fn genomes_of_the_six_classes_show_their_own_class_and_hardly_another() {
+    let folder = files_of("brown_classes");
+    for (class, own, at_least) in CLASSES {
+        let behaviour = format!("behaviour: {class}.yaml");
+        let instead = [
+            ("behaviour: cyclic_pursuit.yaml", behaviour.as_str()),
+            ("replicates: 50", "replicates: 8"),
+        ];
+
+        let cells = swept(folder.path(), "genomes.yaml", &instead);
+
+        assert_eq!(cells.len(), 6);
+        for (genome, (shown, runs)) in cells.iter().enumerate() {
+            assert_eq!(*runs, 8);
+            let is_right = if genome == own { *shown >= at_least } else { *shown <= 1 };
+            assert!(is_right, "{class}: {cells:?}");
+        }
+    }
+}
