@@ -35,8 +35,8 @@ pub struct PyOrderParameters {
 }
 
 impl PyOrderParameters {
-    pub fn new(evidence: OrderParameters, has_commands: bool) -> Self {
-        Self { evidence, has_commands }
+    pub fn new(evidence: &OrderParameters, has_commands: bool) -> Self {
+        Self { evidence: *evidence, has_commands }
     }
 
     fn known(&self, value: f64) -> Option<f64> {
@@ -225,7 +225,7 @@ impl Verdict {
     /// The order parameters of the last 60 s.
     #[getter]
     fn order(&self) -> PyOrderParameters {
-        PyOrderParameters::new(self.evidence, self.has_commands)
+        PyOrderParameters::new(&self.evidence, self.has_commands)
     }
     /// Why it is this phase, a sentence each; empty for the wanted phase.
     #[getter]
