@@ -74,7 +74,7 @@ def test_keys_make_the_sweep_of_their_file(sweep_file):
         ({"duration_s": 10}, "10|60"),
         ({"replicates": 0}, "replicates is 0"),
         ({"replicates": 10**15}, "replicates is 1000000000000000"),
-        ({"seed": -1}, "Sweep, at `seed: -1`: invalid"),
+        ({"seed": -1}, "Sweep, at `seed: -1`: `-1` is no whole number"),
         ({"seed": 2**63}, "seed"),
         ({"fixed": {"robots": 10**9, "turn_rate_rad_s": 0.5}, "axes": {"speed_m_s": [0.1]}}, "robots is"),
         ({"profile": "no/such.yaml"}, "no/such.yaml"),
