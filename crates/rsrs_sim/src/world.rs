@@ -35,7 +35,7 @@
 //! Where robots have profiles of their own, each is sensed for and moved by its own numbers, and two
 //! radii take the place of `2r`: the neighbour's is the one by which a body is seen.
 //!
-//! Where robots have several sensors, or one that is not plain, [`crate::sensors`] has what each reports.
+//! Where robots have several sensors, or one that is not plain, `crate::sensors` has what each reports.
 //!
 //! Where robots push each other, or objects, [`crate::pushing`] has the last word on `(x, y)`; where they pass through
 //! each other, or push, nobody is ahead or behind.
