@@ -45,7 +45,8 @@ fn assert_near(found: f64, expected: f64) {
     assert!((found - expected).abs() < 1e-9, "found {found}, expected {expected}");
 }
 
-fn behaviour(name: &str, wanted: &str) -> Behaviour {
+/// A behaviour of two phases, of which this is wanted.
+pub fn behaviour(name: &str, wanted: &str) -> Behaviour {
     let text = format!(
         "name: {name}\nwords: {{noun: doing, swarm: a swarm, verb: [do, does, did]}}\n\
          phases: [{{key: {name}_yes}}, {{key: {name}_no}}]\n\

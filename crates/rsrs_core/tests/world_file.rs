@@ -14,6 +14,8 @@ use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::{Goal, WorldFile};
 
+use crate::order::behaviour;
+
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 const WORLD: &str = "\
 objects:
@@ -66,14 +68,14 @@ seed: 1
     let error = sweep.resolve("sweep.yaml", &flockbot()).unwrap_err().to_string();
     assert_eq!(error, "sweep.yaml: the world is in world.yaml, which was not read");
 
-    sweep.world = Some(rsrs_core::world::WorldSource::World(world()));
+    sweep.world = Some(rsrs_core::world::WorldSource::Read(world()));
     let digest = sweep.digest(&flockbot());
     let written = serde_json::to_string(&sweep).unwrap();
     let again: SweepFile = serde_json::from_str(&written).unwrap();
     assert_eq!(again, sweep);
     assert_eq!(again.world(), Some(&world()));
     let other = WorldFile { goals: Vec::new(), ..world() };
-    sweep.world = Some(rsrs_core::world::WorldSource::World(other));
+    sweep.world = Some(rsrs_core::world::WorldSource::Read(other));
     assert_ne!(sweep.digest(&flockbot()), digest);
     let error = again.resolve("sweep.yaml", &flockbot()).unwrap_err();
     let expected = "goals[0] of the world: a goal of radius 0.4 m at (-1, -1) m is not within the \
@@ -239,15 +241,6 @@ fn shares_of_objects_and_distances_to_goals_are_what_they_are_called() {
     assert_eq!(measured(&inside, "goal_distance_m").to_bits(), 0.0_f64.to_bits());
     let goal = Goal { place_m: [1.0, 0.0], radius_m: 0.25 };
     assert_eq!(bodies().world.goals[0], goal);
-}
-
-fn behaviour(name: &str, wanted: &str) -> Behaviour {
-    let text = format!(
-        "name: {name}\nwords: {{noun: doing, swarm: a swarm, verb: [do, does, did]}}\n\
-         phases: [{{key: {name}_yes}}, {{key: {name}_no}}]\n\
-         rules: [{{phase: {name}_yes, when: {{{wanted}}}}}]\notherwise: {name}_no\n"
-    );
-    Behaviour::parse("behaviour.yaml", &text).expect("it is one")
 }
 
 #[test]

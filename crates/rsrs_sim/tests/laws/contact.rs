@@ -1,6 +1,6 @@
 //! The laws of contact: bodies that stop each other, push each other, or pass through each other.
 
-use crate::support::{HARSHER, PERFECT, flockbots};
+use crate::support::{Crowd, HARSHER, PERFECT, flockbots};
 use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
 use rsrs_core::judge::phase;
 use rsrs_core::robot::contact::ContactModel;
@@ -135,39 +135,23 @@ fn who_is_not_pushed_does_not_move() {
     assert!(end[3].x_m > start[3].x_m + 0.05, "the row was pushed: {end:?}");
 }
 
-/// A crowd in which all drive anywhere, step by step.
-struct Crowd {
-    conditions: Conditions,
-    draw: Draw,
-}
-
-impl Crowd {
-    fn new(n_robots: usize, way_m: f64, friction: f64) -> Self {
-        let mut conditions = flockbots(way_m / 0.13, 2.0, &HARSHER);
-        conditions.robots = n_robots;
-        conditions.robot.contact = ContactModel::Push;
-        conditions.robot.contact_friction = friction;
-        conditions.placement = Placement::DiscFacingOut { radius_m: 0.55 };
-        conditions.arena = Arena { side_m: 1.3, walls: Walls::Clamp };
-        conditions.check().expect("it makes a world");
-        Self { conditions, draw: Draw::new(3) }
-    }
-
-    fn commands(&mut self) -> Vec<Command> {
-        let most_m_s = self.conditions.controller.fastest().speed_m_s;
-        let mut command = || Command {
-            speed_m_s: most_m_s * (2.0 * self.draw.uniform() - 0.5),
-            turn_rate_rad_s: 4.0 * (self.draw.uniform() - 0.5),
-        };
-        (0..self.conditions.robots).map(|_| command()).collect()
-    }
+/// A crowd on a floor that it fills.
+fn crowd(n_robots: usize, way_m: f64, friction: f64) -> Crowd {
+    let mut conditions = flockbots(way_m / 0.13, 2.0, &HARSHER);
+    conditions.robots = n_robots;
+    conditions.robot.contact = ContactModel::Push;
+    conditions.robot.contact_friction = friction;
+    conditions.placement = Placement::DiscFacingOut { radius_m: 0.55 };
+    conditions.arena = Arena { side_m: 1.3, walls: Walls::Clamp };
+    conditions.check().expect("it makes a world");
+    Crowd::of(conditions)
 }
 
 #[test]
 fn bodies_that_push_never_overlap_however_they_drive() {
     // Up to more than a diameter in each step, in a crowd that fills a third of the floor.
     for (way_m, friction) in [(0.01, 0.0), (0.03, 0.5), (0.2, 0.0), (0.2, 2.0)] {
-        let mut crowd = Crowd::new(20, way_m, friction);
+        let mut crowd = crowd(20, way_m, friction);
         let mut world = World::new(&crowd.conditions, SEED).expect("they fit");
         for step in 0..300 {
             world.sense();
@@ -266,7 +250,7 @@ const GOLDEN: [(ContactModel, u64); 2] =
 #[test]
 fn a_crowd_has_the_bits_that_it_always_had() {
     let found = GOLDEN.map(|(contact, _)| {
-        let mut crowd = Crowd::new(20, 0.03, 0.2);
+        let mut crowd = crowd(20, 0.03, 0.2);
         crowd.conditions.robot.contact = contact;
         let mut world = World::new(&crowd.conditions, SEED).expect("they fit");
         for _ in 0..200 {

@@ -16,7 +16,7 @@ use rsrs_sim::pushing::SLACK;
 use rsrs_sim::world::World;
 use rsrs_testing::draw::Draw;
 
-use crate::support::{HARSHER, PERFECT, flockbots};
+use crate::support::{Crowd, HARSHER, PERFECT, flockbots};
 
 const SEED: Seed = Seed { seed: 1, replicate: 0 };
 const ROBOT_M: f64 = 0.075;
@@ -194,40 +194,24 @@ fn a_wall_holds_objects_and_whoever_pushes_them() {
     }
 }
 
-/// A crowd of robots and objects in which all drive anywhere, step by step.
-struct Crowd {
-    conditions: Conditions,
-    draw: Draw,
-}
-
-impl Crowd {
-    fn new(contact: ContactModel, way_m: f64, friction: f64) -> Self {
-        let mut conditions = flockbots(way_m / 0.13, 2.0, &HARSHER);
-        conditions.robots = 8;
-        conditions.robot.contact = contact;
-        conditions.placement = Placement::DiscFacingOut { radius_m: 0.5 };
-        conditions.arena = Arena { side_m: 1.4, walls: Walls::Clamp };
-        let groups = vec![anywhere(15, OBJECT_M, friction), anywhere(3, 0.08, friction)];
-        conditions.world = WorldFile { objects: groups, ..WorldFile::NOTHING };
-        conditions.check().expect("it makes a world");
-        Self { conditions, draw: Draw::new(3) }
-    }
-
-    fn commands(&mut self) -> Vec<Command> {
-        let most_m_s = self.conditions.controller.fastest().speed_m_s;
-        let mut command = || Command {
-            speed_m_s: most_m_s * (2.0 * self.draw.uniform() - 0.5),
-            turn_rate_rad_s: 4.0 * (self.draw.uniform() - 0.5),
-        };
-        (0..self.conditions.robots).map(|_| command()).collect()
-    }
+/// A crowd of robots and objects.
+fn crowd(contact: ContactModel, way_m: f64, friction: f64) -> Crowd {
+    let mut conditions = flockbots(way_m / 0.13, 2.0, &HARSHER);
+    conditions.robots = 8;
+    conditions.robot.contact = contact;
+    conditions.placement = Placement::DiscFacingOut { radius_m: 0.5 };
+    conditions.arena = Arena { side_m: 1.4, walls: Walls::Clamp };
+    let groups = vec![anywhere(15, OBJECT_M, friction), anywhere(3, 0.08, friction)];
+    conditions.world = WorldFile { objects: groups, ..WorldFile::NOTHING };
+    conditions.check().expect("it makes a world");
+    Crowd::of(conditions)
 }
 
 #[test]
 fn objects_overlap_with_nothing_however_robots_drive() {
     for contact in [ContactModel::Stop, ContactModel::Push] {
         for (way_m, friction) in [(0.01, 0.0), (0.03, 0.5), (0.1, 0.0), (0.2, 2.0)] {
-            let mut crowd = Crowd::new(contact, way_m, friction);
+            let mut crowd = crowd(contact, way_m, friction);
             let mut world = World::new(&crowd.conditions, SEED).expect("they fit");
             let radii_m: Vec<f64> =
                 crowd.conditions.world.each_object().map(|object| object.radius_m).collect();
@@ -570,7 +554,7 @@ const GOLDEN: [(ContactModel, u64); 2] =
 #[test]
 fn a_crowd_among_objects_has_the_bits_that_it_always_had() {
     let found = GOLDEN.map(|(contact, _)| {
-        let mut crowd = Crowd::new(contact, 0.03, 0.2);
+        let mut crowd = crowd(contact, 0.03, 0.2);
         let mut world = World::new(&crowd.conditions, SEED).expect("they fit");
         for _ in 0..200 {
             world.sense();

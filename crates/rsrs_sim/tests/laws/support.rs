@@ -4,10 +4,11 @@
 use std::sync::atomic::AtomicBool;
 
 use rsrs_core::conditions::{Conditions, GainDistribution};
-use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_sim::sweep::{Runs, Swept, Watch, sweep};
 
 use rsrs_testing::conditions::flockbot_conditions;
+use rsrs_testing::draw::Draw;
 
 /// A robot's imperfections: standard deviation of both gains, detection, false positives.
 pub struct Imperfection {
@@ -38,4 +39,25 @@ pub fn flockbots(speed_m_s: f64, turn_rate_rad_s: f64, imperfection: &Imperfecti
 pub fn quietly(conditions: &[Conditions], runs: Runs) -> Swept {
     let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false) };
     sweep(conditions, runs, watch).expect("the robots fit and the runs are long enough")
+}
+
+/// A crowd in which all robots drive anywhere, step by step.
+pub struct Crowd {
+    pub conditions: Conditions,
+    draw: Draw,
+}
+
+impl Crowd {
+    pub fn of(conditions: Conditions) -> Self {
+        Self { conditions, draw: Draw::new(3) }
+    }
+
+    pub fn commands(&mut self) -> Vec<Command> {
+        let most_m_s = self.conditions.controller.fastest().speed_m_s;
+        let mut command = || Command {
+            speed_m_s: most_m_s * (2.0 * self.draw.uniform() - 0.5),
+            turn_rate_rad_s: 4.0 * (self.draw.uniform() - 0.5),
+        };
+        (0..self.conditions.robots).map(|_| command()).collect()
+    }
 }
