@@ -1,7 +1,9 @@
 //! YAML documents: parsed strictly, refused with file, line, column and the nearest valid key.
 
+pub mod file_error;
 pub mod kind;
 mod refusal;
+pub mod source;
 
 use std::collections::BTreeSet;
 use std::fmt;

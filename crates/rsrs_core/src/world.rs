@@ -3,14 +3,14 @@
 //! In a file of its own, which sweeps and experiments name.
 
 mod check;
-mod source;
 
 use serde::{Deserialize, Serialize};
 
+use crate::document::source::{InFile, Source};
+use crate::numerals;
 use crate::robot::sensor::Detects;
 
 pub use check::{Place, WorldError, WorldFlaw, WorldProblem};
-pub use source::WorldSource;
 
 /// What is in the arena besides robots.
 ///
@@ -36,6 +36,14 @@ pub struct WorldFile {
     /// Discs on the floor, which sensors detect and nothing collides with.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub goals: Vec<Goal>,
+}
+
+/// The world of a sweep or an experiment.
+pub type WorldSource = Source<WorldFile>;
+
+impl InFile for WorldFile {
+    const WHAT: &'static str = "world";
+    const SOURCE: &'static str = "WorldSource";
 }
 
 /// Objects that are alike; give `count` or `places_m`.
@@ -117,11 +125,7 @@ impl WorldFile {
 
     /// What it is, in words: `20 objects and 1 goal`.
     pub fn in_words(&self) -> String {
-        let counted = |n: usize, noun: &str| match n {
-            0 => None,
-            1 => Some(format!("1 {noun}")),
-            n => Some(format!("{n} {noun}s")),
-        };
+        let counted = |n: usize, noun: &str| (n > 0).then(|| numerals::counted(n as u64, noun));
         let words: Vec<String> =
             [counted(self.n_objects(), "object"), counted(self.goals.len(), "goal")]
                 .into_iter()

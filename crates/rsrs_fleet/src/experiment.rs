@@ -304,8 +304,8 @@ impl ExperimentFile {
         if let Some(axis) = required.iter().copied().find(|axis| cell.get(*axis).is_none()) {
             return Err(CellRefused::Missing { axis });
         }
-        let controller = self.controller.as_ref().and_then(ControllerSource::table).cloned();
-        let world = self.world.as_ref().and_then(WorldSource::world).cloned().unwrap_or_default();
+        let controller = self.controller.as_ref().and_then(ControllerSource::read).cloned();
+        let world = self.world.as_ref().and_then(WorldSource::read).cloned().unwrap_or_default();
         let mut settings = Settings { controller, world, ..Settings::default() }.with_cell(cell);
         let StartPlacement::DiscFacingOut { radius_m: expected_m } = self.placement else {
             settings.placement = self.placement.placement();

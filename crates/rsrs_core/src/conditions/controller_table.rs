@@ -1,7 +1,6 @@
 //! A controller as a table: what a person writes in a file, and what it comes to on a robot.
 
 mod check;
-mod source;
 mod value;
 
 use std::collections::BTreeMap;
@@ -9,6 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::ConditionsError;
+use crate::document::source::{InFile, Source};
 use crate::quantity::{Axis, Number};
 use crate::robot::controller::state_machine::{Row, StateMachine, Transition};
 use crate::robot::controller::{Command, Controller};
@@ -16,7 +16,6 @@ use crate::robot::sensor::ReadingNames;
 use crate::robot::wheels::Wheels;
 
 pub use check::{Place, TableError, TableFlaw, TableProblem};
-pub use source::ControllerSource;
 pub use value::{Next, Value};
 
 /// A controller's table: rows in order, of which the first that matches counts.
@@ -81,6 +80,14 @@ pub struct TableRow {
     /// Where the robot goes after this period: the first that happens; without it, it stays.
     #[serde(default, skip_serializing_if = "Next::is_empty")]
     pub next: Next,
+}
+
+/// What robots of a sweep or an experiment decide by.
+pub type ControllerSource = Source<ControllerTable>;
+
+impl InFile for ControllerTable {
+    const WHAT: &'static str = "controller";
+    const SOURCE: &'static str = "ControllerSource";
 }
 
 fn start() -> String {

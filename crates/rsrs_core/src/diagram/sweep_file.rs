@@ -329,7 +329,7 @@ impl SweepFile {
 
     /// What is in the arena besides the robots, once it has been read; `None` where the file names nothing.
     pub fn world(&self) -> Option<&WorldFile> {
-        self.world.as_ref().and_then(WorldSource::world)
+        self.world.as_ref().and_then(WorldSource::read)
     }
 
     /// Sides of the arenas of all cells, in metres.
@@ -347,7 +347,7 @@ impl SweepFile {
 
     /// The table of the controller, once it has been read; `None` where the file names none.
     pub fn table(&self) -> Option<&ControllerTable> {
-        self.controller.as_ref().and_then(ControllerSource::table)
+        self.controller.as_ref().and_then(ControllerSource::read)
     }
 
     /// The conditions of every cell, in the order of [`Self::all_cells`].

@@ -6,7 +6,8 @@ use serde::Deserialize;
 use serde_saphyr::Spanned;
 
 use super::{Goal, Object, ObjectGroup, WorldFile};
-use crate::document::{self, DocumentError};
+use crate::document;
+use crate::document::file_error::FileError;
 use crate::help::Help;
 use crate::quantity::Bounds;
 use crate::robot::profile::MOST_FRICTION;
@@ -96,22 +97,7 @@ pub enum WorldProblem {
 }
 
 /// Why a file is no world.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum WorldError {
-    /// The text is no world.
-    #[error(transparent)]
-    Document(#[from] DocumentError),
-    /// There is no such world.
-    #[error("{file}:{line}: {problem}")]
-    Flaw {
-        /// The file.
-        file: String,
-        /// Line of the group or the goal, from 1.
-        line: u64,
-        /// What is wrong there.
-        problem: WorldProblem,
-    },
-}
+pub type WorldError = FileError<WorldProblem>;
 
 impl fmt::Display for Place {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -152,15 +138,6 @@ impl Help for WorldFlaw {
     }
 }
 
-impl Help for WorldError {
-    fn help(&self) -> Option<String> {
-        match self {
-            Self::Document(error) => error.help(),
-            Self::Flaw { problem, .. } => problem.help(),
-        }
-    }
-}
-
 /// Most objects of a group; more are a mistake.
 const MOST_OBJECTS: Bounds = Bounds { least: 1.0, most: 1e4 };
 /// Friction; dimensionless.
@@ -196,15 +173,13 @@ impl WorldFile {
         let world: Self = document::parse(file, text)?;
         let refuse = |flaw: WorldFlaw| {
             let WorldFlaw { place, problem } = flaw;
-            let lines = document::parse::<Lines>(file, text).ok();
-            let line = lines.and_then(|lines| {
+            FileError::flaw((file, text), problem, |lines: &Lines| {
                 Some(match place {
                     Place::Whole => 1,
                     Place::Objects(group) => lines.objects.get(group)?.defined.line(),
                     Place::Goal(goal) => lines.goals.get(goal)?.defined.line(),
                 })
-            });
-            WorldError::Flaw { file: file.to_owned(), line: line.unwrap_or(1), problem }
+            })
         };
         if world.is_empty() {
             let problem = WorldProblem::Nothing;

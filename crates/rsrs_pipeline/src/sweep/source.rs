@@ -72,14 +72,14 @@ impl ResolvedSweep {
         }
         if let Some(ControllerSource::File(path)) = &sweep.controller {
             let table = read_controller(&beside.join(path), &profile)?;
-            sweep.controller = Some(ControllerSource::Table(table));
+            sweep.controller = Some(ControllerSource::Read(table));
         }
         if let NamedBehaviour::File(path) = &sweep.behaviour {
             sweep.behaviour = NamedBehaviour::Known(read_behaviour(&beside.join(path))?);
         }
         if let Some(WorldSource::File(path)) = &sweep.world {
             let world = read_world(&beside.join(path), &sweep.arenas_m())?;
-            sweep.world = Some(WorldSource::World(world));
+            sweep.world = Some(WorldSource::Read(world));
         }
         sweep.harsher = Harsher::from(sweep.factors(&profile));
         let provenance = Provenance::of(&profile);

@@ -39,12 +39,12 @@ pub fn read(
         if experiment.controller.is_some() {
             return Err(Helpful::from(ControllerTwice).into());
         }
-        experiment.controller = swept.table.clone().map(ControllerSource::Table);
+        experiment.controller = swept.table.clone().map(ControllerSource::Read);
         return Ok(None);
     }
     let Some(ControllerSource::File(path)) = &experiment.controller else { return Ok(None) };
     let (name, text) = read_file(&beside.join(path))?;
     let table = ControllerTable::parse(&name, &text, robot).map_err(Helpful::from)?;
-    experiment.controller = Some(ControllerSource::Table(table));
+    experiment.controller = Some(ControllerSource::Read(table));
     Ok(Some(text))
 }

@@ -44,7 +44,7 @@ pub fn read(
     let (name, text) = read_file(&beside.join(path))?;
     let arena_m = cell.get(Axis::Arena).unwrap_or(ARENA_M);
     let world = WorldFile::parse(&name, &text, &[arena_m]).map_err(Helpful::from)?;
-    experiment.world = Some(WorldSource::World(world));
+    experiment.world = Some(WorldSource::Read(world));
     Ok(Some(text))
 }
 

@@ -9,7 +9,8 @@ use serde_saphyr::Spanned;
 
 use super::{ControllerTable, NamedNumber, TableCommand, TableRow, Value};
 use crate::conditions::limits::BeyondLimits;
-use crate::document::{self, DocumentError, did_you_mean, nearest};
+use crate::document::file_error::FileError;
+use crate::document::{self, did_you_mean, nearest};
 use crate::help::Help;
 use crate::numerals::rounded;
 use crate::quantity::{Bounds, Number, NumberUnit};
@@ -129,22 +130,7 @@ pub enum TableProblem {
 }
 
 /// Why a file is no controller.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum TableError {
-    /// The text is no table.
-    #[error(transparent)]
-    Document(#[from] DocumentError),
-    /// The table is no controller, or none for these robots.
-    #[error("{file}:{line}: {problem}")]
-    Flaw {
-        /// The file.
-        file: String,
-        /// Line of the row or number, from 1.
-        line: u64,
-        /// What is wrong there.
-        problem: TableProblem,
-    },
-}
+pub type TableError = FileError<TableProblem>;
 
 impl fmt::Display for Place {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -215,15 +201,6 @@ impl Help for TableFlaw {
     }
 }
 
-impl Help for TableError {
-    fn help(&self) -> Option<String> {
-        match self {
-            Self::Document(error) => error.help(),
-            Self::Flaw { problem, .. } => problem.help(),
-        }
-    }
-}
-
 /// Where the parts of a table are in its file.
 #[derive(Deserialize)]
 struct Lines {
@@ -242,14 +219,12 @@ impl ControllerTable {
         let table: Self = document::parse(file, text)?;
         let refuse = |flaw: TableFlaw| {
             let TableFlaw { place, problem } = flaw;
-            let lines = document::parse::<Lines>(file, text).ok();
-            let line = lines.and_then(|lines| {
+            FileError::flaw((file, text), problem, |lines: &Lines| {
                 Some(match &place {
                     Place::Row(place) => lines.rows.get(*place)?.defined.line(),
                     Place::Number(name) => lines.numbers.get(name)?.defined.line(),
                 })
-            });
-            TableError::Flaw { file: file.to_owned(), line: line.unwrap_or(1), problem }
+            })
         };
         let check = table.check().and_then(|()| table.check_rows(&robot.reading_names()));
         check.and_then(|()| table.check_robot(robot)).map_err(refuse)?;

@@ -6,7 +6,8 @@ use serde_saphyr::Spanned;
 
 use super::file::{BehaviourFile, Words, rgb};
 use super::window::{LAST_S, Window};
-use crate::document::{self, DocumentError, did_you_mean, is_name, nearest};
+use crate::document::file_error::FileError;
+use crate::document::{did_you_mean, is_name, nearest};
 use crate::help::Help;
 use crate::judge::counts;
 use crate::judge::phase::MOST_PHASES;
@@ -134,22 +135,7 @@ pub enum Unusable {
 }
 
 /// Why a text is no behaviour.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BehaviourFileError {
-    /// The text is not such a file.
-    #[error(transparent)]
-    Document(#[from] DocumentError),
-    /// It makes no behaviour.
-    #[error("{file}:{line}: {problem}")]
-    Flaw {
-        /// The file.
-        file: String,
-        /// Line of the key, phase or rule, from 1.
-        line: u64,
-        /// What is wrong there.
-        problem: Unusable,
-    },
-}
+pub type BehaviourFileError = FileError<Unusable>;
 
 impl Help for Unusable {
     fn help(&self) -> Option<String> {
@@ -179,15 +165,6 @@ impl Help for Unusable {
     }
 }
 
-impl Help for BehaviourFileError {
-    fn help(&self) -> Option<String> {
-        match self {
-            Self::Document(error) => error.help(),
-            Self::Flaw { problem, .. } => problem.help(),
-        }
-    }
-}
-
 /// Where the parts of a behaviour are in its file.
 #[derive(Deserialize)]
 struct Lines {
@@ -204,8 +181,7 @@ impl Flaw {
     /// The flaw of a file, with its line there.
     pub(super) fn in_file(self, file: &str, text: &str) -> BehaviourFileError {
         let Self { place, problem } = self;
-        let lines = document::parse::<Lines>(file, text).ok();
-        let line = lines.and_then(|lines| {
+        FileError::flaw((file, text), problem, |lines: &Lines| {
             let part = match place {
                 Place::Phase(at) => lines.phases.get(at)?,
                 Place::Rule(at) => lines.rules.get(at)?,
@@ -217,8 +193,7 @@ impl Flaw {
                 Place::Key(_) => &lines.name,
             };
             Some(part.defined.line())
-        });
-        BehaviourFileError::Flaw { file: file.to_owned(), line: line.unwrap_or(1), problem }
+        })
     }
 }
 
