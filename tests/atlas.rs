@@ -1,6 +1,8 @@
 //! The entries of the atlas at reduced counts: their own files, through their own commands. Each holds which way
 //! the verdict of its page points; `.ci/atlas` makes the numbers.
 
+mod over_ros;
+
 use std::fs;
 use std::path::Path;
 
@@ -59,6 +61,22 @@ fn forty_e_pucks_gather_as_published_and_not_where_they_see_too_little() {
 
     assert_eq!(far, [(2, 2)]);
     assert_eq!(near, [(0, 2)]);
+}
+
+#[test]
+fn five_e_pucks_cluster_twenty_objects_as_published_and_not_in_a_larger_arena() {
+    let folder = files_of("gauci_clustering");
+
+    let trials = swept(folder.path(), "trials.yaml", &[("replicates: 100", "replicates: 8")]);
+    let arenas = swept(
+        folder.path(),
+        "arenas.yaml",
+        &[("[2, 2.5, 3.5, 4]", "[2.5, 4]"), ("replicates: 30", "replicates: 3")],
+    );
+
+    let [(shown, 8)] = trials[..] else { panic!("{trials:?}") };
+    assert!((3..=8).contains(&shown), "{trials:?}");
+    assert_eq!(arenas, [(3, 3), (0, 3)]);
 }
 
 /// Of the six classes, those that are shown most surely: the place of their genome among the cells, and in how many

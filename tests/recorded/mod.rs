@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use rsrs_bags::Bag;
+use rsrs_core::world::WorldFile;
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
-use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::geometry_msgs::{PoseStamped, TwistStamped};
 use rsrs_msgs::rsrs::WorldDigest;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_sim::draw::Seed;
@@ -42,6 +43,29 @@ pub fn assert_digests_of_replicate(bag: &Bag, record: &ExperimentRecord) {
     let found: Vec<u64> = digests.iter().map(|digest| digest.digest).collect();
     assert!(found.len() > 400, "{}", found.len());
     assert_eq!(found, expected[..found.len()]);
+}
+
+/// The same places of every object as in the replicate, bit by bit.
+///
+/// # Returns
+///
+/// How many objects were pushed.
+pub fn assert_objects_of_replicate(bag: &Bag, record: &ExperimentRecord) -> usize {
+    let expected = run_episode(&record.conditions, seed_of(record), record.duration_s);
+    let expected = expected.expect("it fits");
+    let bits = |place_m: [f64; 2]| place_m.map(f64::to_bits);
+    for object in 0..record.conditions.world.n_objects() {
+        let name = format!("objects/{}", WorldFile::object_name(object));
+        let found: Vec<PoseStamped> = messages(bag, &name, "pose");
+        assert!(found.len() > 400, "{}", found.len());
+        for (sample, message) in found.iter().enumerate() {
+            let position = message.pose.position;
+            let place_m = expected.objects_at(sample)[object];
+            assert_eq!(bits([position.x, position.y]), bits(place_m), "object {object} {sample}");
+        }
+    }
+    let (first, last) = (expected.objects_at(0), expected.objects_at(expected.n_samples() - 1));
+    first.iter().zip(last).filter(|(before, after)| bits(**before) != bits(**after)).count()
 }
 
 /// The same commands of every robot as in the replicate.
