@@ -2,7 +2,7 @@
 
 use crate::work::{SweepFolder, bytes, code, contents, stderr};
 
-/// A sweep of eight blocks, done whole and in two shards.
+/// A sweep of 16 blocks, done whole and in two shards.
 fn shared() -> SweepFolder {
     let place = SweepFolder::with_sweep(2048);
     place.sweep_into("whole");
@@ -25,7 +25,7 @@ fn merged_shards_are_the_folder_of_one_machine_and_stay_as_they_are() {
     let place = shared();
     let before =
         (contents(&place.path("odd/unfinished")), contents(&place.path("even/unfinished")));
-    assert_eq!((before.0.len(), before.1.len()), (5, 5), "four blocks and the lock");
+    assert_eq!((before.0.len(), before.1.len()), (9, 9), "eight blocks and the lock");
 
     let output = place.rsrs(&["merge", "even", "odd", "-o", "merged"]);
 
@@ -54,7 +54,8 @@ fn a_shard_that_was_killed_goes_on_and_does_no_other_ones_work() {
         .iter()
         .map(|path| path.file_name().unwrap().to_string_lossy().into_owned())
         .collect();
-    assert_eq!(numbers, ["block_000000", "block_000002", "block_000004", "block_000006"]);
+    let even: Vec<String> = (0..16).step_by(2).map(|it| format!("block_{it:06}")).collect();
+    assert_eq!(numbers, even);
 }
 
 #[test]
@@ -78,7 +79,7 @@ fn what_is_missing_damaged_or_of_another_sweep_is_not_merged() {
     assert!(itself.contains("odd is one of the shards"), "{itself}");
     assert!(whole.contains("whole holds a whole sweep"), "{whole}");
     assert!(different.contains("shards of different sweeps: seed is 8 there"), "{different}");
-    assert!(torn.contains("of this sweep 2048 runs are missing in odd, even"), "{torn}");
+    assert!(torn.contains("of this sweep 1024 runs are missing in odd, even"), "{torn}");
     assert_eq!(bytes(&block), damaged, "the shard is not touched");
     assert!(!place.path("merged").exists());
 }
@@ -96,4 +97,26 @@ fn a_shard_that_is_named_twice_is_refused_as_such() {
         "{disguised}"
     );
     assert!(!place.path("merged").exists());
+}
+
+#[test]
+fn a_small_sweep_is_shared_and_so_is_one_in_the_reference_world() {
+    let place = SweepFolder::with_sweep(20);
+    let world = "objects: [{count: 3, radius_m: 0.05}]\n";
+    std::fs::write(place.path("world.yaml"), world).unwrap();
+    place.change("sweep.yaml", "with_objects.yaml", "seed: 7", "seed: 7\nworld: world.yaml");
+    place.change("with_objects.yaml", "with_objects.yaml", "replicates: 20", "replicates: 2");
+    for (file, n_runs) in [("sweep.yaml", 8 * 20), ("with_objects.yaml", 8 * 2)] {
+        let runs = ["1/2", "2/2"].map(|shard| {
+            let folder = format!("{file}_{}", shard.replace('/', "_of_"));
+            let sweep = ["sweep", file, "-o", &folder, "--shard", shard, "--format", "json"];
+            let output = place.rsrs(&sweep);
+            assert_eq!(code(&output), 0, "{}", stderr(&output));
+            let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+            report["runs"].as_u64().unwrap()
+        });
+
+        assert_eq!(runs[0] + runs[1], n_runs, "{file}");
+        assert!(runs[0].abs_diff(runs[1]) <= n_runs / 4, "{file}: {runs:?}");
+    }
 }

@@ -50,14 +50,19 @@ impl Block {
 /// Replicates of a block at most: it is held in memory.
 pub const MOST_ROWS: u64 = 2048;
 
-/// Steps of single robots in a block at most, unless one vector has more: about a second's work, so
+/// Steps of single robots in vectors in a block at most, unless one vector has more: about a second's work, so
 /// that little is lost with a block.
 const MOST_AGENT_STEPS: u64 = 200_000_000;
 
+/// So many steps of a robot in a vector take as long as one of a body in the reference world, about.
+const REFERENCE_STEPS: u64 = 100;
+
+/// Into so many blocks work is cut at least, as far as it can be, so that machines may share a small sweep.
+const LEAST_BLOCKS: u64 = 16;
+
 /// Cuts work into blocks.
 ///
-/// Cells are cut where a vector of any machine is full; cells with so many robots that they are run
-/// one world at a time, anywhere.
+/// Cells are cut where a vector of any machine is full; those that are run one world at a time, anywhere.
 ///
 /// # Arguments
 ///
@@ -69,10 +74,16 @@ pub fn blocks<'a>(
     duration_s: f64,
     work: impl IntoIterator<Item = Piece> + 'a,
 ) -> impl Iterator<Item = Block> + 'a {
+    let work: Vec<Piece> = work.into_iter().collect();
+    let of_piece = |piece: &Piece| {
+        piece.n_rows().saturating_mul(Size::of(&conditions[piece.cell], duration_s).agent_steps)
+    };
+    let all = work.iter().map(of_piece).fold(0, u64::saturating_add);
+    let agent_steps = MOST_AGENT_STEPS.min(all.div_ceil(LEAST_BLOCKS));
     let mut work = work.into_iter();
     let mut rest: Option<Piece> = None;
     std::iter::from_fn(move || {
-        let mut room = Room { rows: MOST_ROWS, agent_steps: MOST_AGENT_STEPS };
+        let mut room = Room { rows: MOST_ROWS, agent_steps };
         let mut block = Block::default();
         while let Some(mut piece) = rest.take().or_else(|| work.next()) {
             let size = Size::of(&conditions[piece.cell], duration_s);
@@ -80,7 +91,10 @@ pub fn blocks<'a>(
                 0 if block.pieces.is_empty() => size.at_once,
                 n_fitting => n_fitting,
             };
-            let n_taken = n_fitting.min(piece.n_rows());
+            let n_rest = piece.n_rows().saturating_sub(n_fitting);
+            // What is less than a vector is no block of its own.
+            let is_all = n_fitting > 0 && n_rest < size.at_once && piece.n_rows() <= room.rows;
+            let n_taken = if is_all { piece.n_rows() } else { n_fitting.min(piece.n_rows()) };
             if n_taken > 0 {
                 let end = piece.replicates.start + n_taken;
                 block
@@ -103,13 +117,19 @@ pub fn blocks<'a>(
 struct Size {
     /// Replicates that stay together.
     at_once: u64,
+    /// As of robots in vectors.
     agent_steps: u64,
 }
 
 impl Size {
     fn of(conditions: &Conditions, duration_s: f64) -> Self {
-        let at_once = if runs_in_lanes(conditions, duration_s) { MOST_LANES as u64 } else { 1 };
-        let agent_steps = conditions.steps(duration_s).saturating_mul(conditions.robots as u64);
+        let (at_once, per_step) = if runs_in_lanes(conditions, duration_s) {
+            (MOST_LANES as u64, conditions.robots as u64)
+        } else {
+            let n_bodies = conditions.robots + conditions.world.n_objects();
+            (1, REFERENCE_STEPS * n_bodies as u64)
+        };
+        let agent_steps = conditions.steps(duration_s).saturating_mul(per_step);
         Self { at_once, agent_steps: agent_steps.max(1) }
     }
 }

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use proptest::prelude::*;
 use rsrs_core::conditions::{Conditions, Placement};
+use rsrs_core::world::ObjectGroup;
 use rsrs_sim::sweep::{
     Block, BlockError, Completion, MOST_ROWS, Piece, Progress, ReplicateOutcome, Runs, SweepError,
     Watch, Work, blocks, check, run_blocks,
@@ -60,9 +61,29 @@ proptest! {
     }
 }
 
+#[test]
+fn little_work_is_cut_as_well_and_by_what_it_takes() {
+    let plain = flockbots(0.15, 0.75, &HARSHER);
+    let mut with_objects = plain.clone();
+    let group = |n| ObjectGroup { count: Some(n), places_m: None, radius_m: 0.05, friction: 0.0 };
+    with_objects.world.objects = vec![group(20)];
+    let cells = [plain, with_objects];
+    let of = |cell: usize, n: u64| -> Vec<u64> {
+        let work = [Piece { cell, replicates: 0..n }];
+        blocks(&cells, 300.0, work).map(|block| block.n_rows()).collect()
+    };
+
+    assert_eq!(of(0, 64), [16; 4], "full vectors stay together");
+    assert_eq!(of(0, 40), [16, 24], "and what is less than one is no block of its own");
+    assert_eq!(of(1, 32), [2; 16]);
+    assert_eq!(of(1, 3), [1; 3]);
+    let (most, most_with_objects) = (of(0, 100_000)[0], of(1, 100_000)[0]);
+    assert!(most > 50 * most_with_objects, "{most} {most_with_objects}");
+}
+
 const DURATION_S: f64 = 60.0;
 
-/// Two cells with 3,000 replicates each, in three blocks.
+/// Two cells with 3,000 replicates each, in 17 blocks.
 fn two_cells() -> (Vec<Conditions>, Vec<(u64, Block)>) {
     let cells = [0.10, 0.20].map(|speed_m_s| flockbots(speed_m_s, 0.75, &HARSHER)).to_vec();
     let work: Vec<Piece> = (0..2).map(|cell| Piece { cell, replicates: 0..3000 }).collect();
@@ -93,7 +114,7 @@ fn blocks_that_are_done_in_any_order_at_any_time_make_the_sweep() {
     run_blocks(work(&cells, 1), first, watch, &keep).expect("the robots fit");
 
     let kept = kept.into_inner().expect("no panic");
-    assert_eq!(blocks.len(), 3);
+    assert_eq!(blocks.len(), 17);
     let outcomes: Vec<_> = kept.into_values().flatten().collect();
     assert!(outcomes == quietly(&cells, runs).outcomes);
 }
@@ -107,7 +128,7 @@ fn what_is_called_off_has_kept_whole_blocks() {
         *n_kept.lock().expect("no panic") += 1;
         Ok(())
     };
-    let progress = |progress: Progress| cancel.store(progress.done > 2100, Ordering::Relaxed);
+    let progress = |progress: Progress| cancel.store(progress.done > 400, Ordering::Relaxed);
     let watch = Watch { progress: &progress, cancel: &cancel };
 
     let ending = run_blocks(work(&cells, 1), blocks.into_iter(), watch, &keep);
