@@ -99,3 +99,40 @@ fn a_label_states_why_in_words() {
     assert!(why.contains(", and ") && why.contains(" or more is "), "{why}");
     assert!(stdout(&text).contains(&format!("  why: {why}\n")), "{}", stdout(&text));
 }
+
+/// What 20 s of any swarm are labelled by.
+const NEAR: &str = "\
+name: staying
+words: {noun: staying near, swarm: a swarm that stays, verb: [stay, stays, stayed]}
+phases: [{key: stayed}, {key: went_away}]
+rules: [{phase: stayed, when: {mean_radius_m: {below: 100}}}]
+otherwise: went_away
+window: {last_s: 20}
+";
+
+#[test]
+fn a_run_is_drawn_and_filmed_for_another_behaviour_and_states_which() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let here = place.path();
+    Run { duration_s: 30.0, recorded_s: 30.0, ..Run::new(1) }.record(here, "run");
+    std::fs::write(here.join("near.yaml"), NEAR).expect("the folder is writable");
+    let for_it = ["--behaviour", "near.yaml"];
+    let small = ["--rate", "10", "--fps", "5", "--width", "160"];
+
+    let drawn = rsrs(here, &[&["draw", "run", "-o", "run.svg"], &for_it[..]].concat());
+    let usual = rsrs(here, &["draw", "run", "-o", "usual.svg"]);
+    let film = |name: &str, more: &[&str]| {
+        let filmed = rsrs(here, &[&["film", "run", "-o", name], &small[..], more].concat());
+        assert_eq!(code(&filmed), 0, "{}", stderr(&filmed));
+        std::fs::read(here.join(name)).expect("it was filmed")
+    };
+
+    assert_eq!((code(&drawn), code(&usual)), (0, 0), "{}", stderr(&drawn));
+    let text = |name: &str| std::fs::read_to_string(here.join(name)).expect("it was drawn");
+    // A long line is broken where there is room.
+    let drawn = text("run.svg");
+    assert!(drawn.contains("stayed") && drawn.contains("judged for staying near"), "{drawn}");
+    let usual = text("usual.svg");
+    assert!(usual.contains("no label: 30 s of 60") && !usual.contains("judged for"), "{usual}");
+    assert_ne!(film("near.gif", &for_it), film("usual.gif", &[]), "the phase is in its frames");
+}

@@ -6,11 +6,11 @@ use crate::command::{code, json, repository, rsrs as typed, stderr, stdout};
 use crate::fleet::experiment;
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{
-    assert_commands_of_replicate, assert_digests_of_replicate, messages, record_of, seed_of,
+    assert_commands_of_replicate, assert_digests_of_replicate, assert_objects_of_replicate,
+    record_of, seed_of,
 };
 use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
 use rsrs_core::judge::trajectory::Trajectory;
-use rsrs_msgs::geometry_msgs::PoseStamped;
 use rsrs_sim::episode::run_episode;
 
 /// One sensor that tells robots, objects and walls from each other, and one for goals.
@@ -105,22 +105,7 @@ fn a_world_with_objects_over_ros_2_in_lockstep_is_the_replicate_to_the_bit() {
     assert_eq!(String::from_utf8_lossy(&attached.data), WORLD);
     let expected = run_episode(&record.conditions, seed_of(&record), record.duration_s);
     let expected = expected.expect("they fit");
-    for object in 0..9 {
-        let found: Vec<PoseStamped> =
-            messages(&bag, &format!("objects/object_{}", object + 1), "pose");
-        assert!(found.len() > 400, "{}", found.len());
-        for (sample, message) in found.iter().enumerate() {
-            let [x_m, y_m] = expected.objects_at(sample)[object];
-            let position = message.pose.position;
-            let found = [position.x, position.y].map(f64::to_bits);
-            assert_eq!(found, [x_m, y_m].map(f64::to_bits), "object {object} {sample}");
-        }
-    }
-    let moved = (0..9).filter(|object| {
-        let last = expected.objects_at(expected.n_samples() - 1)[*object];
-        expected.objects_at(0)[*object].map(f64::to_bits) != last.map(f64::to_bits)
-    });
-    assert!(moved.count() > 1, "some were pushed");
+    assert!(assert_objects_of_replicate(&bag, &record) > 1, "some were pushed");
 
     let recorded = read_trajectory(&bag, &TrajectoryOptions::default()).expect("it has poses");
     let n_samples = recorded.trajectory.n_samples();
@@ -210,7 +195,8 @@ fn a_world_goes_from_the_sweep_to_a_labelled_and_drawn_episode() {
     let drawn = typed(here, &["draw", "run", "-o", "run.svg"]);
     assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
     let svg = std::fs::read_to_string(here.join("run.svg")).expect("it was drawn");
-    assert_eq!(svg.matches("fill=\"#e69f00\"").count(), 9, "each object");
+    assert!(svg.contains("judged for heaping; controller: a table of"), "{svg}");
+    assert_eq!(svg.matches("fill=\"#e69f00\"").count(), 9 + 1, "each object, and the legend");
     assert_eq!(svg.matches("stroke-dasharray=\"5 3\"").count(), 1, "the goal");
     let film = typed(here, &["film", "run", "-o", "run.gif", "--rate", "30", "--width", "120"]);
     assert_eq!(code(&film), 0, "{}", stderr(&film));
@@ -265,4 +251,29 @@ fn a_behaviour_over_objects_without_a_world_and_a_wrong_file_have_a_cure() {
     let text = refused(&SWEEP.replace("world: things.yaml\n", ""));
     assert!(text.contains("sensor `detection` detects objects, and there are none"), "{text}");
     assert!(text.contains("help: name a world with `objects`"), "{text}");
+}
+
+#[test]
+fn a_file_that_a_sweep_names_and_that_is_not_there_is_named_with_its_key() {
+    let folder = swept();
+    let here = folder.path();
+
+    for (key, file) in [
+        ("profile", "robots.yaml"),
+        ("controller", "push.yaml"),
+        ("behaviour", "heap.yaml"),
+        ("world", "things.yaml"),
+    ] {
+        write(here, &[("new.yaml", &SWEEP.replace(file, "nowhere.yaml"))]);
+        let output = typed(here, &["sweep", "new.yaml", "-o", "new"]);
+
+        assert_eq!(code(&output), 1);
+        let text = stderr(&output);
+        let expected = format!("error: new.yaml: the file that `{key}` names cannot be read\n");
+        assert!(text.starts_with(&expected) && text.contains("cannot read nowhere.yaml"), "{text}");
+        assert!(
+            text.contains("help: write its path as it is from the folder of new.yaml"),
+            "{text}"
+        );
+    }
 }

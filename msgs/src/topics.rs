@@ -282,7 +282,7 @@ pub const TF_STATIC: Topic = topic::<tf2_msgs::TFMessage>(
     "/tf_static",
     Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 100 },
 );
-/// What the simulator has to show: bodies, sensors, the ring and the judge's verdict.
+/// What the simulator has to show: bodies, sensors, the ring, objects, goals and the judge's verdict.
 pub const MARKERS: Topic =
     topic::<visualization_msgs::MarkerArray>("/swarm/markers", Qos::reliable(10));
 /// Changes of parameters.

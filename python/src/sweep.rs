@@ -189,7 +189,7 @@ pub fn of_keys(name: &str, keys: &Bound<'_, PyDict>) -> PyResult<anyhow::Result<
         None => ResolvedSweep::parse(name, &text, here),
         Some(robot) => SweepFile::parse(name, &text)
             .map_err(helped)
-            .and_then(|sweep| ResolvedSweep::of_robot(sweep, robot, here)),
+            .and_then(|sweep| ResolvedSweep::of_robot(name, sweep, robot, here)),
     };
     Ok(source.map_err(|error| beside_key(error, &text)))
 }

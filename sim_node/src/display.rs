@@ -13,8 +13,6 @@ mod scene;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rsrs_core::judge::phase;
-use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics;
 use rsrs_msgs::visualization_msgs::MarkerArray;
@@ -166,35 +164,23 @@ impl Display {
     }
 
     /// The judge's verdict on a run, as of a few seconds ago.
-    pub async fn label(&mut self, history: &History, bodies: Bodies) -> String {
-        self.judging.label(history, bodies).await
+    pub async fn label(&mut self, history: &History) -> String {
+        self.judging.label(history).await
     }
 }
 
 impl Judging {
-    async fn label(&mut self, history: &History, bodies: Bodies) -> String {
+    async fn label(&mut self, history: &History) -> String {
         if let Some(working) = self.working.take_if(|working| working.is_finished()) {
             self.label = working.await.expect("the judge takes any trajectory");
         }
         let is_due = self.at.is_none_or(|at| at.elapsed() >= JUDGED_EVERY);
         if is_due && self.working.is_none() {
             self.at = Some(Instant::now());
-            match history.window() {
-                Some(window) => {
-                    self.working =
-                        Some(tokio::task::spawn_blocking(move || judge(&window, &bodies)));
-                }
-                None => self.label = format!("no label before {} s", phase::WINDOW_S),
-            }
+            let history = history.clone();
+            self.working = Some(tokio::task::spawn_blocking(move || history.label()));
         }
         self.label.clone()
-    }
-}
-
-fn judge(window: &Trajectory, bodies: &Bodies) -> String {
-    match phase::label(window, bodies) {
-        Ok(verdict) => verdict.phase.title().to_owned(),
-        Err(error) => format!("no label: {error}"),
     }
 }
 
@@ -230,3 +216,38 @@ async fn publish(
 
 /// The names of robots, shared by every scene.
 pub type Names = Arc<[String]>;
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::conditions::{Arena, Conditions, Walls};
+    use rsrs_core::judge::behaviour::Behaviour;
+    use rsrs_core::world::WorldFile;
+    use rsrs_testing::conditions::flockbot_conditions;
+
+    const WORLD: &str = "
+objects: [{places_m: [[1, 1], [1, 1.3]], radius_m: 0.1}, {places_m: [[-1, 1]], radius_m: 0.25}]
+goals: [{place_m: [0.6, -0.6], radius_m: 0.3}]
+";
+
+    /// Flockbots among three objects, of which two are side by side, and a goal.
+    ///
+    /// # Arguments
+    ///
+    /// * `window` — of their behaviour.
+    pub fn pushing(window: &str) -> Conditions {
+        let window = if window.contains(':') { format!("{{{window}}}") } else { window.to_owned() };
+        let behaviour = format!(
+            "name: heaping\nwords: {{noun: heaping, swarm: a swarm that heaps, verb: [heap, heaps, heaped]}}\n\
+             phases: [{{key: heaped}}, {{key: strewn}}]\n\
+             rules: [{{phase: heaped, when: {{objects_clustered: {{at_least: 0.5}}}}}}]\n\
+             otherwise: strewn\nwindow: {window}\n"
+        );
+        let mut conditions = flockbot_conditions();
+        conditions.period_s = 0.1;
+        conditions.arena = Arena { side_m: 4.0, walls: Walls::Clamp };
+        conditions.world = WorldFile::parse("world.yaml", WORLD, &[4.0]).expect("it is one");
+        conditions.behaviour = Behaviour::parse("heap.yaml", &behaviour).expect("it is one");
+        conditions.check().expect("they make a world");
+        conditions
+    }
+}

@@ -450,8 +450,7 @@ impl<'a> Simulation<'a> {
         self.digest.publish(WorldDigest { step, digest }).await?;
         let world_ns = stamp.to_nanos().unwrap_or(0);
         if self.display.is_due(world_ns) {
-            let label =
-                self.display.label(&placed_world.history, placed_world.conditions.bodies()).await;
+            let label = self.display.label(&placed_world.history).await;
             self.display.show(placed_world.scene(stamp, &label), world_ns);
         }
         Ok(())

@@ -29,7 +29,7 @@ pub struct PlacedWorld {
     pub rows: Rows,
     /// The real robots among them.
     pub followed: Vec<Followed>,
-    /// The last minute, for the judge.
+    /// What its judge looks back on.
     pub history: History,
     /// What each robot of ours does; shape `[n_ours]`.
     obeyed: Vec<Command>,
@@ -60,7 +60,7 @@ impl PlacedWorld {
         let followed = rows.tracked.iter().map(|row| Followed::new(*row, &conditions, &rows.ours));
         let mut placed_world = Self {
             followed: followed.collect(),
-            history: History::new(conditions.period_s, conditions.robots),
+            history: History::new(&conditions),
             obeyed: vec![Command::STOP; placed.robots.len()],
             names: rows.names.clone().into(),
             is_ours: is_ours.into(),
@@ -105,7 +105,7 @@ impl PlacedWorld {
         for (row, command) in self.rows.ours.iter().zip(&commands) {
             all[*row] = *command;
         }
-        self.history.step(self.world.poses(), &all);
+        self.history.step(&self.world, &all);
         self.world.advance(&all);
         self.obeyed = commands;
     }
@@ -141,6 +141,7 @@ impl PlacedWorld {
             names: Arc::clone(&self.names),
             is_ours: Arc::clone(&self.is_ours),
             poses: self.world.poses().collect(),
+            objects_m: self.world.objects_m().collect(),
             readings: self.world.sense_all().to_vec(),
             look: Arc::clone(&self.look),
             text: format!("{n_robots} robots, {time_s:.1} s\n{text}"),

@@ -306,6 +306,11 @@ impl Observation {
         self.swarm.order()
     }
 
+    /// Whether the swarm is judged by where objects are, which is not observed.
+    pub fn is_judged_by_objects(&self) -> bool {
+        self.swarm.is_judged_by_objects()
+    }
+
     /// Where robots were in the last seconds of their movement, in any order.
     pub fn trail(&self, over_s: f64) -> &[Pose] {
         self.swarm.trail(over_s)

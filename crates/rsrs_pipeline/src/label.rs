@@ -19,6 +19,7 @@ use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{JudgeError, Phase, label_with};
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::Bodies;
+use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_files::quoted;
 use rsrs_fleet::record::{
@@ -263,6 +264,8 @@ pub struct ReadRun {
     pub walls_m: Option<f64>,
     /// What moved the robots, by the bag's record.
     pub backend: Option<Backend>,
+    /// What they decided by, by the bag's record.
+    pub controller: Option<Controller>,
     /// Robots that did not take part to the end.
     pub lost_robots: Vec<LostRobot>,
     /// Labels by people.
@@ -362,10 +365,21 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     let simulated = record.as_ref().filter(|record| record.backend == Backend::Simulator);
     let walls_m = simulated.and_then(|record| record.conditions.arena.walls_m());
     let backend = record.as_ref().map(|record| record.backend);
+    let controller = record.as_ref().map(|record| record.conditions.controller.clone());
     let lost_robots = ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default();
     let read = |label, recorded, labels, lost_robots| {
-        let bodies = bodies.clone();
-        Ok(ReadRun { label, recorded, bodies, behaviour, walls_m, backend, lost_robots, labels })
+        let (bodies, controller) = (bodies.clone(), controller.clone());
+        Ok(ReadRun {
+            label,
+            recorded,
+            bodies,
+            behaviour,
+            walls_m,
+            backend,
+            controller,
+            lost_robots,
+            labels,
+        })
     };
     if let (Some(part), CutRun::Refused) = (part, options.cut) {
         return read(Err(NoLabel::Part(part)), recorded, labels, lost_robots);

@@ -4,15 +4,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_bags::trajectory::RecordedTrajectory;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::behaviour::window::Window;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{BLOCK_S, judged_samples, samples_in};
 use rsrs_core::judge::rule::Rules;
+use rsrs_core::numerals::counted;
+use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::observation::order_of;
 use rsrs_fleet::record::Backend;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::label::{LabelOptions, Labelled, ReadRun, read_run};
+use rsrs_pipeline::label::{LabelOptions, Labelled, NoLabel, ReadRun, read_run};
 use rsrs_view::film::{Film, Kind, film as encode};
 use rsrs_view::order_over_time::{OrderPicture, RunPicture, svg as run_svg};
 use rsrs_view::theme::Theme;
@@ -65,6 +68,7 @@ impl DrawnRun {
     pub fn above<'a>(&'a self, lost: &'a [usize], theme: Theme) -> TrajectoryPicture<'a> {
         let trajectory = &self.run.recorded.trajectory;
         let (n_robots, duration_s) = (trajectory.n_robots, trajectory.duration_s());
+        let robots = counted(n_robots as u64, "robot");
         let simulated = self.simulated().map_or_else(String::new, |mark| format!(", {mark}"));
         let label = self.label_in_words();
         let judged = self.run.behaviour.window().at_the_moment();
@@ -78,9 +82,25 @@ impl DrawnRun {
             walls_m: self.run.walls_m,
             world: Some(&self.run.bodies.world),
             title: title(&self.bag),
-            subtitle: format!("{n_robots} robots, {duration_s:.0} s{simulated}; {label}"),
+            subtitle: format!(
+                "{robots}, {duration_s:.0} s{simulated}; {label}{}",
+                self.judged_and_controlled()
+            ),
             theme,
         }
+    }
+
+    /// What the run is judged for, if that is not milling, and what the robots decided by, if that is not the
+    /// controller of the paper.
+    fn judged_and_controlled(&self) -> String {
+        let ReadRun { behaviour, controller, .. } = &self.run;
+        let judged = (*behaviour != Behaviour::MILLING)
+            .then(|| format!("; judged for {}", behaviour.noun()));
+        let is_mirrored =
+            |it: &Controller| it.parameters().is_some_and(|it| it.undetected.is_none());
+        let controlled = (controller.as_ref().filter(|it| !is_mirrored(it)))
+            .map(|controller| format!("; controller: {controller}"));
+        judged.into_iter().chain(controlled).collect()
     }
 
     /// That the robots were simulated, if any was.
@@ -156,6 +176,11 @@ impl DrawnRun {
         if bodies.reach_m.is_none() {
             return vec![(0.0, "no phase: how far a robot senses another is not known".to_owned())];
         }
+        if let Err(why @ NoLabel::Judge(_)) = &self.run.label
+            && behaviour.rules().asked().iter().any(|it| it.lacks(bodies).is_some())
+        {
+            return vec![(0.0, none(why))];
+        }
         let n_look = samples_in(LOOK_S, trajectory.period_s);
         let looks = (1..=trajectory.n_samples() / n_look).map(|look| look * n_look);
         let phase = |n_samples: usize| {
@@ -215,6 +240,8 @@ pub struct FilmOptions {
     pub width_px: u32,
     /// Where poses come from; `None` takes the source by which the run went.
     pub poses: Option<PoseSource>,
+    /// What to judge it for; `None` takes what the bag's own record has, or milling.
+    pub behaviour: Option<Behaviour>,
 }
 
 /// Makes a film of a run.
@@ -237,8 +264,8 @@ pub fn film(
     options: FilmOptions,
     show: &dyn Fn(usize, usize) -> bool,
 ) -> anyhow::Result<Vec<u8>> {
-    let judged = LabelOptions { poses: options.poses, ..LabelOptions::default() };
-    let run = DrawnRun::read(bag, judged)?;
+    let FilmOptions { poses, behaviour, .. } = options;
+    let run = DrawnRun::read(bag, LabelOptions { poses, behaviour, ..LabelOptions::default() })?;
     let film = Film {
         trajectory: &run.recorded().trajectory,
         radius_m: run.radius_m(),

@@ -14,9 +14,14 @@
   class Replay {
     constructor(packed) {
       Object.assign(this, packed);
-      const places = new DataView(bytes(packed.places).buffer);
-      this.places = Int16Array.from({ length: places.byteLength / 2 }, (_, at) =>
-        places.getInt16(2 * at, true));
+      const units = (packed_places) => {
+        const places = new DataView(bytes(packed_places).buffer);
+        return Int16Array.from({ length: places.byteLength / 2 }, (_, at) =>
+          places.getInt16(2 * at, true));
+      };
+      this.places = units(packed.places);
+      const { radii_m, places, goals_m } = packed.world || { radii_m: [], places: "", goals_m: [] };
+      [this.object_radii_m, this.object_places, this.goals_m] = [radii_m, units(places), goals_m];
       this.headings = bytes(packed.headings);
       this.detections = bytes(packed.detections);
       this.n_frames = this.headings.length / this.n_robots;
@@ -24,21 +29,38 @@
       this.labels = this.robots.map((name) => (name.match(/\d+$/) || [""])[0]);
     }
 
-    // Where a robot is: [x in m, y in m, heading in radians].
-    pose(robot, time_s) {
+    // The frames before and after a time, and how far it is on the way from one to the other.
+    frames(time_s) {
       const frame = Math.min(Math.max(time_s / this.frame_s, 0), this.n_frames - 1);
       const before = Math.floor(frame);
-      const after = Math.min(before + 1, this.n_frames - 1);
-      const share = frame - before;
+      return [before, Math.min(before + 1, this.n_frames - 1), frame - before];
+    }
+
+    // Between two entries of places: [x in m, y in m].
+    between(places, one, other, share) {
+      return this.centre_m.map((centre_m, axis) => {
+        const from = places[2 * one + axis];
+        return centre_m + (from + share * (places[2 * other + axis] - from)) * this.unit_m;
+      });
+    }
+
+    // Where a robot is: [x in m, y in m, heading in radians].
+    pose(robot, time_s) {
+      const [before, after, share] = this.frames(time_s);
       const [one, other] = [before, after].map((at) => at * this.n_robots + robot);
-      const place = (axis) => {
-        const from = this.places[2 * one + axis];
-        const units = from + share * (this.places[2 * other + axis] - from);
-        return this.centre_m[axis] + units * this.unit_m;
-      };
       const turned = ((this.headings[other] - this.headings[one] + 384) & 255) - 128;
       const heading = this.headings[one] + share * turned;
-      return [place(0), place(1), (heading * Math.PI) / 128];
+      return [...this.between(this.places, one, other, share), (heading * Math.PI) / 128];
+    }
+
+    // Where objects are, and their radii: [x in m, y in m, radius in m] each.
+    objects(time_s) {
+      const [before, after, share] = this.frames(time_s);
+      const n_objects = this.object_radii_m.length;
+      return this.object_radii_m.map((radius_m, object) => {
+        const [one, other] = [before, after].map((at) => at * n_objects + object);
+        return [...this.between(this.object_places, one, other, share), radius_m];
+      });
     }
 
     detects(robot, time_s) {
@@ -58,7 +80,7 @@
 
     follow_theme() {
       this.colour = theme_colours(
-        ["paper", "ink", "quiet", "trail", "body", "region", "lit", "ring", "lost"]);
+        ["paper", "ink", "quiet", "trail", "body", "region", "lit", "ring", "lost", "object", "goal"]);
     }
 
     resize() {
@@ -74,6 +96,8 @@
       pen.fillRect(0, 0, canvas.width, canvas.height);
       const robots = Array.from({ length: replay.n_robots }, (_, robot) => robot);
       const poses = robots.map((robot) => replay.pose(robot, time_s));
+      replay.goals_m.forEach((goal) => this.goal(goal));
+      replay.objects(time_s).forEach((object) => this.object(object));
       robots.forEach((robot) => this.trail(robot, time_s));
       robots.forEach((robot) => this.regions(poses[robot], replay.detects(robot, time_s)));
       if (replay.ring_m) this.ring(replay.ring_m);
@@ -136,14 +160,39 @@
       pen.globalAlpha = 1;
     }
 
-    ring([x_m, y_m, radius_m]) {
-      const pen = this.context;
+    disc([x_m, y_m, radius_m]) {
       const [x, y] = this.point(x_m, y_m);
-      pen.beginPath();
-      pen.arc(x, y, radius_m * this.scale, 0, 2 * Math.PI);
-      pen.setLineDash([7, 4].map((dash) => dash * this.line_px));
-      this.stroke(this.colour.ring, 1.6);
-      pen.setLineDash([]);
+      this.context.beginPath();
+      this.context.arc(x, y, radius_m * this.scale, 0, 2 * Math.PI);
+    }
+
+    dashed(colour, width, dashes) {
+      this.context.setLineDash(dashes.map((dash) => dash * this.line_px));
+      this.stroke(colour, width);
+      this.context.setLineDash([]);
+    }
+
+    ring(ring_m) {
+      this.disc(ring_m);
+      this.dashed(this.colour.ring, 1.6, [7, 4]);
+    }
+
+    goal(goal_m) {
+      const pen = this.context;
+      this.disc(goal_m);
+      pen.globalAlpha = 0.12;
+      pen.fillStyle = this.colour.goal;
+      pen.fill();
+      pen.globalAlpha = 1;
+      this.dashed(this.colour.goal, 1.2, [5, 3]);
+    }
+
+    object(object_m) {
+      const pen = this.context;
+      this.disc(object_m);
+      pen.fillStyle = this.colour.object;
+      pen.fill();
+      this.stroke(this.colour.ink, 0.8);
     }
 
     robot([x_m, y_m, heading], robot) {

@@ -253,6 +253,24 @@ pub fn things(field: &Field, world: &WorldFile, objects_m: &[[f64; 2]]) -> Vec<E
     goals.chain(objects).collect()
 }
 
+/// What the discs of [`things`] are: a mark and a word for each kind that there is.
+///
+/// # Arguments
+///
+/// * `n_objects` — of how many it is known where they are.
+pub fn things_in_words(world: &WorldFile, n_objects: usize) -> Vec<(Element, String)> {
+    let mark = || Element::new("circle").at("cx", 11.0).at("cy", 0.0).at("r", 4.0);
+    let object = mark().with("fill", OBJECT).with("stroke", INK).at("stroke-width", 0.8).fixed();
+    let goal = mark()
+        .with("fill", "none")
+        .with("stroke", GOAL)
+        .at("stroke-width", 1.2)
+        .with("stroke-dasharray", "3 2");
+    let objects = (n_objects > 0).then(|| (object, "objects".to_owned()));
+    let goals = (!world.goals.is_empty()).then(|| (goal, "goals".to_owned()));
+    objects.into_iter().chain(goals).collect()
+}
+
 /// What of objects and goals lies outermost, in metres, so that a field has room for them.
 pub fn around_things<'a>(
     world: Option<&'a WorldFile>,
@@ -264,6 +282,34 @@ pub fn around_things<'a>(
     });
     let objects = world.and(Some(&trajectory.objects_m)).into_iter().flatten();
     objects.map(|[x_m, y_m]| (*x_m, *y_m)).chain(goals)
+}
+
+/// In an arena at most so many times as wide as what is drawn in it, all of its walls are shown.
+const WIDE: f64 = 2.0;
+
+/// The corners of walls that are in sight, so that a field has room for them: those of an arena that is not much
+/// wider than what is drawn in it.
+///
+/// # Arguments
+///
+/// * `walls_m` — their distance from the origin, in metres, where there are some.
+/// * `drawn_m` — what is drawn besides, in metres.
+pub fn around_walls(
+    walls_m: Option<f64>,
+    drawn_m: &[Point],
+) -> impl Iterator<Item = Point> + use<> {
+    let extent_m = |number: fn(&Point) -> f64| {
+        let (low, high) = drawn_m
+            .iter()
+            .map(number)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): Point, number| {
+                (low.min(number), high.max(number))
+            });
+        high - low
+    };
+    let extent_m = extent_m(|place| place.0).max(extent_m(|place| place.1));
+    let in_sight = walls_m.filter(|walls_m| 2.0 * walls_m <= WIDE * extent_m);
+    in_sight.into_iter().flat_map(|walls_m| [(-walls_m, -walls_m), (walls_m, walls_m)])
 }
 
 /// A bar of a round length of at most a quarter of the field.

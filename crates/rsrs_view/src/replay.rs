@@ -12,6 +12,7 @@ use rsrs_core::conditions::{Conditions, SimulatedSensor};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::region::Region;
+use rsrs_core::world::Goal;
 use serde::Serialize;
 
 use crate::trajectory::Ring;
@@ -63,6 +64,9 @@ pub struct Replay {
     /// Centre and radius, in metres.
     ring_m: Option<[f64; 3]>,
     lost: Vec<usize>,
+    /// What is there besides robots, if anything is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    world: Option<PackedWorld>,
     /// x and y of each robot in each frame, 16 bits each, the low byte first; base64.
     places: String,
     /// Heading of each robot in each frame, in 256ths of a turn; base64.
@@ -71,8 +75,26 @@ pub struct Replay {
     detections: String,
 }
 
+/// Objects and goals, packed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct PackedWorld {
+    /// Of each object, in metres.
+    radii_m: Vec<f64>,
+    /// x and y of each object in each frame, as those of robots; base64.
+    places: String,
+    /// Centre and radius of each, in metres.
+    goals_m: Vec<[f64; 3]>,
+}
+
 /// How many bytes the poses of one robot take in one frame, as text.
-pub const BYTES_PER_POSE: f64 = 5.0 * 4.0 / 3.0;
+const BYTES_PER_POSE: f64 = 5.0 * 4.0 / 3.0;
+/// How many bytes the place of one object takes in one frame, as text.
+const BYTES_PER_PLACE: f64 = 4.0 * 4.0 / 3.0;
+
+/// How many bytes one frame of a run takes, as text.
+pub fn bytes_per_frame(n_robots: usize, n_objects: usize) -> f64 {
+    n_robots as f64 * BYTES_PER_POSE + n_objects as f64 * BYTES_PER_PLACE
+}
 
 impl Replay {
     /// Packs a run.
@@ -85,18 +107,16 @@ impl Replay {
         let frames: Vec<usize> = shown.samples.clone().step_by(shown.every).collect();
         assert!(!frames.is_empty(), "a replay has at least one frame");
         let radius_m = conditions.robot.radius_m;
-        // Room for bodies, and for most of what they see.
-        let room_m = 1.8 * radius_m + 0.3 * conditions.robot.region.range_m();
-        let square = Square::around(trajectory, &shown.samples, room_m);
-        let unit_m = square.half_side_m / MOST_UNITS;
-        let mut places = Vec::new();
-        let mut headings = Vec::new();
-        for pose in frames.iter().flat_map(|frame| trajectory.poses_at(*frame)) {
-            let units = |value: f64, centre: f64| to_i16((value - centre) / unit_m).to_le_bytes();
-            places.extend(units(pose.x_m, square.centre_m[0]));
-            places.extend(units(pose.y_m, square.centre_m[1]));
-            headings.push(to_256ths(pose.heading_rad));
-        }
+        let square = Square::around(shown);
+        let poses = || frames.iter().flat_map(|frame| trajectory.poses_at(*frame));
+        let headings: Vec<u8> = poses().map(|pose| to_256ths(pose.heading_rad)).collect();
+        let objects_m = frames.iter().flat_map(|frame| trajectory.objects_at(*frame));
+        let world = &conditions.world;
+        let packed_world = (!world.is_empty()).then(|| PackedWorld {
+            radii_m: world.each_object().take(trajectory.n_objects).map(|it| it.radius_m).collect(),
+            places: square.packed(objects_m.copied()),
+            goals_m: world.goals.iter().map(|goal| disc(goal).map(rounded)).collect(),
+        });
         Self {
             n_robots: trajectory.n_robots,
             robots: shown.robots.clone(),
@@ -105,40 +125,70 @@ impl Replay {
             period_s: trajectory.period_s,
             centre_m: square.centre_m.map(rounded),
             half_side_m: rounded(square.half_side_m),
-            unit_m,
+            unit_m: square.unit_m(),
             radius_m,
             regions_m: conditions.robot.sensors().iter().map(region).collect(),
             ring_m: shown
                 .ring
                 .map(|ring| [ring.centre_m.0, ring.centre_m.1, ring.radius_m].map(rounded)),
             lost: shown.lost.clone(),
-            places: STANDARD.encode(places),
+            world: packed_world,
+            places: square.packed(poses().map(|pose| [pose.x_m, pose.y_m])),
             headings: STANDARD.encode(headings),
             detections: STANDARD.encode(detections(shown)),
         }
     }
 }
 
-/// The square that holds every robot.
+/// Centre and radius of a goal, in metres.
+fn disc(goal: &Goal) -> [f64; 3] {
+    [goal.place_m[0], goal.place_m[1], goal.radius_m]
+}
+
+/// The square that holds every robot, every object and every goal.
 struct Square {
     centre_m: [f64; 2],
     half_side_m: f64,
 }
 
 impl Square {
-    fn around(trajectory: &Trajectory, samples: &Range<usize>, room_m: f64) -> Self {
-        let poses = || samples.clone().flat_map(|sample| trajectory.poses_at(sample));
-        let span = |values: &dyn Fn() -> (f64, f64)| {
-            let (low, high) = values();
-            (f64::midpoint(low, high), (high - low) / 2.0)
-        };
-        let ends = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
-        let none = (f64::INFINITY, f64::NEG_INFINITY);
-        let (x_m, half_width_m) = span(&|| poses().map(|pose| pose.x_m).fold(none, ends));
-        let (y_m, half_height_m) = span(&|| poses().map(|pose| pose.y_m).fold(none, ends));
-        let half_side_m = half_width_m.max(half_height_m) + room_m;
+    fn around(shown: &Shown) -> Self {
+        let Shown { trajectory, conditions, .. } = shown;
+        let samples = || shown.samples.clone();
+        let poses = samples().flat_map(|sample| trajectory.poses_at(sample));
+        let objects_m = samples().flat_map(|sample| trajectory.objects_at(sample));
+        let goals = conditions.world.goals.iter().flat_map(|goal| {
+            let [x_m, y_m, r_m] = disc(goal);
+            [[x_m - r_m, y_m - r_m], [x_m + r_m, y_m + r_m]]
+        });
+        let places_m = poses.map(|pose| [pose.x_m, pose.y_m]).chain(objects_m.copied());
+        let none = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        let ends = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+        let [x_m, y_m] = places_m
+            .chain(goals)
+            .fold(none, |[x_m, y_m], place_m| [ends(x_m, place_m[0]), ends(y_m, place_m[1])]);
+        let half_m = |[low, high]: [f64; 2]| (high - low) / 2.0;
+        let half_extent_m = half_m(x_m).max(half_m(y_m));
+        // Room for bodies, and for most of what they see; a line of sight across the hall would leave none for them.
+        let robot = &conditions.robot;
+        let seen_m = (0.3 * robot.region.range_m()).min(half_extent_m.max(8.0 * robot.radius_m));
+        let half_side_m = half_extent_m + (1.8 * robot.radius_m + seen_m);
         assert!(half_side_m.is_finite(), "poses that were judged are finite");
-        Self { centre_m: [x_m, y_m], half_side_m }
+        Self { centre_m: [x_m, y_m].map(|[low, high]| f64::midpoint(low, high)), half_side_m }
+    }
+
+    fn unit_m(&self) -> f64 {
+        self.half_side_m / MOST_UNITS
+    }
+
+    /// Places as whole numbers of units from the middle, 16 bits each, in base64.
+    fn packed(&self, places_m: impl Iterator<Item = [f64; 2]>) -> String {
+        let units =
+            |value: f64, centre: f64| to_i16((value - centre) / self.unit_m()).to_le_bytes();
+        let [x_m, y_m] = self.centre_m;
+        let bytes: Vec<u8> =
+            places_m.flat_map(|at| [units(at[0], x_m), units(at[1], y_m)].concat()).collect();
+        STANDARD.encode(bytes)
     }
 }
 
@@ -224,6 +274,7 @@ fn to_256ths(heading_rad: f64) -> u8 {
 #[cfg(test)]
 mod tests {
     use rsrs_core::robot::unicycle::Pose;
+    use rsrs_core::world::WorldFile;
     use rsrs_testing::conditions::flockbot_conditions;
 
     use super::*;
@@ -251,6 +302,63 @@ mod tests {
             ring: None,
             lost: Vec::new(),
         })
+    }
+
+    #[test]
+    fn objects_are_packed_as_robots_are_and_goals_have_room() {
+        let mut conditions = flockbot_conditions();
+        let world = "objects: [{places_m: [[0, 0], [0, 2]], radius_m: 0.1}]\n\
+                     goals: [{place_m: [3, 0], radius_m: 0.5}]\n";
+        conditions.world = WorldFile::parse("world.yaml", world, &[15.0]).unwrap();
+        let mut trajectory = two_robots();
+        trajectory.n_objects = 2;
+        for sample in 0..5 {
+            trajectory.objects_m.extend([[0.0, 0.1 * f64::from(sample)], [0.0, 2.0]]);
+        }
+
+        let replay = Replay::of(&Shown {
+            trajectory: &trajectory,
+            conditions: &conditions,
+            robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
+            samples: 0..5,
+            every: 2,
+            ring: None,
+            lost: Vec::new(),
+        });
+
+        let world = replay.world.as_ref().unwrap();
+        assert_eq!(world.radii_m, [0.1, 0.1]);
+        assert_eq!(world.goals_m, [[3.0, 0.0, 0.5]]);
+        let places = bytes(&world.places);
+        assert_eq!(places.len(), 3 * 2 * 2 * 2, "three frames");
+        let y_m = |at: usize| {
+            let units = i16::from_le_bytes([places[at + 2], places[at + 3]]);
+            replay.centre_m[1] + f64::from(units) * replay.unit_m
+        };
+        assert!((y_m(8) - 0.2).abs() < 1e-3 && (y_m(12) - 2.0).abs() < 1e-3);
+        let right_m = replay.centre_m[0] + replay.half_side_m;
+        assert!(right_m > 3.5, "{right_m}");
+        let json = serde_json::to_string(&self::replay(2)).unwrap();
+        assert!(!json.contains("world"), "there is nothing besides robots: {json}");
+    }
+
+    #[test]
+    fn a_line_of_sight_across_the_hall_leaves_room_for_the_robots() {
+        let mut conditions = flockbot_conditions();
+        conditions.robot.region = Region::Cone { half_angle_rad: 0.0, range_m: 20.0 };
+        let trajectory = two_robots();
+
+        let replay = Replay::of(&Shown {
+            trajectory: &trajectory,
+            conditions: &conditions,
+            robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
+            samples: 0..5,
+            every: 2,
+            ring: None,
+            lost: Vec::new(),
+        });
+
+        assert!(replay.half_side_m < 1.5, "{} m for robots 1 m apart", replay.half_side_m);
     }
 
     fn bytes(text: &str) -> Vec<u8> {

@@ -8,8 +8,8 @@ use rsrs_core::world::WorldFile;
 
 use crate::chart::{legend, stroke_mark};
 use crate::floor::{
-    Field, LOST, MARGIN_PX, PAGE_PX, TAIL, WALL, around_things, not_finite, places, robot,
-    scale_bar, short, tags, things, walls,
+    Field, LOST, MARGIN_PX, PAGE_PX, TAIL, WALL, around_things, around_walls, not_finite, places,
+    robot, scale_bar, short, tags, things, things_in_words, walls,
 };
 use crate::header::header;
 use crate::palette::INK;
@@ -130,8 +130,9 @@ pub(crate) fn elements(
     let rings = rings(picture, first_of_tail);
     let corners_m = rings.iter().flat_map(|(ring, _)| ring.corners_m());
     let drawn_m = places(&trajectory.poses).chain(corners_m);
-    let drawn_m = drawn_m.chain(around_things(picture.world, trajectory));
-    let field = Field::around(drawn_m, picture.radius_m, header_px + 10.0);
+    let mut drawn_m: Vec<Point> = drawn_m.chain(around_things(picture.world, trajectory)).collect();
+    drawn_m.extend(around_walls(picture.walls_m, &drawn_m));
+    let field = Field::around(drawn_m.into_iter(), picture.radius_m, header_px + 10.0);
 
     let last = trajectory.poses_at(trajectory.n_samples() - 1);
     let robots = last.iter().enumerate().map(|(index, pose)| {
@@ -363,6 +364,9 @@ fn caption(
     }
     if picture.walls_m.is_some_and(|walls_m| walls(field, walls_m).is_some()) {
         entries.push((stroke_mark(WALL, 3.0), "walls".to_owned()));
+    }
+    if let Some(world) = picture.world {
+        entries.extend(things_in_words(world, picture.trajectory.n_objects));
     }
     let dashed = || stroke_mark(INK, 1.6).with("stroke-dasharray", RING_DASHES);
     match rings {

@@ -210,6 +210,23 @@ fn a_ring_that_is_torn_stays_off_the_words() {
 }
 
 #[test]
+fn all_walls_are_shown_of_an_arena_that_is_not_much_wider_than_what_was_driven_over() {
+    let run = mill(60.0);
+    let sides = |svg: &str| {
+        let walls =
+            svg.split("<path d=\"").find(|path| path.contains("#8a6d4b")).map(str::to_owned);
+        walls.map_or(0, |path| path.matches(['H', 'V']).count())
+    };
+    let above = |walls_m| svg(&TrajectoryPicture { walls_m, ..picture(&run, None) });
+    let filmed = |walls_m| frame_svg(&Film { walls_m, ..film_of(&run) }, 0);
+
+    for (walls_m, n_sides) in [(Some(1.6), 4), (Some(7.5), 0), (None, 0)] {
+        assert_eq!(sides(&above(walls_m).expect("it can be drawn")), n_sides, "{walls_m:?}");
+        assert_eq!(sides(&filmed(walls_m).expect("it can be drawn")), n_sides, "{walls_m:?}");
+    }
+}
+
+#[test]
 fn a_gallery_can_be_read_and_has_the_same_text_again() {
     let (mill, torn) = (mill(60.0), torn(60.0));
     let runs = [&mill, &torn, &mill, &torn, &mill];

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 use rsrs_core::judge::order;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::{Goal, ObjectGroup};
 use rsrs_msgs::geometry_msgs::{Point, Vector3};
 use rsrs_msgs::std_msgs::ColorRGBA;
 use rsrs_msgs::visualization_msgs::{Marker, MarkerArray};
@@ -18,13 +19,15 @@ const HEADING: ColorRGBA = color(1.0, 1.0, 1.0, 1.0);
 const BLIND: ColorRGBA = color(0.60, 0.60, 0.60, 0.5);
 const SEEING: ColorRGBA = color(0.90, 0.45, 0.10, 1.0);
 const RING: ColorRGBA = color(0.25, 0.65, 0.30, 0.8);
+const OBJECT: ColorRGBA = color(0.90, 0.62, 0.0, 1.0);
+const GOAL: ColorRGBA = color(0.0, 0.62, 0.45, 0.8);
 const TEXT: ColorRGBA = color(0.90, 0.90, 0.90, 1.0);
 
 /// Width of lines, in metres.
 const LINE_M: f64 = 0.01;
 /// Height of the text, in metres.
 const TEXT_M: f64 = 0.15;
-/// Sides of the polygon that stands for the ring.
+/// Sides of the polygons that stand for the ring and for goals.
 const N_RING: u32 = 48;
 
 const fn color(r: f32, g: f32, b: f32, a: f32) -> ColorRGBA {
@@ -33,9 +36,11 @@ const fn color(r: f32, g: f32, b: f32, a: f32) -> ColorRGBA {
 
 /// Everything of a scene.
 pub fn markers(scene: &Scene) -> MarkerArray {
-    MarkerArray {
-        markers: vec![bodies(scene), headings(scene), sensors(scene), ring(scene), text(scene)],
-    }
+    let mut markers =
+        vec![bodies(scene), headings(scene), sensors(scene), ring(scene), text(scene)];
+    markers.extend(objects(scene));
+    markers.extend(goals(scene));
+    MarkerArray { markers }
 }
 
 /// Removes everything that was shown.
@@ -95,16 +100,55 @@ fn sensors(scene: &Scene) -> Marker {
     Marker { points, colors, ..marker(scene, "sensors", Marker::LINE_LIST) }
 }
 
-/// The circle around the centroid whose radius is the robots' mean distance from it.
-fn ring(scene: &Scene) -> Marker {
-    let (centre, radius_m) = fit(&scene.poses);
-    let on_ring = |point| {
+/// The objects, a marker for each group of them, because all points of a marker are of one size.
+fn objects(scene: &Scene) -> Vec<Marker> {
+    let mut places = scene.objects_m.iter();
+    let groups = (0..).zip(&scene.look.world.objects);
+    let group = |(id, group): (i32, &ObjectGroup)| {
+        let diameter_m = 2.0 * group.radius_m;
+        let points = places.by_ref().take(group.n_objects());
+        Marker {
+            id,
+            color: OBJECT,
+            scale: Vector3 { x: diameter_m, y: diameter_m, z: diameter_m / 2.0 },
+            points: points.map(|[x, y]| Point { x: *x, y: *y, z: 0.0 }).collect(),
+            ..marker(scene, "objects", Marker::SPHERE_LIST)
+        }
+    };
+    groups.map(group).collect()
+}
+
+/// The outlines of the goals, if there are some.
+fn goals(scene: &Scene) -> Option<Marker> {
+    let goals = &scene.look.world.goals;
+    let outline = |goal: &Goal| {
+        let [x, y] = goal.place_m;
+        let on_it = circle(Point { x, y, z: 0.0 }, goal.radius_m);
+        let sides: Vec<[Point; 2]> = on_it.windows(2).map(|side| [side[0], side[1]]).collect();
+        sides.into_iter().flatten()
+    };
+    (!goals.is_empty()).then(|| Marker {
+        color: GOAL,
+        points: goals.iter().flat_map(outline).collect(),
+        ..marker(scene, "goals", Marker::LINE_LIST)
+    })
+}
+
+/// Points around a circle, the first of which is the last one, too.
+fn circle(centre: Point, radius_m: f64) -> Vec<Point> {
+    let on_it = |point| {
         let (sine, cosine) = libm::sincos(TAU * f64::from(point) / f64::from(N_RING));
         Point { x: centre.x + radius_m * cosine, y: centre.y + radius_m * sine, z: 0.0 }
     };
+    (0..=N_RING).map(on_it).collect()
+}
+
+/// The circle around the centroid whose radius is the robots' mean distance from it.
+fn ring(scene: &Scene) -> Marker {
+    let (centre, radius_m) = fit(&scene.poses);
     Marker {
         color: RING,
-        points: (0..=N_RING).map(on_ring).collect(),
+        points: circle(centre, radius_m),
         ..marker(scene, "ring", Marker::LINE_STRIP)
     }
 }
@@ -143,6 +187,7 @@ mod tests {
 
     use super::super::Look;
     use super::*;
+    use crate::display::tests::pushing;
 
     const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 
@@ -172,6 +217,7 @@ mod tests {
             names: ["a", "b", "c", "d"].map(str::to_owned).into(),
             is_ours: [true, true, true, false].into(),
             poses: (0..4).map(pose).collect(),
+            objects_m: Vec::new(),
             readings: [false, true, false, false].map(Readings::from).to_vec(),
             look: Arc::new(look),
             text: "stable milling".to_owned(),
@@ -239,5 +285,29 @@ mod tests {
         for marker in &array.markers {
             assert_eq!((marker.header.frame_id.as_str(), marker.header.stamp.nanosec), ("map", 7));
         }
+    }
+    #[test]
+    fn objects_and_goals_are_where_they_are_and_as_large_as_they_are() {
+        let conditions = pushing("last_s: 10");
+        let objects_m = vec![[0.1, 0.2], [0.3, 0.4], [-1.0, 0.5]];
+        let scene = Scene { objects_m, ..scene(Look::of(&conditions)) };
+
+        let array = markers(&scene);
+
+        let objects: Vec<&Marker> =
+            array.markers.iter().filter(|marker| marker.ns == "objects").collect();
+        let found: Vec<(i32, f64, usize)> =
+            objects.iter().map(|marker| (marker.id, marker.scale.x, marker.points.len())).collect();
+        assert_eq!(found, [(0, 0.2, 2), (1, 0.5, 1)]);
+        let last = objects[1].points[0];
+        assert_eq!([last.x, last.y].map(f64::to_bits), [-1.0, 0.5].map(f64::to_bits));
+        let goals = named(&array, "goals");
+        assert_eq!(goals.points.len(), 2 * N_RING as usize);
+        for point in &goals.points {
+            let distance_m = libm::hypot(point.x - 0.6, point.y + 0.6);
+            assert!((distance_m - 0.3).abs() < 1e-12, "{point:?}");
+        }
+        let plain = markers(&self::scene(look(None)));
+        assert_eq!(plain.markers.len(), 5, "where there are none, there is no marker of them");
     }
 }

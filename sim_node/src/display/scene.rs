@@ -7,6 +7,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::Readings;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Transform, TransformStamped, Vector3};
 use rsrs_msgs::std_msgs::Header;
@@ -18,13 +19,15 @@ use crate::frames::{FRAME, base_link, rotation};
 /// Points on the arc of a cone: the widest one is drawn to 0.5 % of its range.
 const N_ARC: usize = 17;
 
-/// What all robots look like.
+/// What all robots look like, and what there is besides them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
     /// Radius of the body, in metres.
     pub radius_m: f64,
     /// The sensors, that of `detection` first.
     pub sensors: Vec<SensorLook>,
+    /// Objects and goals.
+    pub world: WorldFile,
 }
 
 /// What a sensor looks like.
@@ -47,7 +50,8 @@ impl Look {
             let turned = corners_m.map(|corner| sensor.in_frame_of_robot(corner));
             SensorLook { corners_m: turned.collect(), readings: first..n_readings }
         });
-        Self { radius_m: conditions.robot.radius_m, sensors: sensors.collect() }
+        let sensors = sensors.collect();
+        Self { radius_m: conditions.robot.radius_m, sensors, world: conditions.world.clone() }
     }
 }
 
@@ -77,7 +81,9 @@ pub struct Scene {
     pub is_ours: Arc<[bool]>,
     /// Where they are; shape `[n_robots]`.
     pub poses: Vec<Pose>,
-    /// What their sensors report; shape `[n_robots]`.
+    /// Where objects are, in metres; shape `[n_objects][2]`.
+    pub objects_m: Vec<[f64; 2]>,
+    /// What the robots' sensors report; shape `[n_robots]`.
     pub readings: Vec<Readings>,
     /// What they look like.
     pub look: Arc<Look>,

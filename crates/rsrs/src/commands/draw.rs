@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_pipeline::label::{CutRun, LabelOptions};
+use rsrs_pipeline::sweep::source::behaviour;
 use rsrs_render::recorded_run::svg;
 
 use crate::commands::{Format, report_written};
@@ -32,6 +34,10 @@ pub struct Arguments {
     /// Label what there is of a run whose end was not recorded.
     #[arg(long)]
     part: bool,
+    /// What to judge it for: milling, aggregation, dispersal, or the path of a file (default: what the
+    /// bag's record has, else milling).
+    #[arg(long, value_parser = behaviour)]
+    behaviour: Option<Behaviour>,
     /// Where poses come from (default: what the run went by).
     #[arg(long, value_parser = crate::pose_arguments::pose_sources())]
     poses: Option<PoseSource>,
@@ -45,7 +51,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = arguments.page.file(&arguments.output)?;
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };
-    let options = LabelOptions { cut, poses: arguments.poses, ..LabelOptions::default() };
+    let Arguments { poses, behaviour, .. } = *arguments;
+    let options = LabelOptions { cut, poses, behaviour, ..LabelOptions::default() };
     picture.write(&svg(&arguments.bag, options, picture.style().theme)?)?;
     report_written(Format::Text, &arguments.output)?;
     Ok(Outcome::Done)

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::sweep::source::behaviour;
 use rsrs_render::recorded_run::{FilmOptions, film, kind};
 use rsrs_sim::sweep::Progress;
 
@@ -39,6 +41,10 @@ pub struct Arguments {
     #[arg(long, value_name = "PX", default_value_t = 480, hide_default_value = true,
           value_parser = clap::value_parser!(u32).range(64..=2048))]
     width: u32,
+    /// What to judge it for: milling, aggregation, dispersal, or the path of a file (default: what the
+    /// bag's record has, else milling).
+    #[arg(long, value_parser = behaviour)]
+    behaviour: Option<Behaviour>,
     /// Where poses come from (default: what the run went by).
     #[arg(long, value_parser = crate::pose_arguments::pose_sources())]
     poses: Option<PoseSource>,
@@ -56,6 +62,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         frames_per_s: arguments.fps,
         width_px: arguments.width,
         poses: arguments.poses,
+        behaviour: arguments.behaviour,
     };
     let cancel = interrupt::listen()?;
     let counter = Counter::new("filming", "frames");

@@ -43,7 +43,12 @@ pub fn height(view: &View<'_>) -> u16 {
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let area = titled(view.look, "the swarm", area, buffer);
     let Some(order) = &view.order else {
-        write(buffer, area, (1, 0), "has not moved yet", view.look.quiet());
+        let why = if view.observation.is_judged_by_objects() {
+            "is judged by objects, not shown here"
+        } else {
+            "has not moved yet"
+        };
+        write(buffer, area, (1, 0), why, view.look.quiet());
         return;
     };
     let rules = order.behaviour.rules();

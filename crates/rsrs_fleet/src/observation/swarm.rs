@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::order::{OrderParameters, Prerequisite};
 use rsrs_core::judge::phase::{JudgedWindow, Phase, WINDOW_S, samples_in};
 use rsrs_core::judge::rule::Rules;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
@@ -53,7 +53,8 @@ impl SwarmOrder {
 ///
 /// # Returns
 ///
-/// `None` for less than two samples of a robot.
+/// `None` for less than two samples of a robot, and where the behaviour looks at what is not known, as at objects of
+/// which nobody publishes where they are: no phase follows from that.
 pub fn order_of(
     trajectory: &Trajectory,
     n_samples: usize,
@@ -67,14 +68,18 @@ pub fn order_of(
     let asked = rules.asked();
     let window = rules.window.at_the_moment();
     let n_window = samples_in(window.least_s(), trajectory.period_s);
+    let is_known = |evidence: &OrderParameters| asked.iter().all(|it| it.value(evidence).is_some());
     if n_samples < n_window {
         let evidence = OrderParameters::with(trajectory, 0..n_samples, bodies, &asked);
+        if !is_known(&evidence) {
+            return None;
+        }
         let over_s = n_samples as f64 * trajectory.period_s;
         return Some(SwarmOrder { evidence, phase: rules.phase(&evidence), over_s, behaviour });
     }
     let rules = Rules { window, ..rules };
     let judged = JudgedWindow::of(trajectory, n_samples, bodies, &rules).remove(0);
-    Some(SwarmOrder {
+    is_known(&judged.whole).then(|| SwarmOrder {
         evidence: judged.whole,
         phase: judged.phase,
         over_s: window.reaches_back_s().min(n_samples as f64 * trajectory.period_s),
@@ -184,6 +189,10 @@ impl Swarm {
         let Trajectory { period_s, n_robots, poses, .. } = &self.trajectory;
         let n_poses = samples_in(over_s, *period_s) * n_robots;
         &poses[poses.len().saturating_sub(n_poses)..]
+    }
+
+    pub(super) fn is_judged_by_objects(&self) -> bool {
+        self.behaviour.rules().asked().iter().any(|it| it.needs(Prerequisite::Objects))
     }
 
     pub(super) fn order(&self) -> Option<SwarmOrder> {

@@ -1,6 +1,8 @@
 use std::collections::BTreeMap;
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::world::WorldFile;
 
 use super::*;
 use crate::e_stop::Cause;
@@ -333,4 +335,26 @@ fn a_recorded_run_in_lockstep_has_no_silent_robots_and_one_in_real_time_has() {
 
     assert_eq!(played(Time::Lockstep), (Condition::Moving, Some(true)));
     assert_eq!(played(Time::RealTime), (Condition::Silent, Some(false)));
+}
+
+#[test]
+fn no_phase_is_shown_where_objects_decide_on_it_which_nobody_observes() {
+    let mut record = record();
+    let world = "objects: [{count: 3, radius_m: 0.05}]";
+    record.conditions.world = WorldFile::parse("world.yaml", world, &[15.0]).expect("it is one");
+    let heap = "name: heap\nwords: {noun: a heap, swarm: a heaping swarm, verb: [heap, heaps, heaped]}\n\
+                phases: [{key: in_a_heap}, {key: not_in_a_heap}]\n\
+                rules: [{phase: in_a_heap, when: {objects_clustered: {at_least: 0.5}}}]\n\
+                otherwise: not_in_a_heap\n";
+    record.conditions.behaviour = Behaviour::parse("heap.yaml", heap).expect("it is one");
+    let mut observation = Observation::default();
+    assert!(!observation.is_judged_by_objects());
+
+    observation.on_event(Event::Experiment(Box::new(record)), at(0.0));
+    for (time, event) in milling(20) {
+        observation.on_event(event, time);
+    }
+
+    assert_eq!(observation.order(), None);
+    assert!(observation.is_judged_by_objects());
 }

@@ -16,7 +16,7 @@ use rsrs_core::world::{WorldFile, WorldSource};
 use rsrs_fleet::fleet_file::FleetFile;
 use serde::{Deserialize, Serialize};
 
-use crate::error::helped;
+use crate::error::{WithHelp, helped};
 use crate::files::read_text;
 use crate::provenance::Provenance;
 
@@ -51,8 +51,8 @@ impl ResolvedSweep {
     /// As [`Self::read`].
     pub fn parse(name: &str, text: &str, beside: &Path) -> anyhow::Result<Self> {
         let sweep = SweepFile::parse(name, text).map_err(helped)?;
-        let profile = read_profile(&beside.join(&sweep.profile))?;
-        Self::of_robot(sweep, profile, beside)
+        let profile = read_profile(&beside.join(&sweep.profile)).map_err(named(name, "profile"))?;
+        Self::of_robot(name, sweep, profile, beside)
     }
 
     /// A sweep of this robot, whatever profile it names; its table of starts, its controller, its world and its behaviour are
@@ -60,25 +60,30 @@ impl ResolvedSweep {
     ///
     /// # Errors
     ///
-    /// If one of these files cannot be read or is none.
+    /// If one of these files cannot be read or is none; what cannot be read is named as a key of the file `name`.
     pub fn of_robot(
+        name: &str,
         mut sweep: SweepFile,
         profile: RobotProfile,
         beside: &Path,
     ) -> anyhow::Result<Self> {
         if let Some(StartPlacement::File { path, headings }) = &sweep.placement {
-            let starts = read_start_table(&beside.join(path), *headings)?;
+            let starts = read_start_table(&beside.join(path), *headings)
+                .map_err(named(name, "placement"))?;
             sweep.placement = Some(StartPlacement::Given { starts: starts.starts });
         }
         if let Some(ControllerSource::File(path)) = &sweep.controller {
-            let table = read_controller(&beside.join(path), &profile)?;
+            let table =
+                read_controller(&beside.join(path), &profile).map_err(named(name, "controller"))?;
             sweep.controller = Some(ControllerSource::Read(table));
         }
         if let NamedBehaviour::File(path) = &sweep.behaviour {
-            sweep.behaviour = NamedBehaviour::Known(read_behaviour(&beside.join(path))?);
+            let behaviour = read_behaviour(&beside.join(path)).map_err(named(name, "behaviour"))?;
+            sweep.behaviour = NamedBehaviour::Known(behaviour);
         }
         if let Some(WorldSource::File(path)) = &sweep.world {
-            let world = read_world(&beside.join(path), &sweep.arenas_m())?;
+            let world =
+                read_world(&beside.join(path), &sweep.arenas_m()).map_err(named(name, "world"))?;
             sweep.world = Some(WorldSource::Read(world));
         }
         sweep.harsher = Harsher::from(sweep.factors(&profile));
@@ -136,6 +141,24 @@ impl ResolvedSweep {
     /// If a cell cannot be simulated.
     pub fn conditions_of(&self, index: usize) -> anyhow::Result<Conditions> {
         Ok(self.cells("sweep.yaml")?.swap_remove(index).1)
+    }
+}
+
+/// States where a file is named that cannot be read; one that is read and is wrong has a line of its own to be mended.
+///
+/// # Arguments
+///
+/// * `file`, `key` — what names it.
+fn named<'a>(file: &'a str, key: &'a str) -> impl FnOnce(anyhow::Error) -> anyhow::Error + 'a {
+    move |error| {
+        if error.downcast_ref::<std::io::Error>().is_none() {
+            return error;
+        }
+        helped(WithHelp {
+            message: format!("{file}: the file that `{key}` names cannot be read"),
+            help: format!("write its path as it is from the folder of {file}"),
+            cause: Some(error.into()),
+        })
     }
 }
 

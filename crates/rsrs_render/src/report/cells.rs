@@ -10,7 +10,7 @@ use rsrs_core::statistics::share::Share;
 use rsrs_pipeline::sweep::result::World;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
-use rsrs_view::replay::{BYTES_PER_POSE, Replay, Shown};
+use rsrs_view::replay::{Replay, Shown, bytes_per_frame};
 use rsrs_view::report::{CellFacts, WorldFacts};
 use rsrs_view::trajectory::ring_of;
 
@@ -34,8 +34,11 @@ const MOST_TRIED: u64 = 10;
 /// If a cell cannot be simulated, or the sweep lacks a world.
 pub fn facts(of: &Reported) -> anyhow::Result<Vec<CellFacts>> {
     let cells = of.result.source.cells("sweep.yaml")?;
-    let n_robots = cells.iter().map(|(_, conditions)| conditions.robots).max().unwrap_or(1);
-    let sampling = ReplaySampling::within(BUDGET_BYTES / cells.len() as f64, n_robots);
+    let frame_bytes = |(_, conditions): &(_, Conditions)| {
+        bytes_per_frame(conditions.robots, conditions.world.n_objects())
+    };
+    let frame_bytes = cells.iter().map(frame_bytes).fold(1.0, f64::max);
+    let sampling = ReplaySampling::within(BUDGET_BYTES / cells.len() as f64 / frame_bytes);
     let facts = |(index, (_, conditions)): (usize, &(_, Conditions))| {
         facts_of(of, index, conditions, sampling)
     };
@@ -50,13 +53,12 @@ struct ReplaySampling {
 }
 
 impl ReplaySampling {
-    /// What fits into a number of bytes: rather fewer poses than a shorter replay.
+    /// What a number of frames shows: rather fewer poses than a shorter replay.
     ///
     /// # Returns
     ///
-    /// `None` if nothing that is worth watching fits.
-    fn within(n_bytes: f64, n_robots: usize) -> Option<Self> {
-        let n_frames = n_bytes / (n_robots as f64 * BYTES_PER_POSE);
+    /// `None` if that is nothing that is worth watching.
+    fn within(n_frames: f64) -> Option<Self> {
         let frame_s = (WINDOW_S / n_frames).clamp(FRAMES_S[0], FRAMES_S[1]);
         let shown_s = (n_frames * frame_s).min(WINDOW_S);
         (shown_s >= LEAST_S).then_some(Self { frame_s, shown_s })
@@ -95,7 +97,7 @@ fn facts_of(
     };
     if let Some(sampling) = sampling {
         let typical = Typical::of(of, entry, conditions)?;
-        facts.caption = typical.in_words(of, entry, sampling);
+        facts.caption = typical.in_words(of, (entry, conditions), sampling);
         facts.address = of_page(typical.replicate);
         facts.replay = Some(typical.replay(conditions, sampling));
     }
@@ -152,15 +154,25 @@ impl Typical {
         Ok(Self { replicate, phase, trajectory })
     }
 
-    fn in_words(&self, of: &Reported, entry: &DiagramCell, sampling: ReplaySampling) -> String {
+    fn in_words(
+        &self,
+        of: &Reported,
+        (entry, conditions): (&DiagramCell, &Conditions),
+        sampling: ReplaySampling,
+    ) -> String {
         let Self { replicate, phase, .. } = self;
         let which = match entry.counts.majority() {
             Some(most) if most == *phase => "the first one that ended as most did",
             Some(_) | None => "the first one",
         };
+        // What was detected follows from the command alone where there are two of them.
+        let lights = if conditions.controller.parameters().is_some() {
+            "; a robot's sensor lights up while it detects another one"
+        } else {
+            ""
+        };
         format!(
-            "Replicate {replicate} of seed {}, {which}: {phase}. The last {:.0} s, again and again; a \
-             robot's sensor lights up while it detects another one.",
+            "Replicate {replicate} of seed {}, {which}: {phase}. The last {:.0} s, again and again{lights}.",
             of.result.source.sweep.seed,
             sampling.shown_s.min(self.trajectory.duration_s())
         )
@@ -190,7 +202,8 @@ mod tests {
 
     #[test]
     fn fewer_poses_come_before_a_shorter_replay_and_nothing_last() {
-        let sampling = |n_cells: f64| ReplaySampling::within(400_000.0 / n_cells, 9);
+        let sampling =
+            |n_cells: f64| ReplaySampling::within(400_000.0 / n_cells / bytes_per_frame(9, 0));
 
         assert_eq!(sampling(10.0), Some(ReplaySampling { frame_s: 0.4, shown_s: WINDOW_S }));
         let coarse = sampling(70.0).unwrap();

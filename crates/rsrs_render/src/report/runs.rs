@@ -8,7 +8,7 @@ use rsrs_fleet::record::Backend;
 use rsrs_pipeline::error::in_one_line;
 use rsrs_pipeline::label::{LabelOptions, Labelled};
 use rsrs_view::order_over_time::order_svg;
-use rsrs_view::replay::{BYTES_PER_POSE, Replay, Shown};
+use rsrs_view::replay::{Replay, Shown, bytes_per_frame};
 use rsrs_view::report::{RecordedRun, RunFacts};
 use rsrs_view::theme::Theme;
 use rsrs_view::trajectory::{ring_of, svg};
@@ -31,12 +31,12 @@ const BUDGET_BYTES: f64 = 350_000.0;
 ///
 /// If a run cannot be drawn.
 pub fn facts(comparison: &Comparison) -> anyhow::Result<Vec<RunFacts>> {
-    let most_poses = BUDGET_BYTES / BYTES_PER_POSE / comparison.bags.len().max(1) as f64;
-    comparison.bags.iter().map(|run| facts_of(run, most_poses)).collect()
+    let most_bytes = BUDGET_BYTES / comparison.bags.len().max(1) as f64;
+    comparison.bags.iter().map(|run| facts_of(run, most_bytes)).collect()
 }
 
 /// The facts of one run; without poses, its label alone.
-fn facts_of(run: &ComparedBag, most_poses: f64) -> anyhow::Result<RunFacts> {
+fn facts_of(run: &ComparedBag, most_bytes: f64) -> anyhow::Result<RunFacts> {
     let labelled = &run.labelled;
     let mut notes = vec![moved_by(run)];
     // As it was judged; of a run that a person labelled, what it went by.
@@ -53,7 +53,7 @@ fn facts_of(run: &ComparedBag, most_poses: f64) -> anyhow::Result<RunFacts> {
                     None => notes.push(drawn.label_in_words()),
                 }
                 Some(
-                    recorded(run, &drawn, most_poses)
+                    recorded(run, &drawn, most_bytes)
                         .with_context(|| labelled.bag.display().to_string())?,
                 )
             }
@@ -79,10 +79,11 @@ fn moved_by(run: &ComparedBag) -> String {
     }
 }
 
-fn recorded(run: &ComparedBag, drawn: &DrawnRun, most_poses: f64) -> anyhow::Result<RecordedRun> {
+fn recorded(run: &ComparedBag, drawn: &DrawnRun, most_bytes: f64) -> anyhow::Result<RecordedRun> {
     let trajectory = &drawn.recorded().trajectory;
     let n_samples = trajectory.n_samples();
-    let fitting_s = trajectory.poses.len() as f64 / most_poses * trajectory.period_s;
+    let frame_bytes = bytes_per_frame(trajectory.n_robots, trajectory.n_objects);
+    let fitting_s = trajectory.duration_s() * frame_bytes / most_bytes;
     let every = samples_at_least(FRAME_S.max(fitting_s), trajectory.period_s);
     let lost = drawn.lost_rows();
     let phase = drawn.labelled().map(|labelled| labelled.phase);

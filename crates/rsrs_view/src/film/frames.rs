@@ -5,8 +5,8 @@ use rsrs_core::robot::unicycle::Pose;
 
 use super::Film;
 use crate::floor::{
-    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, around_things, not_finite, places, robot,
-    scale_bar, short, tags, things, walls,
+    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, around_things, around_walls, not_finite,
+    places, robot, scale_bar, short, tags, things, walls,
 };
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
@@ -81,9 +81,11 @@ impl<'a> Frames<'a> {
         check(film)?;
         let room_px = PAGE_PX - 2.0 * MARGIN_PX;
         let (header, header_px) = header(Theme::Screen, &film.title, &[""; 0], MARGIN_PX, room_px);
-        let drawn_m =
-            places(&film.trajectory.poses).chain(around_things(film.world, film.trajectory));
-        let field = Field::around(drawn_m, film.radius_m, header_px + 6.0);
+        let robots_m = places(&film.trajectory.poses);
+        let mut drawn_m: Vec<Point> =
+            robots_m.chain(around_things(film.world, film.trajectory)).collect();
+        drawn_m.extend(around_walls(film.walls_m, &drawn_m));
+        let field = Field::around(drawn_m.into_iter(), film.radius_m, header_px + 6.0);
         let height_px = field.top_px + field.height_px + 3.0 * CAPTION_PX + 10.0;
         let scale = f64::from(film.width_px) / PAGE_PX;
         let size_px = (film.width_px, whole_px(scale * height_px));
