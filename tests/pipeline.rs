@@ -9,7 +9,7 @@ use rsrs_core::quantity::Axis;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_msgs::RosMessage;
-use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
+use rsrs_msgs::rsrs::{LeaseState, Recorded, RobotState, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
@@ -104,7 +104,7 @@ async fn lockstep_run() {
     let recorded = publisher::<Recorded>(&session, &node, topics::RECORDED);
     session.wait_for_readers(topics::LEASE.name, 2, TIMEOUT).await.expect("nodes listen");
     let mut lease = armed_lease(&conditions);
-    let mut states = [RobotStatus::IDLE; ROBOTS.len()];
+    let mut states = [u8::from(RobotState::Idle); ROBOTS.len()];
     let mut seen: Vec<WorldDigest> = Vec::new();
     let mut beat = tokio::time::interval(Duration::from_millis(100));
     let run = async {
@@ -113,8 +113,8 @@ async fn lockstep_run() {
                 Some((robot, status)) = statuses.recv() => {
                     lease.echoed_counter[robot] = status.counter;
                     states[robot] = status.state;
-                    if states.iter().all(|state| *state == RobotStatus::ARMED) {
-                        lease.state = RunLease::RUNNING;
+                    if states.iter().all(|state| *state == RobotState::Armed) {
+                        lease.state = u8::from(LeaseState::Running);
                     }
                 }
                 Some(digest) = digests.recv() => {
@@ -137,7 +137,7 @@ async fn lockstep_run() {
         while let Ok((robot, status)) = statuses.try_recv() {
             states[robot] = status.state;
         }
-        states.iter().all(|state| *state == RobotStatus::STOPPED)
+        states.iter().all(|state| *state == RobotState::Stopped)
     };
     eventually("all robots stand", stands).await;
     drop(statuses_of_all);
@@ -172,7 +172,7 @@ fn armed_lease(conditions: &Conditions) -> RunLease {
     RunLease {
         run_id: "run".to_owned(),
         epoch: 1,
-        state: RunLease::ARMED,
+        state: u8::from(LeaseState::Armed),
         parameter_digest: conditions.controller.digest(),
         robots: ROBOTS.iter().map(|robot| (*robot).to_owned()).collect(),
         echoed_counter: vec![0; ROBOTS.len()],

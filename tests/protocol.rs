@@ -7,7 +7,7 @@ use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::processes::{Process, confined_rsrs, nodes_of, rsrs};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
-use rsrs_msgs::rsrs::{Recorded, RobotStatus};
+use rsrs_msgs::rsrs::{Recorded, RobotState, RobotStatus};
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
 use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
@@ -197,12 +197,12 @@ async fn killed_runner() {
     let subscriptions = witness(&session, &witness_node, &received, &to_steps);
     let bag = folder.path().join("bag");
     let runner = start_runner(&experiment, &bag);
-    let mut states = [RobotStatus::IDLE; ROBOTS.len()];
+    let mut states = [u8::from(RobotState::Idle); ROBOTS.len()];
     let mut recorded = 0;
     eventually("the run has made 1,000 steps with all robots moving", || {
         update(&mut states, &mut statuses);
         recorded = last(&mut steps).unwrap_or(recorded);
-        recorded >= 1000 && states == [RobotStatus::MOVING; ROBOTS.len()]
+        recorded >= 1000 && states == [RobotState::Moving; ROBOTS.len()]
     })
     .await;
 
@@ -210,7 +210,7 @@ async fn killed_runner() {
     let killed = Instant::now();
     eventually("every robot stands", || {
         update(&mut states, &mut statuses);
-        states == [RobotStatus::STOPPED; ROBOTS.len()]
+        states == [RobotState::Stopped; ROBOTS.len()]
     })
     .await;
     let stood_after = killed.elapsed();

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{LeaseState, RobotState, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics;
 use rsrs_ros::session::{Endpoint, Publisher, Session};
@@ -202,10 +202,17 @@ impl Stranger {
         }
     }
 
-    async fn publish(&self, counter: u64, state: u8) {
+    async fn publish(&self, counter: u64, state: RobotState) {
         let stop_reason = HOSTILE.to_owned();
-        let status = RobotStatus { counter, epoch: 1, state, stop_reason, ..Default::default() };
-        let lease = RunLease { epoch: 1, state: RunLease::RUNNING, ..RunLease::default() };
+        let status = RobotStatus {
+            counter,
+            epoch: 1,
+            state: state.into(),
+            stop_reason,
+            ..Default::default()
+        };
+        let lease =
+            RunLease { epoch: 1, state: u8::from(LeaseState::Running), ..RunLease::default() };
         let mut record = fleet_record("0", flockbot_conditions());
         record.conditions.period_s = -1.0;
         self.status.publish(status).await.expect("there is a network");
@@ -217,7 +224,7 @@ impl Stranger {
     async fn until(
         &self,
         counter: &mut u64,
-        state: u8,
+        state: RobotState,
         shown: impl Fn() -> String,
         mut is_seen: impl FnMut() -> bool,
     ) {
@@ -249,14 +256,14 @@ fn nothing_that_anybody_publishes_ends_watching_or_writes_over_what_a_stop_shows
             let row = |line: &str| line.starts_with("robot_8") && line.contains(word);
             window.text().lines().any(row)
         };
-        stranger.until(&mut counter, RobotStatus::MOVING, text, || shows("moving")).await;
-        stranger.until(&mut counter, RobotStatus::FAULT, text, || shows("FAULT")).await;
-        stranger.until(&mut counter, RobotStatus::MOVING, text, || shows("moving")).await;
+        stranger.until(&mut counter, RobotState::Moving, text, || shows("moving")).await;
+        stranger.until(&mut counter, RobotState::Fault, text, || shows("FAULT")).await;
+        stranger.until(&mut counter, RobotState::Moving, text, || shows("moving")).await;
         assert!(!window.text().contains("my-robot"), "{}", window.text());
 
         let mut stop = Process::start(rsrs().args(["stop", "--interface", "127.0.0.1"]));
         let ended = |stop: &mut Process| stop.0.try_wait().expect("it is a child").is_some();
-        stranger.until(&mut counter, RobotStatus::MOVING, text, || ended(&mut stop)).await;
+        stranger.until(&mut counter, RobotState::Moving, text, || ended(&mut stop)).await;
         let (status, errors) = stop.wait(TIMEOUT);
         let mut output = String::new();
         let mut stdout = stop.0.stdout.take().expect("it is a pipe");

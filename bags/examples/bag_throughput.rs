@@ -28,7 +28,7 @@ use rsrs_core::judge::trajectory::Bodies;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{TransformStamped, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics::Qos;
@@ -229,7 +229,8 @@ fn write_bag(
     });
     let robots: Vec<[ChannelId; 3]> = robots.collect::<Result<_, BagError>>()?;
 
-    let running = cdr::encode(&RunLease { state: RunLease::RUNNING, ..RunLease::default() });
+    let running =
+        cdr::encode(&RunLease { state: u8::from(LeaseState::Running), ..RunLease::default() });
     writer.write(lease, sample(0, &running))?;
     let file = path.join("run_0.mcap");
     let mut noise = Noise(42);

@@ -8,7 +8,7 @@ use std::path::Path;
 use rsrs_bags::trajectory::TrajectoryError;
 use rsrs_bags::{Bag, BagError, BagOptions, BagWriter, Sample, recover, recover_into};
 use rsrs_core::help::Help;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 
 use crate::recording::damage::{messages, temporary};
 use crate::recording::outcome::read;
@@ -34,7 +34,7 @@ fn a_bag_that_is_still_being_written_is_saved_up_to_its_last_flush_and_not_taken
     let folder = temporary();
     let path = folder.path().join("run");
     let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
-    recording.lease(0, RunLease::RUNNING);
+    recording.lease(0, LeaseState::Running);
     (0..40).for_each(|step| recording.step(step));
 
     let bag = Bag::open(&path).unwrap();
@@ -60,7 +60,8 @@ fn a_bag_of_other_robots_than_the_lease_names_is_refused_by_their_names() {
     let path = folder.path().join("run");
     let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
     let robots = ["robot_1", "robot_7", "robot_12"].map(str::to_owned).to_vec();
-    let lease = RunLease { state: RunLease::RUNNING, epoch: 1, robots, ..RunLease::default() };
+    let lease =
+        RunLease { state: u8::from(LeaseState::Running), epoch: 1, robots, ..RunLease::default() };
     let channel = recording.lease;
     recording.put(channel, 0, &lease);
     (0..40).for_each(|step| recording.step(step));
@@ -77,7 +78,7 @@ fn a_clock_that_was_set_back_in_the_middle_is_refused() {
     let folder = temporary();
     let path = folder.path().join("run");
     let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
-    recording.lease(0, RunLease::RUNNING);
+    recording.lease(0, LeaseState::Running);
     for step in 0..40 {
         // The clock of all computers is set back by 15 steps.
         let stamped = if step < 20 { step } else { step - 15 };

@@ -13,7 +13,7 @@ use rsrs_core::tracker::Tracker;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::geometry_msgs::{Point, PoseArray, Transform, TransformStamped, Vector3};
 use rsrs_msgs::motion_capture_tracking_interfaces::{NamedPose, NamedPoseArray};
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::LeaseState;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics::POSE;
 use rsrs_testing::fuzz::{self, Harness};
@@ -197,7 +197,7 @@ fn files(folder: &Path) -> Vec<Vec<u8>> {
         let named = add("/poses", NamedPoseArray::TYPE_NAME);
         let unnamed = add("/unnamed_poses", PoseArray::TYPE_NAME);
         let tf = add("/tf", TFMessage::TYPE_NAME);
-        recording.lease(0, RunLease::RUNNING);
+        recording.lease(0, LeaseState::Running);
         for step in 0..20 {
             recording.step(step);
             let odometry = [0, 1].map(|robot| odometry(robot, step));
@@ -221,7 +221,7 @@ fn files(folder: &Path) -> Vec<Vec<u8>> {
             let poses = named_poses.to_vec();
             recording.put(named, time_ns, &NamedPoseArray { header, poses });
         }
-        recording.lease(20, RunLease::STOPPED);
+        recording.lease(20, LeaseState::Stopped);
         recording.writer.finish().expect("room");
         path
     };

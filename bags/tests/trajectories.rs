@@ -8,7 +8,7 @@ use rsrs_core::help::Help;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{PoseStamped, TransformStamped};
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::tf2_msgs::TFMessage;
 
 use crate::recording::damage::temporary;
@@ -46,14 +46,14 @@ fn rows_are_robots_in_the_order_people_count_with_the_command_that_answered() {
 #[test]
 fn only_the_time_in_which_the_lease_was_running_counts() {
     let read = recorded(|recording| {
-        recording.lease(0, RunLease::ARMED);
+        recording.lease(0, LeaseState::Armed);
         for step in 0..50 {
             if step == 10 {
-                recording.lease(step, RunLease::RUNNING);
+                recording.lease(step, LeaseState::Running);
             }
             recording.step(step);
         }
-        recording.lease(39, RunLease::STOPPED);
+        recording.lease(39, LeaseState::Stopped);
     })
     .unwrap();
 
@@ -67,7 +67,7 @@ fn a_lease_that_never_ran_gives_no_trajectory() {
     let folder = temporary();
     let path = folder.path().join("run");
     let mut recording = Recording::new(&path, &["robot_1"]);
-    recording.lease(0, RunLease::ARMED);
+    recording.lease(0, LeaseState::Armed);
     (0..20).for_each(|step| recording.step(step));
     recording.writer.finish().unwrap();
 
@@ -258,7 +258,7 @@ fn a_bag_that_breaks_off_gives_no_trajectory_until_it_is_recovered() {
     let folder = temporary();
     let path = folder.path().join("run");
     let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
-    recording.lease(0, RunLease::RUNNING);
+    recording.lease(0, LeaseState::Running);
     (0..100).for_each(|step| recording.step(step));
     std::mem::forget(recording);
 
@@ -289,8 +289,8 @@ fn the_source_that_was_asked_for_is_the_only_one() {
 }
 
 /// A lease of some run.
-fn lease_of(run_id: &str, state: u8) -> RunLease {
-    RunLease { state, epoch: 1, run_id: run_id.to_owned(), ..RunLease::default() }
+fn lease_of(run_id: &str, state: LeaseState) -> RunLease {
+    RunLease { state: state.into(), epoch: 1, run_id: run_id.to_owned(), ..RunLease::default() }
 }
 
 #[test]
@@ -299,21 +299,21 @@ fn leases_of_other_runs_neither_begin_nor_end_a_run() {
     let path = folder.path().join("run");
     let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
     let channel = recording.lease;
-    let mut robots = lease_of("ours", RunLease::RUNNING);
+    let mut robots = lease_of("ours", LeaseState::Running);
     robots.robots = vec!["robot_1".to_owned(), "robot_2".to_owned()];
     recording.put(channel, 0, &robots);
     for step in 0..60 {
         if step % 8 == 3 {
-            recording.put(channel, step * PERIOD_NS, &lease_of("theirs", RunLease::IDLE));
+            recording.put(channel, step * PERIOD_NS, &lease_of("theirs", LeaseState::Idle));
         }
         if (20..30).contains(&step) {
-            let mut theirs = lease_of("theirs", RunLease::RUNNING);
+            let mut theirs = lease_of("theirs", LeaseState::Running);
             theirs.robots = vec!["robot_9".to_owned()];
             recording.put(channel, step * PERIOD_NS, &theirs);
         }
         recording.step(step);
     }
-    recording.put(channel, 49 * PERIOD_NS, &lease_of("ours", RunLease::STOPPED));
+    recording.put(channel, 49 * PERIOD_NS, &lease_of("ours", LeaseState::Stopped));
     recording.writer.finish().unwrap();
     let bag = Bag::open(&path).unwrap();
     let of_run = |run_id: Option<&str>| {

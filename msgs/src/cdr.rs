@@ -139,14 +139,14 @@ pub fn decode_body<M: RosMessage>(body: &[u8], byte_order: ByteOrder) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rsrs::RunLease;
+    use crate::rsrs::{LeaseState, RunLease};
     use crate::std_msgs::Bool;
 
     fn lease() -> RunLease {
         RunLease {
             run_id: "a run".into(),
             epoch: 7,
-            state: RunLease::RUNNING,
+            state: u8::from(LeaseState::Running),
             robots: vec!["robot_1".into(), "robot_22".into()],
             echoed_counter: vec![1, u64::MAX],
             ..RunLease::default()

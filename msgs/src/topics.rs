@@ -255,11 +255,11 @@ pub const LEASE: Topic = topic::<rsrs::RunLease>("/swarm/lease", Qos::best_effor
 /// Stops every robot: each publisher by itself locks them, and locks by its silence once it was
 /// received in a run.
 pub const E_STOP: Topic = topic::<std_msgs::Bool>("/swarm/e_stop", Qos::reliable(10));
-/// Ends the locks of the publishers that it names, as `rsrs_fleet::e_stop::Locks` are written.
+/// Ends the locks of the publishers that it names.
 pub const E_STOP_RELEASE: Topic =
-    topic::<std_msgs::Text>("/swarm/e_stop_release", Qos::reliable(10));
+    topic::<rsrs::EStopLocks>("/swarm/e_stop_release", Qos::reliable(10));
 /// Which publishers have locked the robots of a process; transient local, for robots that start again.
-pub const E_STOP_LOCKS: Topic = topic::<std_msgs::Text>("/swarm/e_stop_locks", LATCHED);
+pub const E_STOP_LOCKS: Topic = topic::<rsrs::EStopLocks>("/swarm/e_stop_locks", LATCHED);
 /// The record of the run, as the bag's attachment has it: JSON. Latched, and a message because
 /// converters of bags keep nothing else.
 pub const EXPERIMENT: Topic = topic::<std_msgs::Text>("/swarm/experiment", LATCHED);

@@ -8,7 +8,7 @@ use rsrs_fleet::experiment::RobotLost;
 use rsrs_fleet::record::{Ending, LostRobot};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::{cdr, topics};
 
 use super::bad_bags::copied;
@@ -234,9 +234,9 @@ fn somebody_elses_leases_do_not_cut_a_run() {
     let place = place();
     let here = place.path();
     let run = Run::new(1).record(here, "run");
-    let lease = |run_id: &str, state: u8| {
+    let lease = |run_id: &str, state: LeaseState| {
         let run_id = run_id.to_owned();
-        cdr::encode(&RunLease { state, run_id, epoch: 1, ..RunLease::default() })
+        cdr::encode(&RunLease { state: state.into(), run_id, epoch: 1, ..RunLease::default() })
     };
     let busy = copied(&run, "busy", |message| {
         if *message.topic == *topics::LEASE.name {
@@ -248,7 +248,7 @@ fn somebody_elses_leases_do_not_cut_a_run() {
             *message.topic == *"/robot_1/odom" && message.log_time_ns == 79_950_000_000;
         let other = rsrs_bags::BagMessage {
             topic: topics::LEASE.name.into(),
-            bytes: lease("somebody_elses", RunLease::IDLE),
+            bytes: lease("somebody_elses", LeaseState::Idle),
             ..message.clone()
         };
         if is_at_80_s { vec![other, message] } else { vec![message] }

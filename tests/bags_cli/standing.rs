@@ -7,7 +7,7 @@ use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::quantity::Axis;
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::Topic;
 use rsrs_msgs::{RosMessage, cdr, topics};
@@ -49,14 +49,15 @@ fn stood(path: &Path, neighbour: Option<(f64, f64)>, (samples, detections): (u64
         let sample = Sample { log_time_ns, publish_time_ns: log_time_ns, sequence: 0, data: &data };
         writer.write(channel, sample).expect("room");
     };
-    let printed = |state: u8| cdr::encode(&RunLease { state, ..RunLease::default() });
-    put(lease, 0, printed(RunLease::RUNNING));
+    let printed =
+        |state: LeaseState| cdr::encode(&RunLease { state: state.into(), ..RunLease::default() });
+    put(lease, 0, printed(LeaseState::Running));
     for step in 0..N_SETTLING + samples {
         let data = step < N_SETTLING + detections;
         put(detection, step * PERIOD_NS, cdr::encode(&Bool { data }));
     }
     let end_ns = (N_SETTLING + samples) * PERIOD_NS;
-    put(lease, end_ns, printed(RunLease::STOPPED));
+    put(lease, end_ns, printed(LeaseState::Stopped));
     put(detection, end_ns + PERIOD_NS, cdr::encode(&Bool { data: true }));
     writer.finish().expect("room");
 }

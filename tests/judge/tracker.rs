@@ -10,7 +10,7 @@ use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{PoseStamped, TwistStamped};
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::{cdr, topics};
 
 /// What is wrong with a tracker.
@@ -161,18 +161,18 @@ fn write(folder: &Path, episode: &Trajectory, messages: &[Message]) {
     let lease = topics::LEASE;
     let lease = writer.add_topic(lease.name, lease.type_name, lease.qos).expect("it is new");
     let end_ns = nanoseconds(episode.duration_s());
-    put(&mut writer, lease, 0, &state(RunLease::RUNNING));
+    put(&mut writer, lease, 0, &state(LeaseState::Running));
     for (time_ns, channel, data) in messages {
         let (log_time_ns, publish_time_ns) = (*time_ns, *time_ns);
         let sample = Sample { log_time_ns, publish_time_ns, sequence: 0, data };
         writer.write(channels[*channel], sample).expect("the disk has room");
     }
-    put(&mut writer, lease, end_ns, &state(RunLease::STOPPED));
+    put(&mut writer, lease, end_ns, &state(LeaseState::Stopped));
     writer.finish().expect("the disk has room");
 }
 
-fn state(state: u8) -> Vec<u8> {
-    cdr::encode(&RunLease { state, epoch: 1, ..RunLease::default() })
+fn state(state: LeaseState) -> Vec<u8> {
+    cdr::encode(&RunLease { state: state.into(), epoch: 1, ..RunLease::default() })
 }
 
 fn put(writer: &mut BagWriter, channel: ChannelId, time_ns: u64, data: &[u8]) {

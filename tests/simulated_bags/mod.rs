@@ -15,7 +15,7 @@ use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, Experi
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{Pose as Pose3, PoseStamped, Quaternion, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::Topic;
 use rsrs_msgs::{RosMessage, cdr, topics};
@@ -257,7 +257,7 @@ impl Recording {
         let seed = Seed { seed: run.seed, replicate: 0 };
         let episode =
             run_episode(conditions, seed, run.recorded_s).expect("the robots fit into their disc");
-        self.lease(0, if run.starts { RunLease::RUNNING } else { RunLease::ARMED });
+        self.lease(0, if run.starts { LeaseState::Running } else { LeaseState::Armed });
         for sample in 0..episode.n_samples() {
             let time_ns = sample as u64 * PERIOD_NS;
             let commands = episode.commands_at(sample);
@@ -278,11 +278,15 @@ impl Recording {
                 self.put(cmd_vel, time_ns, &twist(*command, time_ns));
             }
         }
-        self.lease(episode.n_samples() as u64 * PERIOD_NS, RunLease::STOPPED);
+        self.lease(episode.n_samples() as u64 * PERIOD_NS, LeaseState::Stopped);
     }
 
-    fn lease(&mut self, time_ns: u64, state: u8) {
-        self.put(self.lease, time_ns, &RunLease { state, epoch: 1, ..RunLease::default() });
+    fn lease(&mut self, time_ns: u64, state: LeaseState) {
+        self.put(
+            self.lease,
+            time_ns,
+            &RunLease { state: state.into(), epoch: 1, ..RunLease::default() },
+        );
     }
 
     fn put<M: RosMessage>(&mut self, channel: ChannelId, time_ns: u64, message: &M) {

@@ -11,7 +11,7 @@ use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::{Backend, ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::TwistStamped;
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{RobotState, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
@@ -110,7 +110,7 @@ impl FleetUnderTest {
         let watch = &mut self.watch;
         eventually("all robots move", || {
             watch.update();
-            watch.robots.iter().all(|status| status.state == RobotStatus::MOVING)
+            watch.robots.iter().all(|status| status.state == RobotState::Moving)
         })
         .await;
     }
@@ -164,7 +164,7 @@ impl Watch {
                     }
                 }
                 Input::Status(robot, status, at) => {
-                    self.has_moved |= status.state == RobotStatus::MOVING;
+                    self.has_moved |= status.state == RobotState::Moving;
                     self.robots[robot] = *status;
                     if self.stood.is_none() && self.all_hold() {
                         self.stood = Some(at);
@@ -178,7 +178,7 @@ impl Watch {
     pub fn all_hold(&self) -> bool {
         self.robots
             .iter()
-            .all(|status| status.state == RobotStatus::STOPPED && status.stop_reason == "e-stop")
+            .all(|status| status.state == RobotState::Stopped && status.stop_reason == "e-stop")
     }
 }
 
@@ -328,7 +328,7 @@ async fn interrupted_countdown() {
     let watch = &mut fleet.watch;
     eventually("all robots are armed", || {
         watch.update();
-        watch.robots.iter().all(|status| status.state == RobotStatus::ARMED)
+        watch.robots.iter().all(|status| status.state == RobotState::Armed)
     })
     .await;
 
@@ -339,7 +339,7 @@ async fn interrupted_countdown() {
     assert_eq!(code, Some(130), "{errors}");
     assert!(errors.contains("run aborted: interrupted"), "{errors}");
     assert!(!fleet.watch.has_moved);
-    assert!(fleet.watch.robots.iter().all(|status| status.state == RobotStatus::STOPPED));
+    assert!(fleet.watch.robots.iter().all(|status| status.state == RobotState::Stopped));
     fleet.close().await;
 }
 

@@ -8,7 +8,7 @@ use rsrs_core::tracker::{HandOver, Taken, TrackerFrame};
 use rsrs_msgs::geometry_msgs::{PoseArray, PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::motion_capture_tracking_interfaces::NamedPoseArray;
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
@@ -232,7 +232,7 @@ impl RecordedSamples {
         let log_ns = message.log_time_ns;
         if topic == topics::LEASE.name {
             let lease = decode::<RunLease>(message)?;
-            let running = lease.state == RunLease::RUNNING;
+            let running = lease.state == LeaseState::Running;
             let run = self.runs.iter().position(|(run_id, _)| *run_id == lease.run_id);
             let run = run.unwrap_or_else(|| {
                 self.runs.push((lease.run_id, BTreeSet::new()));

@@ -14,7 +14,7 @@ use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Quaternion, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::{RosMessage, cdr, schema, topics};
 
@@ -97,8 +97,8 @@ impl Recording {
     }
 
     /// Records the lease.
-    pub fn lease(&mut self, step: u64, state: u8) {
-        let message = RunLease { state, epoch: 1, ..RunLease::default() };
+    pub fn lease(&mut self, step: u64, state: LeaseState) {
+        let message = RunLease { state: state.into(), epoch: 1, ..RunLease::default() };
         self.put(self.lease, step * PERIOD_NS, &message);
     }
 }

@@ -8,7 +8,7 @@ use rsrs_bags::trajectory::{
 };
 use rsrs_bags::{Bag, BagOptions, BagWriter, ChannelId, Sample};
 use rsrs_msgs::geometry_msgs::Twist;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::LeaseState;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
 use super::Recording;
@@ -27,7 +27,7 @@ pub fn recorded(recipe: impl FnOnce(&mut Recording)) -> Outcome {
     let folder = temporary();
     let path = folder.path().join("run");
     let mut recording = Recording::new(&path, &["robot_10", "robot_2"]);
-    recording.lease(0, RunLease::RUNNING);
+    recording.lease(0, LeaseState::Running);
     recipe(&mut recording);
     recording.writer.finish().expect("the disk has room");
     read(&Bag::open(&path)?)

@@ -10,8 +10,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::str::FromStr;
 use std::time::Duration;
+
+pub use rsrs_msgs::rsrs::LockCause;
 
 use crate::timing::E_STOP_TIMEOUT;
 
@@ -30,72 +31,12 @@ impl fmt::Display for Source {
     }
 }
 
-/// How a source came to lock.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Cause {
-    /// It published `true`.
-    Engaged,
-    /// It was received during a run, and then no more.
-    Silent,
-}
-
 /// Sources that lock, and why.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Locks(pub BTreeMap<Source, Cause>);
-
-/// Text that names no locks.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("locks `{found}`, expected words such as `{}=engaged` or `{}=silent`", "01".repeat(16), "02".repeat(16))]
-pub struct NoLocks {
-    /// The word that is none.
-    pub found: String,
-}
+pub struct Locks(pub BTreeMap<Source, LockCause>);
 
 /// Sources that are listed one by one; a lab has a few.
-const MOST_SOURCES: usize = 64;
-
-impl fmt::Display for Locks {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, (source, cause)) in self.0.iter().enumerate() {
-            let space = if index == 0 { "" } else { " " };
-            let cause = match cause {
-                Cause::Engaged => "engaged",
-                Cause::Silent => "silent",
-            };
-            write!(formatter, "{space}{source}={cause}")?;
-        }
-        Ok(())
-    }
-}
-
-impl FromStr for Locks {
-    type Err = NoLocks;
-
-    fn from_str(text: &str) -> Result<Self, NoLocks> {
-        let word = |word: &str| {
-            lock(word).ok_or_else(|| NoLocks { found: word.chars().take(60).collect() })
-        };
-        // One more than are listed: the rest is named as one.
-        text.split_whitespace().take(MOST_SOURCES + 1).map(word).collect::<Result<_, _>>().map(Self)
-    }
-}
-
-fn lock(word: &str) -> Option<(Source, Cause)> {
-    let (source, cause) = word.split_once('=')?;
-    let cause = match cause {
-        "engaged" => Cause::Engaged,
-        "silent" => Cause::Silent,
-        _ => return None,
-    };
-    if source.len() != 32 || !source.is_ascii() {
-        return None;
-    }
-    let mut guid = [0; 16];
-    for (index, byte) in guid.iter_mut().enumerate() {
-        *byte = u8::from_str_radix(&source[2 * index..2 * index + 2], 16).ok()?;
-    }
-    Some((Source(guid), cause))
-}
+pub(crate) const MOST_SOURCES: usize = 64;
 
 /// The e-stop as one robot, or a runner, has received it.
 #[derive(Clone, Debug, Default)]
@@ -105,7 +46,7 @@ pub(crate) struct EStop {
 
 #[derive(Clone, Copy, Debug)]
 struct Received {
-    lock: Option<Cause>,
+    lock: Option<LockCause>,
     at: Duration,
 }
 
@@ -118,7 +59,7 @@ impl Received {
 impl EStop {
     /// Takes a message of a source.
     pub fn receive(&mut self, (source, engaged): (Source, bool), now: Duration) {
-        let lock = engaged.then_some(Cause::Engaged);
+        let lock = engaged.then_some(LockCause::Engaged);
         self.insert(source, Received { lock, at: now });
     }
 
@@ -154,7 +95,7 @@ impl EStop {
     pub fn lapse(&mut self, now: Duration) {
         for received in self.sources.values_mut() {
             if received.lock.is_none() && received.is_silent(now) {
-                received.lock = Some(Cause::Silent);
+                received.lock = Some(LockCause::Silent);
             }
         }
     }
@@ -189,6 +130,7 @@ impl EStop {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire;
 
     const A: Source = Source([1; 16]);
     const B: Source = Source([2; 16]);
@@ -217,20 +159,7 @@ mod tests {
 
         e_stop.release(&[A].into());
 
-        assert_eq!(e_stop.locks(), Locks([(B, Cause::Engaged)].into()));
-    }
-
-    #[test]
-    fn locks_read_back_and_nothing_else_does() {
-        let locks = Locks([(A, Cause::Engaged), (B, Cause::Silent)].into());
-
-        assert_eq!(locks.to_string().parse(), Ok(locks));
-        assert_eq!("".parse(), Ok(Locks::default()));
-        for wrong in
-            ["x", "01=engaged", &format!("{A}=locked"), &format!("{}é=silent", "0".repeat(30))]
-        {
-            assert!(wrong.parse::<Locks>().is_err(), "{wrong}");
-        }
+        assert_eq!(e_stop.locks(), Locks([(B, LockCause::Engaged)].into()));
     }
 
     #[test]
@@ -246,14 +175,14 @@ mod tests {
         for number in 1..1_000 {
             e_stop.receive((source(number), false), ms(u64::from(number)));
         }
-        assert_eq!(e_stop.locks(), Locks([(source(0), Cause::Engaged)].into()));
+        assert_eq!(e_stop.locks(), Locks([(source(0), LockCause::Engaged)].into()));
         for number in 1..1_000 {
             e_stop.receive((source(number), true), ms(u64::from(number)));
         }
 
         let mut locks = e_stop.locks();
         assert_eq!(locks.0.len(), MOST_SOURCES + 1);
-        assert_eq!(locks.to_string().parse(), Ok(locks.clone()));
+        assert_eq!(wire::locks(wire::locks_message(&locks)), Ok(locks.clone()));
         locks.0.remove(&Source::OTHERS);
         e_stop.release(&locks.0.into_keys().collect());
         assert!(e_stop.is_engaged(), "those that are not listed lock as well");

@@ -1,8 +1,9 @@
 //! The messages between nodes, free of any wire format.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::time::Duration;
+
+pub use rsrs_msgs::rsrs::{LeaseState, RobotState, StopCause};
 
 use crate::timing::LEASE_DURATION;
 
@@ -91,19 +92,6 @@ fn echo_bytes(echo: &Echo) -> usize {
     16 + echo.robot.len()
 }
 
-/// What a lease lets the robots do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LeaseState {
-    /// Nothing; the runner prepares.
-    Idle,
-    /// Bind to this epoch and stand still.
-    Armed,
-    /// Move.
-    Running,
-    /// Stand still for good.
-    Stopped,
-}
-
 /// The status of a robot, or of its controller: twenty times a second and on change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
@@ -124,34 +112,6 @@ pub struct Status {
     pub stop_reason: String,
     /// Battery voltage; not a number if unknown.
     pub battery_v: f32,
-}
-
-/// Why a robot stands.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum StopCause {
-    /// It may move, or the sender is no robot.
-    #[default]
-    None,
-    /// No run has claimed it.
-    NoRun,
-    /// Its node has just started and asks the others for the e-stop.
-    Asking,
-    /// Its simulator has placed no world with it: it senses and moves nothing.
-    NoWorld,
-    /// It is armed for a run that has not started.
-    Waiting,
-    /// It receives a running lease for which it was not armed.
-    NotArmed,
-    /// Its lease ran out.
-    Lease,
-    /// Its controller is silent, or has other parameters than the confirmed ones.
-    Controller,
-    /// The e-stop holds it, whatever else does.
-    EStop,
-    /// Latched until a newer epoch arms it.
-    Latched,
-    /// Its hardware has failed.
-    Hardware,
 }
 
 /// The e-stop as the reason of a stop, in words.
@@ -205,34 +165,6 @@ impl Status {
     /// Whether this robot has received the e-stop and is locked by it.
     pub fn holds_e_stop(&self) -> bool {
         self.stop_cause == StopCause::EStop
-    }
-}
-
-/// What a robot does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RobotState {
-    /// It belongs to no run.
-    Idle,
-    /// It is bound to an epoch and stands.
-    Armed,
-    /// It may move.
-    Moving,
-    /// It stands, and stays so until a newer epoch arms it if its stop is latched:
-    /// [`Status::may_yet_move`].
-    Stopped,
-    /// Its hardware has failed.
-    Fault,
-}
-
-impl fmt::Display for RobotState {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Idle => "idle",
-            Self::Armed => "armed",
-            Self::Moving => "moving",
-            Self::Stopped => "stopped",
-            Self::Fault => "fault",
-        })
     }
 }
 

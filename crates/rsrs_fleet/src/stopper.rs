@@ -11,7 +11,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use crate::e_stop::{Cause, Locks, Source};
+use crate::e_stop::{LockCause, Locks, Source};
 use crate::message::{RobotState, Status};
 use crate::timing::{ACKNOWLEDGE_TIMEOUT, NODE_TIMEOUT, REPEAT_PERIOD, Transport};
 
@@ -259,7 +259,7 @@ impl Stopper {
             self.engaged_at.get(source).is_some_and(|at| now.saturating_sub(*at) <= NODE_TIMEOUT)
         };
         locks.0.retain(|source, cause| {
-            is_repeated(source) || (*cause == Cause::Engaged && self.present.contains(source))
+            is_repeated(source) || (*cause == LockCause::Engaged && self.present.contains(source))
         });
         locks
     }

@@ -10,24 +10,18 @@ use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{
     self, NoOrientation, Point, PoseStamped, Quaternion, Twist, TwistStamped, Vector3,
 };
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{EStopLock, EStopLocks, LockCause, RobotStatus, RunLease, UnknownNumber};
 use rsrs_msgs::std_msgs::Header;
 
+use crate::e_stop::{Locks, MOST_SOURCES, Source};
 use crate::message::{Echo, Lease, LeaseState, RobotState, Status, StopCause};
 
 /// Why a message does not mean anything in the protocol.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidMessage {
-    /// A state that the protocol does not have.
-    #[error("{kind} {found}, expected 0 to {most}")]
-    State {
-        /// Of what.
-        kind: &'static str,
-        /// The state found.
-        found: u8,
-        /// The greatest there is.
-        most: u8,
-    },
+    /// A state or a cause that the protocol does not have.
+    #[error(transparent)]
+    Unknown(#[from] UnknownNumber),
     /// A lease whose lists do not belong together.
     #[error("lease for {robots} robots with {counters} echoed counters")]
     Lengths {
@@ -68,19 +62,7 @@ pub fn first_counter(now: Time) -> u64 {
 ///
 /// [`InvalidMessage`].
 pub fn lease(message: RunLease) -> Result<Lease, InvalidMessage> {
-    let state = match message.state {
-        RunLease::IDLE => LeaseState::Idle,
-        RunLease::ARMED => LeaseState::Armed,
-        RunLease::RUNNING => LeaseState::Running,
-        RunLease::STOPPED => LeaseState::Stopped,
-        found => {
-            return Err(InvalidMessage::State {
-                kind: "lease state",
-                found,
-                most: RunLease::STOPPED,
-            });
-        }
-    };
+    let state = LeaseState::try_from(message.state)?;
     let (robots, counters) = (message.robots.len(), message.echoed_counter.len());
     if robots != counters {
         return Err(InvalidMessage::Lengths { robots, counters });
@@ -101,12 +83,7 @@ pub fn lease_message(lease: &Lease, stamp: Time) -> RunLease {
         header: Header { stamp, frame_id: String::new() },
         run_id: lease.run_id.clone(),
         epoch: lease.epoch,
-        state: match lease.state {
-            LeaseState::Idle => RunLease::IDLE,
-            LeaseState::Armed => RunLease::ARMED,
-            LeaseState::Running => RunLease::RUNNING,
-            LeaseState::Stopped => RunLease::STOPPED,
-        },
+        state: lease.state.into(),
         parameter_digest: lease.parameter_digest,
         robots: lease.robots.iter().map(|echo| echo.robot.clone()).collect(),
         echoed_counter: lease.robots.iter().map(|echo| echo.counter).collect(),
@@ -120,23 +97,10 @@ const MOST_REASON: usize = 200;
 ///
 /// # Errors
 ///
-/// [`InvalidMessage::State`].
+/// [`InvalidMessage::Unknown`].
 pub fn status(message: RobotStatus) -> Result<Status, InvalidMessage> {
-    let state = match message.state {
-        RobotStatus::IDLE => RobotState::Idle,
-        RobotStatus::ARMED => RobotState::Armed,
-        RobotStatus::MOVING => RobotState::Moving,
-        RobotStatus::STOPPED => RobotState::Stopped,
-        RobotStatus::FAULT => RobotState::Fault,
-        found => {
-            return Err(InvalidMessage::State {
-                kind: "robot state",
-                found,
-                most: RobotStatus::FAULT,
-            });
-        }
-    };
-    let stop_cause = cause_of(message.stop_cause)?;
+    let state = RobotState::try_from(message.state)?;
+    let stop_cause = StopCause::try_from(message.stop_cause)?;
     Ok(Status {
         counter: message.counter,
         epoch: message.epoch,
@@ -149,35 +113,6 @@ pub fn status(message: RobotStatus) -> Result<Status, InvalidMessage> {
     })
 }
 
-fn cause_of(number: u8) -> Result<StopCause, InvalidMessage> {
-    let mut causes = CAUSES.iter();
-    causes.find(|(_, of)| *of == number).map(|(cause, _)| *cause).ok_or(InvalidMessage::State {
-        kind: "stop cause",
-        found: number,
-        most: RobotStatus::CAUSE_HARDWARE,
-    })
-}
-
-fn cause_number(cause: StopCause) -> u8 {
-    let mut causes = CAUSES.iter();
-    causes.find(|(of, _)| *of == cause).map(|(_, number)| *number).expect("all are in the table")
-}
-
-/// Every cause of standing and its number.
-const CAUSES: [(StopCause, u8); 11] = [
-    (StopCause::None, RobotStatus::CAUSE_NONE),
-    (StopCause::NoRun, RobotStatus::CAUSE_NO_RUN),
-    (StopCause::Asking, RobotStatus::CAUSE_ASKING),
-    (StopCause::NoWorld, RobotStatus::CAUSE_NO_WORLD),
-    (StopCause::Waiting, RobotStatus::CAUSE_WAITING),
-    (StopCause::NotArmed, RobotStatus::CAUSE_NOT_ARMED),
-    (StopCause::Lease, RobotStatus::CAUSE_LEASE),
-    (StopCause::Controller, RobotStatus::CAUSE_CONTROLLER),
-    (StopCause::EStop, RobotStatus::CAUSE_E_STOP),
-    (StopCause::Latched, RobotStatus::CAUSE_LATCHED),
-    (StopCause::Hardware, RobotStatus::CAUSE_HARDWARE),
-];
-
 /// Puts a status into a message, sent at `stamp`.
 pub fn status_message(status: &Status, stamp: Time) -> RobotStatus {
     RobotStatus {
@@ -186,17 +121,30 @@ pub fn status_message(status: &Status, stamp: Time) -> RobotStatus {
         epoch: status.epoch,
         run_id: status.run_id.clone(),
         parameter_digest: status.parameter_digest,
-        stop_cause: cause_number(status.stop_cause),
-        state: match status.state {
-            RobotState::Idle => RobotStatus::IDLE,
-            RobotState::Armed => RobotStatus::ARMED,
-            RobotState::Moving => RobotStatus::MOVING,
-            RobotState::Stopped => RobotStatus::STOPPED,
-            RobotState::Fault => RobotStatus::FAULT,
-        },
+        stop_cause: status.stop_cause.into(),
+        state: status.state.into(),
         stop_reason: status.stop_reason.clone(),
         battery_v: status.battery_v,
     }
+}
+
+/// Understands locks of the e-stop; beyond [`MOST_SOURCES`] the rest counts as one.
+///
+/// # Errors
+///
+/// [`InvalidMessage::Unknown`].
+pub fn locks(message: EStopLocks) -> Result<Locks, InvalidMessage> {
+    let lock = |EStopLock { source, cause }| Ok((Source(source), LockCause::try_from(cause)?));
+    message.locks.into_iter().take(MOST_SOURCES + 1).map(lock).collect::<Result<_, _>>().map(Locks)
+}
+
+/// Puts locks of the e-stop into a message.
+pub fn locks_message(locks: &Locks) -> EStopLocks {
+    let lock = |(source, cause): (&Source, &LockCause)| EStopLock {
+        source: source.0,
+        cause: (*cause).into(),
+    };
+    EStopLocks { locks: locks.0.iter().map(lock).collect() }
 }
 
 /// Understands a velocity command: `x` of the linear part, `z` of the angular part (REP 103).
@@ -290,12 +238,26 @@ mod tests {
     }
 
     #[test]
+    fn locks_come_back_as_they_went_and_a_cause_that_does_not_exist_is_refused() {
+        let sent = Locks(
+            [(Source([1; 16]), LockCause::Engaged), (Source([2; 16]), LockCause::Silent)].into(),
+        );
+        let mut message = locks_message(&sent);
+
+        assert_eq!(locks(message.clone()), Ok(sent));
+        assert_eq!(locks(EStopLocks::default()), Ok(Locks::default()));
+        message.locks[1].cause = 0;
+        let refused = locks(message).unwrap_err().to_string();
+        assert_eq!(refused, "cause of a lock 0, expected 1 to 2");
+    }
+
+    #[test]
     fn a_state_that_does_not_exist_is_refused() {
         let message = RunLease { state: 9, ..RunLease::default() };
 
         assert_eq!(
             lease(message),
-            Err(InvalidMessage::State { kind: "lease state", found: 9, most: RunLease::STOPPED })
+            Err(UnknownNumber { kind: "lease state", found: 9, known: [0, 3] }.into())
         );
     }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rand::RngExt;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_fleet::e_stop::{Cause, Locks, Source};
+use rsrs_fleet::e_stop::{LockCause, Locks, Source};
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_fleet::observation::{Event, Observation};
@@ -16,7 +16,7 @@ use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Pose, Twist};
 use rsrs_msgs::rosgraph_msgs::Clock;
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{LeaseState, RobotState, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_testing::conditions::flockbot_conditions;
@@ -46,11 +46,11 @@ fn messages_of_a_run() -> Vec<(Kind, Vec<u8>)> {
     let record = fleet_record("a profile", flockbot_conditions());
     let digest = record.conditions.digest();
     let run_id = record.run_id.clone();
-    let lease = |state, counter| {
+    let lease = |state: LeaseState, counter| {
         cdr::encode(&RunLease {
             run_id: run_id.clone(),
             epoch: 7,
-            state,
+            state: state.into(),
             parameter_digest: digest,
             robots: vec![ROBOT.to_owned()],
             echoed_counter: vec![counter],
@@ -62,25 +62,26 @@ fn messages_of_a_run() -> Vec<(Kind, Vec<u8>)> {
         epoch: 7,
         run_id: run_id.clone(),
         parameter_digest: digest,
-        state: RobotStatus::MOVING,
+        state: u8::from(RobotState::Moving),
         ..RobotStatus::default()
     });
     let mut twist = Twist::default();
     twist.linear.x = 0.1;
     let text = |data| cdr::encode(&Text { data });
-    let locks = Locks(BTreeMap::from([(Source([1; 16]), Cause::Engaged)])).to_string();
+    let locks = Locks(BTreeMap::from([(Source([1; 16]), LockCause::Engaged)]));
+    let locks = cdr::encode(&wire::locks_message(&locks));
     vec![
         (Kind::Record, text(record.to_json())),
-        (Kind::Lease, lease(RunLease::ARMED, 1)),
+        (Kind::Lease, lease(LeaseState::Armed, 1)),
         (Kind::OfController, status.clone()),
-        (Kind::Lease, lease(RunLease::RUNNING, 2)),
+        (Kind::Lease, lease(LeaseState::Running, 2)),
         (Kind::Status, status),
         (Kind::Clock, cdr::encode(&Clock { clock: Time { sec: 1, nanosec: 0 } })),
         (Kind::Pose, cdr::encode(&Pose::default())),
         (Kind::Command, cdr::encode(&twist)),
         (Kind::EStop, cdr::encode(&Bool { data: true })),
-        (Kind::Locks, text(locks.clone())),
-        (Kind::Release, text(locks)),
+        (Kind::Locks, locks.clone()),
+        (Kind::Release, locks),
         (Kind::Ending, text(Ending::completed().to_json(&run_id))),
     ]
 }
@@ -155,12 +156,12 @@ impl Floor {
                 (Some(robot::Event::EStop { source, engaged }), Event::EStop { source, engaged })
             }
             Kind::Locks => {
-                let locks: Locks = decode::<Text>(bytes)?.data.parse().map_err(in_words)?;
+                let locks = wire::locks(decode(bytes)?).map_err(in_words)?;
                 let observed = Event::Locks { reporter: source, locks: locks.clone() };
                 (Some(robot::Event::LocksOfOthers(locks)), observed)
             }
             Kind::Release => {
-                let locks: Locks = decode::<Text>(bytes)?.data.parse().map_err(in_words)?;
+                let locks = wire::locks(decode(bytes)?).map_err(in_words)?;
                 let sources = locks.0.into_keys().collect();
                 (Some(robot::Event::Release(sources)), Event::Found { robot })
             }

@@ -14,7 +14,7 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::rosgraph_msgs::Clock;
-use rsrs_msgs::rsrs::{RunLease, WorldDigest};
+use rsrs_msgs::rsrs::{LeaseState, WorldDigest};
 use rsrs_msgs::topics;
 use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
@@ -74,7 +74,7 @@ pub fn write(
     let mut trajectory = Trajectory::new(conditions.period_s, conditions.robots);
     trajectory.n_objects = conditions.world.n_objects();
     let mut obeyed = vec![Command::STOP; conditions.robots];
-    recorder.lease(0, RunLease::RUNNING)?;
+    recorder.lease(0, LeaseState::Running)?;
     let steps = conditions.steps(record.duration_s);
     for step in 1..=steps {
         let digest = world.digest();
@@ -97,7 +97,7 @@ pub fn write(
         trajectory.commands.extend_from_slice(&commands);
         obeyed = commands;
     }
-    recorder.lease(steps, RunLease::STOPPED)?;
+    recorder.lease(steps, LeaseState::Stopped)?;
     Ok((recorder.recorder.close()?, trajectory))
 }
 
@@ -161,7 +161,7 @@ impl<'a> Lockstep<'a> {
         Ok(())
     }
 
-    fn lease(&mut self, step: u64, state: u8) -> Result<(), BagError> {
+    fn lease(&mut self, step: u64, state: LeaseState) -> Result<(), BagError> {
         self.recorder.lease(step * self.period_ns, state)
     }
 }

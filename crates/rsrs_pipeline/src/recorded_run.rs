@@ -12,7 +12,7 @@ use rsrs_core::numerals::{count, counted, size};
 use rsrs_files::quoted;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::cdr;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
 
@@ -126,7 +126,7 @@ pub fn ending_in(bag: &Bag) -> anyhow::Result<Option<Ending>> {
 pub fn has_started(bag: &Bag) -> bool {
     let leases = bag.messages_on([topics::LEASE.name]).map_while(Result::ok);
     let mut leases = leases.filter_map(|message| cdr::decode::<RunLease>(&message.bytes).ok());
-    leases.any(|lease| lease.state == RunLease::RUNNING)
+    leases.any(|lease| lease.state == LeaseState::Running)
 }
 
 /// Where the recording breaks off or is damaged, in words; `None` for a whole bag.

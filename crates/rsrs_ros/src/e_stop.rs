@@ -5,8 +5,10 @@ use std::collections::BTreeSet;
 use crate::session::{
     NodeHandle, PublishError, Publisher, Received, Session, SessionError, Subscription,
 };
-use rsrs_fleet::e_stop::{Locks, Source};
-use rsrs_msgs::std_msgs::{Bool, Text};
+use rsrs_fleet::e_stop::{LockCause, Locks, Source};
+use rsrs_fleet::wire;
+use rsrs_msgs::rsrs::{EStopLock, EStopLocks};
+use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 
 /// What was received on one of the topics.
@@ -41,7 +43,7 @@ impl EStopSubscriptions {
     ///
     /// # Arguments
     ///
-    /// * `deliver` — takes every message; text that names no locks is logged and left out.
+    /// * `deliver` — takes every message; a cause that there is not is logged, and its message left out.
     ///
     /// # Errors
     ///
@@ -59,36 +61,48 @@ impl EStopSubscriptions {
                 let source = Source(sample.writer);
                 to_state(EStopMessage::State { source, engaged: sample.message.data });
             })?,
-            session.subscribe(node, release.name, release.qos, move |sample: Received<Text>| {
-                if let Some(locks) = understood(release.name, &sample.message) {
-                    to_release(EStopMessage::Release(locks.0.into_keys().collect()));
-                }
-            })?,
-            session.subscribe(node, locks.name, locks.qos, move |sample: Received<Text>| {
-                let reporter = Source(sample.writer);
-                if let Some(locks) = understood(locks.name, &sample.message) {
-                    to_locks(EStopMessage::Locks { reporter, locks });
-                }
-            })?,
+            session.subscribe(
+                node,
+                release.name,
+                release.qos,
+                move |sample: Received<EStopLocks>| {
+                    if let Some(locks) = understood(release.name, sample.message) {
+                        to_release(EStopMessage::Release(locks.0.into_keys().collect()));
+                    }
+                },
+            )?,
+            session.subscribe(
+                node,
+                locks.name,
+                locks.qos,
+                move |sample: Received<EStopLocks>| {
+                    let reporter = Source(sample.writer);
+                    if let Some(locks) = understood(locks.name, sample.message) {
+                        to_locks(EStopMessage::Locks { reporter, locks });
+                    }
+                },
+            )?,
         ];
         Ok(Self { _all: all })
     }
 }
 
-/// Reads locks; what is none is logged.
-pub fn understood(topic: &str, text: &Text) -> Option<Locks> {
-    text.data.parse().inspect_err(|error| log::warn!("refused a message on {topic}: {error}")).ok()
+/// Understands locks; what is none is logged.
+fn understood(topic: &str, message: EStopLocks) -> Option<Locks> {
+    let refused = |error: &_| log::warn!("refused a message on {topic}: {error}");
+    wire::locks(message).inspect_err(refused).ok()
 }
 
 /// Puts the names of sources into a message; why they lock does not matter to a release.
-pub fn release_message(sources: &BTreeSet<Source>) -> Text {
-    let locks = sources.iter().map(|source| (*source, rsrs_fleet::e_stop::Cause::Engaged));
-    Text { data: Locks(locks.collect()).to_string() }
+pub fn release_message(sources: &BTreeSet<Source>) -> EStopLocks {
+    let cause = LockCause::Engaged.into();
+    let lock = |source: &Source| EStopLock { source: source.0, cause };
+    EStopLocks { locks: sources.iter().map(lock).collect() }
 }
 
 /// Publishes what is locked on the robots of this process, whenever that changes.
 pub struct LocksPublisher {
-    publisher: Publisher<Text>,
+    publisher: Publisher<EStopLocks>,
     given: Locks,
 }
 
@@ -113,7 +127,7 @@ impl LocksPublisher {
         if locks == self.given {
             return Ok(());
         }
-        self.publisher.publish(Text { data: locks.to_string() }).await?;
+        self.publisher.publish(wire::locks_message(&locks)).await?;
         self.given = locks;
         Ok(())
     }

@@ -167,6 +167,16 @@ pub const DEFINITIONS: &[Definition] = &[
         hash: "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
     },
     Definition {
+        type_name: "rsrs_msgs/msg/EStopLock",
+        text: include_str!("../../msg/EStopLock.msg"),
+        hash: "RIHS01_LOCK",
+    },
+    Definition {
+        type_name: "rsrs_msgs/msg/EStopLocks",
+        text: include_str!("../../msg/EStopLocks.msg"),
+        hash: "RIHS01_LOCKS",
+    },
+    Definition {
         type_name: "rsrs_msgs/msg/Recorded",
         text: include_str!("../../msg/Recorded.msg"),
         hash: "RIHS01_90ae77c635bda3eeff44b90488e6843a83f6c0b87d51f650d22db1f683eaa4bb",

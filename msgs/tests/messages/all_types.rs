@@ -9,7 +9,7 @@ use rsrs_msgs::rcl_interfaces::{
     SetParametersAtomicallyRequest, SetParametersAtomicallyResponse, SetParametersRequest,
     SetParametersResponse, SetParametersResult,
 };
-use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
+use rsrs_msgs::rsrs::{EStopLock, EStopLocks, Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::{
     RosMessage, builtin_interfaces, cdr, diagnostic_msgs, geometry_msgs,
     motion_capture_tracking_interfaces, nav_msgs, rosgraph_msgs, sensor_msgs,
@@ -99,6 +99,8 @@ pub fn all_types() -> Vec<MessageType> {
         RobotStatus,
         WorldDigest,
         Recorded,
+        EStopLock,
+        EStopLocks,
         DescribeParametersRequest,
         GetParameterTypesRequest,
         GetParameterTypesResponse,

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
+use rsrs_msgs::rsrs::{EStopLock, EStopLocks, Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::{RosMessage, motion_capture_tracking_interfaces, schema};
 use rsrs_testing::python;
 use serde::{Deserialize, Serialize};
@@ -98,16 +98,23 @@ fn trackers_definitions() -> [(&'static str, String); 2] {
 #[test]
 fn bytes_hashes_and_definitions_are_those_of_an_independent_implementation() {
     let definitions_folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("msg");
-    let own_definitions =
-        [RunLease::TYPE_NAME, RobotStatus::TYPE_NAME, WorldDigest::TYPE_NAME, Recorded::TYPE_NAME]
-            .into_iter()
-            .map(|type_name| {
-                let stem = type_name.rsplit('/').next().expect("a type name has parts");
-                let text = std::fs::read_to_string(definitions_folder.join(format!("{stem}.msg")));
-                (type_name, text.expect("our definitions are in msg/"))
-            })
-            .chain(trackers_definitions())
-            .collect();
+    let own_types = [
+        RunLease::TYPE_NAME,
+        RobotStatus::TYPE_NAME,
+        WorldDigest::TYPE_NAME,
+        Recorded::TYPE_NAME,
+        EStopLock::TYPE_NAME,
+        EStopLocks::TYPE_NAME,
+    ];
+    let own_definitions = own_types
+        .into_iter()
+        .map(|type_name| {
+            let stem = type_name.rsplit('/').next().expect("a type name has parts");
+            let text = std::fs::read_to_string(definitions_folder.join(format!("{stem}.msg")));
+            (type_name, text.expect("our definitions are in msg/"))
+        })
+        .chain(trackers_definitions())
+        .collect();
     let schemas: BTreeMap<&str, String> = schema::type_names()
         .map(|name| (name, schema::schema_text(name).expect("its name is in the table")))
         .collect();

@@ -4,7 +4,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use rsrs_msgs::geometry_msgs::TwistStamped;
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{LeaseState, RobotState, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
@@ -180,7 +180,7 @@ async fn body() {
     arming.abort();
     eventually("the lease runs out", || {
         std::iter::from_fn(|| statuses.try_recv().ok())
-            .any(|status| status.state == RobotStatus::STOPPED)
+            .any(|status| status.state == RobotState::Stopped)
     })
     .await;
     client.set_atomically(CONTROLLER, &speed(0.1)).await.expect("the run is over");
@@ -198,7 +198,7 @@ async fn hold_lease(
     let lease = RunLease {
         run_id: "run".to_owned(),
         epoch: 1,
-        state: RunLease::ARMED,
+        state: u8::from(LeaseState::Armed),
         robots: vec!["robot_2".to_owned()],
         echoed_counter: vec![0],
         ..RunLease::default()
@@ -214,7 +214,7 @@ async fn hold_lease(
     });
     eventually("the controller is armed", || {
         std::iter::from_fn(|| statuses.try_recv().ok())
-            .any(|status| status.state == RobotStatus::ARMED && status.epoch == 1)
+            .any(|status| status.state == RobotState::Armed && status.epoch == 1)
     })
     .await;
     arming

@@ -1,6 +1,6 @@
 //! What the samples of a run mean to its machine.
 
-use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
+use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::CmdVel;
 use rsrs_fleet::message::Status;
@@ -10,7 +10,7 @@ use rsrs_fleet::wire;
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use rsrs_msgs::geometry_msgs::{TransformStamped, Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::{Bool, Text};
+use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::wall_time;
@@ -54,8 +54,7 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
             vec![Event::EStop { source, engaged }]
         }
         Role::EStopRelease => {
-            let locks: Locks =
-                decode::<Text>(data)?.data.parse().map_err(|error: NoLocks| error.to_string())?;
+            let locks = wire::locks(decode(data)?).map_err(|error| error.to_string())?;
             vec![Event::Release(locks.0.into_keys().collect())]
         }
         Role::Transforms | Role::StaticTransforms if plan.record.backend != Backend::Simulator => {

@@ -6,14 +6,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use rsrs_fleet::e_stop::{Cause, Source};
+use rsrs_fleet::e_stop::{LockCause, Source};
 use rsrs_fleet::stopper::{
     Action, Event, MOST_ROBOTS, RobotAcknowledgement, StopCommand, StopOutcome, Stopper,
 };
 use rsrs_fleet::timing::TICK;
 use rsrs_fleet::wire;
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::{Bool, Text};
+use rsrs_msgs::rsrs::{EStopLocks, RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::e_stop::{self, EStopMessage, EStopSubscriptions};
 use rsrs_ros::logging::Level;
@@ -57,7 +57,7 @@ pub struct Holding {
     /// The full name of its node, if it is there and announced.
     pub node: Option<String>,
     /// How it came to lock.
-    pub cause: Cause,
+    pub cause: LockCause,
 }
 
 /// Joins a network as who can stop its robots, and publishes nothing that concerns them.
@@ -107,7 +107,7 @@ struct StopNode<'a> {
     node: NodeHandle,
     machine: Stopper,
     e_stop: Publisher<Bool>,
-    release: Publisher<Text>,
+    release: Publisher<EStopLocks>,
     start: Instant,
     status_subscriptions: BTreeMap<String, Subscription>,
     /// Names that are no robot's.

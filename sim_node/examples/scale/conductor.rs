@@ -12,7 +12,7 @@ use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
+use rsrs_msgs::rsrs::{LeaseState, Recorded, RobotState, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
@@ -202,7 +202,7 @@ impl<'a> Conductor<'a> {
             detections: answered.iter().sum(),
             poses: self.poses.load(Ordering::Relaxed),
             moving: self
-                .of_statuses(|status| status.state == RobotStatus::MOVING)
+                .of_statuses(|status| status.state == RobotState::Moving)
                 .iter()
                 .filter(|moves| **moves)
                 .count(),
@@ -220,7 +220,7 @@ impl<'a> Conductor<'a> {
         RunLease {
             run_id: "scale".to_owned(),
             epoch: EPOCH,
-            state: RunLease::ARMED,
+            state: u8::from(LeaseState::Armed),
             parameter_digest: self.conditions.controller.digest(),
             robots: self.robots.clone(),
             echoed_counter: vec![0; self.robots.len()],
@@ -246,7 +246,7 @@ impl<'a> Conductor<'a> {
             counter: self.beats,
             epoch: EPOCH,
             parameter_digest: lease.parameter_digest,
-            state: RobotStatus::ARMED,
+            state: u8::from(RobotState::Armed),
             ..RobotStatus::default()
         };
         for controller in &self.controllers {
@@ -255,9 +255,9 @@ impl<'a> Conductor<'a> {
         }
         // Only who is armed may be started.
         let is_armed =
-            |status: &RobotStatus| status.epoch == EPOCH && status.state == RobotStatus::ARMED;
+            |status: &RobotStatus| status.epoch == EPOCH && status.state == RobotState::Armed;
         if self.of_statuses(is_armed).iter().all(|is_armed| *is_armed) {
-            lease.state = RunLease::RUNNING;
+            lease.state = u8::from(LeaseState::Running);
         }
         lease.echoed_counter = self.of_statuses(|status| status.counter);
         self.leases.publish(lease.clone()).await.expect("a healthy network");

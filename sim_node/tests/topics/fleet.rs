@@ -11,7 +11,7 @@ use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::simulator::placement_digest;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{LeaseState, RobotState, RobotStatus, RunLease};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
@@ -157,14 +157,14 @@ impl<M: RosMessage + Clone + Send + 'static> Latest<M> {
 
 impl Latest<RobotStatus> {
     /// Waits until the simulator reports that it is in a state, and returns that status.
-    pub async fn in_state(&self, state: u8) -> RobotStatus {
+    pub async fn in_state(&self, state: RobotState) -> RobotStatus {
         let is_reported = || self.only().is_some_and(|status| status.state == state);
         eventually(&format!("the simulator is in state {state}"), is_reported).await;
         self.only().expect("it has just been there")
     }
 
     /// Whether every robot is in a state.
-    pub fn all_in_state(&self, state: u8) -> bool {
+    pub fn all_in_state(&self, state: RobotState) -> bool {
         ROBOTS.iter().all(|robot| self.get(robot).is_some_and(|status| status.state == state))
     }
 }
@@ -202,7 +202,7 @@ pub fn armed_lease() -> RunLease {
     RunLease {
         run_id: "run".to_owned(),
         epoch: 1,
-        state: RunLease::ARMED,
+        state: u8::from(LeaseState::Armed),
         parameter_digest: conditions().controller.digest(),
         robots: ROBOTS.iter().map(|robot| (*robot).to_owned()).collect(),
         echoed_counter: vec![0; ROBOTS.len()],

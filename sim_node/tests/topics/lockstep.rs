@@ -7,7 +7,7 @@ use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
+use rsrs_msgs::rsrs::{LeaseState, Recorded, RobotState, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
@@ -83,14 +83,14 @@ async fn run() {
         session.wait_for_writers(&name, 1, TIMEOUT).await.expect("the simulator publishes");
     }
     world.place(&session, &node).await.expect("the world can be placed");
-    let armed = simulator.in_state(RobotStatus::ARMED).await;
+    let armed = simulator.in_state(RobotState::Armed).await;
     assert_eq!(armed.parameter_digest, world.digest());
 
     let mut conductor = Conductor::new(&session, &node, &robots);
     let run = conductor.conduct(&mut received);
     tokio::time::timeout(TIMEOUT, run).await.expect("the run ends");
 
-    let stopped = simulator.in_state(RobotStatus::STOPPED).await;
+    let stopped = simulator.in_state(RobotState::Stopped).await;
     assert_eq!(stopped.stop_reason, "all steps are made");
     assert_eq!(stopped.parameter_digest, world.digest());
     let bits: Vec<u64> = conductor.digests.iter().map(|digest| digest.digest).collect();
@@ -190,8 +190,8 @@ impl<'a> Conductor<'a> {
         for (robot, echo) in ROBOTS.iter().zip(&mut lease.echoed_counter) {
             *echo = self.robots.get(robot).map_or(0, |status| status.counter);
         }
-        if self.robots.all_in_state(RobotStatus::ARMED) {
-            lease.state = RunLease::RUNNING;
+        if self.robots.all_in_state(RobotState::Armed) {
+            lease.state = u8::from(LeaseState::Running);
         }
         self.leases.publish(lease.clone()).await.expect("a healthy network");
     }

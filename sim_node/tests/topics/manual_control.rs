@@ -6,7 +6,7 @@ use std::time::Duration;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::geometry_msgs::{Point, Quaternion};
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::{RobotStatus, WorldDigest};
+use rsrs_msgs::rsrs::{RobotState, RobotStatus, WorldDigest};
 use rsrs_msgs::simulation_interfaces::{
     GetEntitiesRequest, GetEntitiesResponse, GetEntitiesStatesRequest, GetEntitiesStatesResponse,
     GetEntityStateRequest, GetEntityStateResponse, GetSimulationStateRequest,
@@ -155,7 +155,7 @@ async fn steer(tool: &Tool<'_>) {
     eventually("five steps are made", stepped).await;
     let digest = digests.only().expect("it has come").digest;
     assert_eq!(digest, expected[5], "a manual step is a step of the replicate");
-    assert_eq!(statuses.in_state(RobotStatus::IDLE).await.parameter_digest, 0);
+    assert_eq!(statuses.in_state(RobotState::Idle).await.parameter_digest, 0);
 
     moves_a_robot(tool).await;
     assert_eq!(tool.set_state(SimulationState::PLAYING).await.result, Outcome::OK);
@@ -166,7 +166,7 @@ async fn steer(tool: &Tool<'_>) {
     assert_eq!(tool.reset(ResetSimulationRequest::TIME).await.result, 0);
     assert_eq!(tool.reset(0).await.result, Outcome::OK);
     assert_eq!(tool.state().await, SimulationState::STOPPED);
-    let armed = statuses.in_state(RobotStatus::ARMED).await;
+    let armed = statuses.in_state(RobotState::Armed).await;
     assert_eq!(armed.parameter_digest, world.digest(), "it is a run's world again");
     let again = tool.set_state(SimulationState::STOPPED).await;
     assert_eq!(again.result, SetSimulationStateResponse::ALREADY_IN_TARGET_STATE);
@@ -258,7 +258,7 @@ async fn held() {
         }
     };
     let trying = async {
-        eventually("the robots are armed", || robots.all_in_state(RobotStatus::ARMED)).await;
+        eventually("the robots are armed", || robots.all_in_state(RobotState::Armed)).await;
         let tool = Tool { session: &session, node: &node, mapping: Mapping::Enhanced };
         assert_eq!(tool.state().await, SimulationState::STOPPED);
         for result in [
@@ -278,7 +278,7 @@ async fn held() {
         };
         let answer: SetEntityStateResponse = tool.call("set_entity_state", request).await;
         assert_eq!(answer.result.result, Outcome::INCORRECT_STATE);
-        assert!(robots.all_in_state(RobotStatus::ARMED));
+        assert!(robots.all_in_state(RobotState::Armed));
     };
     tokio::select! {
         () = holding => {}

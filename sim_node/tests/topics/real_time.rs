@@ -7,7 +7,7 @@ use rsrs_fleet::wire;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rosgraph_msgs::Clock;
-use rsrs_msgs::rsrs::{RobotStatus, RunLease, WorldDigest};
+use rsrs_msgs::rsrs::{LeaseState, RobotState, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
@@ -52,8 +52,8 @@ async fn run() {
     // Controllers may come later than the world.
     let mut conductor = Conductor::new(&session, &node, &seen.robots);
     until_a_twist_is_received(&session).await;
-    conductor.until(|| seen.robots.all_in_state(RobotStatus::ARMED)).await;
-    conductor.lease.state = RunLease::RUNNING;
+    conductor.until(|| seen.robots.all_in_state(RobotState::Armed)).await;
+    conductor.lease.state = u8::from(LeaseState::Running);
     seen.moves(&mut conductor).await;
     seen.one_that_receives_no_command_stands(&mut conductor).await;
     seen.stops_without_leases(&world, &mut conductor).await;
@@ -75,7 +75,7 @@ struct Seen {
 
 impl Seen {
     async fn stands_and_senses_before_the_start(&self, digest: u64) {
-        let armed = self.simulator.in_state(RobotStatus::ARMED).await;
+        let armed = self.simulator.in_state(RobotState::Armed).await;
         assert_eq!(armed.parameter_digest, digest);
         let all_speak = || {
             let odoms = self.odom.places();
@@ -102,7 +102,10 @@ impl Seen {
         // The third robot's commands carry no stamp.
         conductor.until(|| (0..ROBOTS.len()).all(has_moved)).await;
 
-        assert_eq!(self.simulator.only().expect("it publishes").state, RobotStatus::MOVING);
+        assert_eq!(
+            self.simulator.only().expect("it publishes").state,
+            u8::from(RobotState::Moving)
+        );
         let odometry = self.odom.get(ROBOTS[2]).expect("it has moved");
         assert_eq!(wire::command(&odometry.twist.twist), Ok(FORWARD));
         assert_eq!(odometry.child_frame_id, "robot_3/base_link");
@@ -130,8 +133,8 @@ impl Seen {
     async fn stops_without_leases(&self, world: &World, conductor: &mut Conductor<'_>) {
         let silence = Instant::now();
         conductor.runner = Runner::Dead;
-        conductor.until(|| self.robots.all_in_state(RobotStatus::STOPPED)).await;
-        let stopped = self.simulator.in_state(RobotStatus::STOPPED).await;
+        conductor.until(|| self.robots.all_in_state(RobotState::Stopped)).await;
+        let stopped = self.simulator.in_state(RobotState::Stopped).await;
         assert!(silence.elapsed() < LEASE_DURATION + MARGIN, "{:?}", silence.elapsed());
         assert_eq!(stopped.stop_reason, "every robot has stopped");
         assert_eq!(stopped.parameter_digest, world.digest());
@@ -154,7 +157,7 @@ impl Seen {
             conductor.beat().await;
             tokio::time::sleep(BEAT).await;
         }
-        assert!(self.robots.all_in_state(RobotStatus::STOPPED), "a lapse is a stop");
+        assert!(self.robots.all_in_state(RobotState::Stopped), "a lapse is a stop");
         assert_eq!(self.odom.places(), places);
     }
 }

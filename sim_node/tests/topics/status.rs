@@ -1,7 +1,7 @@
 //! What the simulator reports of itself, and what it refuses.
 
 use rsrs_core::conditions::Placement;
-use rsrs_msgs::rsrs::RobotStatus;
+use rsrs_msgs::rsrs::{RobotState, RobotStatus};
 use rsrs_msgs::topics;
 
 use crate::fleet::{Latest, World, conditions, set, start};
@@ -19,7 +19,7 @@ async fn placing() {
     let statuses = Latest::<RobotStatus>::of(&session, &node, topics::SIMULATOR_STATUS);
     let mut world = World { conditions: conditions(), steps: 3, time: "lockstep" };
 
-    let idle = statuses.in_state(RobotStatus::IDLE).await;
+    let idle = statuses.in_state(RobotState::Idle).await;
     assert_eq!((idle.parameter_digest, idle.battery_v.is_nan()), (0, true));
     assert_eq!(idle.stop_reason, "no world is placed");
 
@@ -36,23 +36,23 @@ async fn placing() {
     assert!(refusal.contains("`conditions` is not an experiment's"), "{refusal}");
     let refusal = set(&session, &node, "", 3, "slow").await.expect_err("it makes no world");
     assert!(refusal.contains("`time` is `slow`"), "{refusal}");
-    assert_eq!(statuses.in_state(RobotStatus::IDLE).await.parameter_digest, 0);
+    assert_eq!(statuses.in_state(RobotState::Idle).await.parameter_digest, 0);
 
     // Only placing shows that robots do not fit.
     world.conditions = conditions();
     world.conditions.placement = Placement::DiscFacingOut { radius_m: 0.01 };
     world.place(&session, &node).await.expect("every number is possible");
-    let fault = statuses.in_state(RobotStatus::FAULT).await;
+    let fault = statuses.in_state(RobotState::Fault).await;
     assert_eq!(fault.parameter_digest, 0);
     assert!(fault.stop_reason.contains("3 robots do not fit"), "{}", fault.stop_reason);
 
     world.conditions = conditions();
     world.place(&session, &node).await.expect("the world can be placed");
-    let armed = statuses.in_state(RobotStatus::ARMED).await;
+    let armed = statuses.in_state(RobotState::Armed).await;
     assert_eq!(armed.parameter_digest, world.digest());
     assert!(armed.counter > fault.counter);
 
     set(&session, &node, "", 0, "lockstep").await.expect("no world is a choice");
-    statuses.in_state(RobotStatus::IDLE).await;
+    statuses.in_state(RobotState::Idle).await;
     session.close().await;
 }

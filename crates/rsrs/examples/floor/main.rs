@@ -28,7 +28,7 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::gain::speed_gain;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::LeaseState;
 use rsrs_pipeline::episode::recorder::Recorder;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::{LabelOptions, label_bag};
@@ -213,7 +213,7 @@ fn record(
     };
     let (mut recorder, []) = Recorder::open(bag, &record, [])?;
     let mut fleet = FaultyFleet::new(conditions, Seed { seed, replicate: 0 })?;
-    recorder.lease(0, RunLease::RUNNING)?;
+    recorder.lease(0, LeaseState::Running)?;
     while fleet.time_s() < DURATION_S {
         for step in fleet.advance() {
             recorder.detection(&step)?;
@@ -221,7 +221,7 @@ fn record(
             recorder.command(&step)?;
         }
     }
-    recorder.lease(fleet.time_ns(), RunLease::STOPPED)?;
+    recorder.lease(fleet.time_ns(), LeaseState::Stopped)?;
     recorder.close()?;
     Ok(())
 }

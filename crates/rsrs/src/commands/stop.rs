@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rsrs_core::printable::one_line;
 use rsrs_experiment_runner::stop::{Holding, StopReport, command_all, join};
-use rsrs_fleet::e_stop::Cause;
+use rsrs_fleet::e_stop::LockCause;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_fleet::stopper::{RobotAcknowledgement, StopCommand, StopOutcome};
 use rsrs_ros::logging::{self, Level};
@@ -149,8 +149,8 @@ fn holding_row(holding: &Holding) -> HoldingRow {
         node: holding.node.clone(),
         publisher: holding.source.to_string(),
         cause: match holding.cause {
-            Cause::Engaged => "engaged",
-            Cause::Silent => "silent",
+            LockCause::Engaged => "engaged",
+            LockCause::Silent => "silent",
         },
     }
 }

@@ -5,7 +5,7 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_core::world::WorldFile;
 
 use super::*;
-use crate::e_stop::Cause;
+use crate::e_stop::LockCause;
 use crate::experiment::Time;
 use crate::message::{Echo, RobotState, StopCause};
 use crate::record::tests::record;
@@ -193,7 +193,7 @@ fn who_holds_the_e_stop_is_known_from_itself_and_from_the_robots() {
     let (button, gone) = (Source([1; 16]), Source([2; 16]));
     let mut observation = Observation::default();
     observation.on_event(Event::EStop { source: button, engaged: true }, at(0.0));
-    let locks = Locks(BTreeMap::from([(gone, Cause::Silent)]));
+    let locks = Locks(BTreeMap::from([(gone, LockCause::Silent)]));
     observation.on_event(Event::Locks { reporter: Source([3; 16]), locks }, at(0.1));
 
     assert_eq!(observation.e_stop(), BTreeSet::from([button, gone]));

@@ -1,5 +1,5 @@
 use super::*;
-use crate::e_stop::Cause;
+use crate::e_stop::LockCause;
 use crate::message::StopCause;
 
 fn expected() -> Expected {
@@ -80,7 +80,7 @@ fn every_problem_is_named_at_once() {
     );
     seen.controllers.remove("robot_2");
     seen.other_runs.insert("other".to_owned());
-    seen.e_stop = Locks([(Source([3; 16]), Cause::Engaged)].into());
+    seen.e_stop = Locks([(Source([3; 16]), LockCause::Engaged)].into());
 
     let sentences: Vec<_> = problems(&expected(), &seen).iter().map(ToString::to_string).collect();
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::e_stop::Cause;
+use crate::e_stop::LockCause;
 use crate::message::Echo;
 
 mod of_two_sources;

@@ -162,7 +162,7 @@ const LEFT: Source = Source([1; 16]);
 const THERE: Source = Source([2; 16]);
 const REPORTER: Source = Source([9; 16]);
 
-fn locked_by(sources: &[(Source, Cause)]) -> Event {
+fn locked_by(sources: &[(Source, LockCause)]) -> Event {
     let locks = Locks(sources.iter().copied().collect());
     Event::Locks { reporter: REPORTER, locks }
 }
@@ -171,15 +171,15 @@ fn locked_by(sources: &[(Source, Cause)]) -> Event {
 fn a_release_ends_the_locks_of_who_has_left_and_names_who_still_holds() {
     let mut stopper = Stopper::new(StopCommand::Release);
     stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::EStop), ms(0));
-    stopper.on_event(locked_by(&[(LEFT, Cause::Engaged), (THERE, Cause::Engaged)]), ms(0));
+    stopper.on_event(locked_by(&[(LEFT, LockCause::Engaged), (THERE, LockCause::Engaged)]), ms(0));
     stopper.on_event(Event::Publishers([THERE].into()), ms(0));
 
     let actions = stopper.on_event(Event::Tick, ms(2_000));
     assert_eq!(actions, [Action::Publish(false), Action::Release([LEFT].into())]);
-    assert_eq!(stopper.holding(ms(2_000)), Locks([(THERE, Cause::Engaged)].into()));
+    assert_eq!(stopper.holding(ms(2_000)), Locks([(THERE, LockCause::Engaged)].into()));
 
     // It goes.
-    stopper.on_event(locked_by(&[(THERE, Cause::Engaged)]), ms(2_010));
+    stopper.on_event(locked_by(&[(THERE, LockCause::Engaged)]), ms(2_010));
     stopper.on_event(Event::Publishers(BTreeSet::new()), ms(2_020));
     let actions = stopper.on_event(Event::Tick, ms(2_100));
     assert_eq!(actions, [Action::Publish(false), Action::Release([THERE].into())]);
@@ -188,14 +188,14 @@ fn a_release_ends_the_locks_of_who_has_left_and_names_who_still_holds() {
 #[test]
 fn a_source_that_fell_silent_is_released_and_one_that_publishes_true_is_not() {
     let mut stopper = Stopper::new(StopCommand::Release);
-    stopper.on_event(locked_by(&[(LEFT, Cause::Engaged), (THERE, Cause::Silent)]), ms(0));
+    stopper.on_event(locked_by(&[(LEFT, LockCause::Engaged), (THERE, LockCause::Silent)]), ms(0));
     stopper.on_event(Event::Publishers([THERE].into()), ms(0));
     stopper.on_event(Event::EStop { source: LEFT, engaged: true }, ms(1_500));
 
     let actions = stopper.on_event(Event::Tick, ms(2_000));
 
     assert_eq!(actions, [Action::Publish(false), Action::Release([THERE].into())]);
-    assert_eq!(stopper.holding(ms(2_000)), Locks([(LEFT, Cause::Engaged)].into()));
+    assert_eq!(stopper.holding(ms(2_000)), Locks([(LEFT, LockCause::Engaged)].into()));
 }
 
 #[test]

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_core::robot::controller::Command;
-use rsrs_fleet::e_stop::{Cause, Locks, Source};
+use rsrs_fleet::e_stop::{LockCause, Locks, Source};
 use rsrs_fleet::message::{Lease, LeaseState};
 
 use crate::network::Sent;
@@ -195,7 +195,7 @@ impl SafetyOracle {
     pub fn adopts(&mut self, locks: &Locks) {
         self.was_locked |= !locks.0.is_empty();
         for (source, cause) in &locks.0 {
-            if *cause == Cause::Engaged {
+            if *cause == LockCause::Engaged {
                 self.engaged_ms.entry(*source).or_insert(0);
             }
         }

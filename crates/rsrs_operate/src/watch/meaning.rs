@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
+use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::observation::Event;
 use rsrs_fleet::record::{Ending, ExperimentRecord};
 use rsrs_fleet::wire;
@@ -102,8 +102,7 @@ impl WatchedTopic {
         } else if topic == topics::E_STOP {
             Event::EStop { source: writer, engaged: decode::<Bool>(bytes)?.data }
         } else if topic == topics::E_STOP_LOCKS {
-            let locks: Locks =
-                decode::<Text>(bytes)?.data.parse().map_err(|error: NoLocks| text(error))?;
+            let locks = wire::locks(decode(bytes)?).map_err(text)?;
             Event::Locks { reporter: writer, locks }
         } else if topic == topics::EXPERIMENT {
             let record = ExperimentRecord::from_json(&decode::<Text>(bytes)?.data).map_err(text)?;

@@ -14,7 +14,7 @@ use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, Quaternion, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Header, Text};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_msgs::{RosMessage, cdr};
@@ -180,12 +180,12 @@ impl<'a> Recorder<'a> {
     /// # Errors
     ///
     /// If the bag cannot be written.
-    pub fn lease(&mut self, time_ns: u64, state: u8) -> Result<(), BagError> {
+    pub fn lease(&mut self, time_ns: u64, state: LeaseState) -> Result<(), BagError> {
         let lease = RunLease {
             header: Header { stamp: Stamp::from_nanos(time_ns), frame_id: String::new() },
             run_id: self.record.run_id.clone(),
             epoch: 1,
-            state,
+            state: state.into(),
             parameter_digest: self.record.conditions.controller.digest(),
             robots: self.record.robots.clone(),
             echoed_counter: vec![0; self.record.robots.len()],

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Context;
 use rsrs_bags::BagMessage;
 use rsrs_core::trials::trial::SETTLING_TIME_S;
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::{cdr, topics};
 
 use crate::recorded_run;
@@ -51,7 +51,7 @@ pub fn read(bag: &Path, topics: impl IntoIterator<Item = String>) -> anyhow::Res
         let message = message.with_context(what)?;
         if *message.topic == *topics::LEASE.name {
             let lease: RunLease = cdr::decode(&message.bytes).with_context(what)?;
-            let is_running = lease.state == RunLease::RUNNING;
+            let is_running = lease.state == LeaseState::Running;
             if run_id.is_none() && is_running {
                 window.from_ns = Some(message.log_time_ns.saturating_add(settling_ns));
                 run_id = Some(lease.run_id);

@@ -10,7 +10,7 @@ use rsrs_core::robot::controller::state_machine::{Memory, Program, transition_ke
 use rsrs_core::robot::controller::{Command, Controller, ControllerParameters};
 use rsrs_core::robot::sensor::{ReadingNames, Readings};
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
-use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::{RosMessage, cdr, topics};
 use serde::Serialize;
@@ -188,7 +188,7 @@ fn collect(bag: &Bag) -> anyhow::Result<(BTreeMap<String, Recorded>, Running)> {
         let at_ns = message.log_time_ns;
         if message.type_name.as_ref() == RunLease::TYPE_NAME {
             let lease: RunLease = decode(&message)?;
-            match (lease.state == RunLease::RUNNING, start_ns) {
+            match (lease.state == LeaseState::Running, start_ns) {
                 (true, None) => start_ns = Some(at_ns),
                 (false, Some(_)) => end_ns = end_ns.or(Some(at_ns)),
                 (true, Some(_)) | (false, None) => {}

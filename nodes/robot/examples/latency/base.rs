@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use anyhow::bail;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{LeaseState, RobotState, RobotStatus, RunLease};
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos, Topic};
@@ -141,7 +141,7 @@ impl Base {
             tokio::select! {
                 _ = beat.tick() => {
                     let state = self.beat().await?;
-                    if state == RobotStatus::MOVING && moved.is_none() {
+                    if state == RobotState::Moving && moved.is_none() {
                         lock(&self.witness).detections.clear();
                         moved = Some(Instant::now());
                     }
@@ -167,11 +167,15 @@ impl Base {
             let witness = lock(&self.witness);
             (witness.status.clone(), witness.controller_digest)
         };
-        let is_armed = status.epoch == 1 && status.state != RobotStatus::IDLE;
+        let is_armed = status.epoch == 1 && status.state != RobotState::Idle;
         let lease = RunLease {
             run_id: "latency".to_owned(),
             epoch: 1,
-            state: if is_armed { RunLease::RUNNING } else { RunLease::ARMED },
+            state: if is_armed {
+                u8::from(LeaseState::Running)
+            } else {
+                u8::from(LeaseState::Armed)
+            },
             parameter_digest,
             robots: vec![ROBOT.to_owned()],
             echoed_counter: vec![status.counter],

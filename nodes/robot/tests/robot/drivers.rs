@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
-use rsrs_msgs::rsrs::RobotStatus;
+use rsrs_msgs::rsrs::RobotState;
 use rsrs_msgs::sensor_msgs::{LaserScan, Range};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Topic};
@@ -88,7 +88,7 @@ fn a_base_of_somebody_else_is_driven_by_its_range_sensor() {
         let detection = Last::<Bool>::of(&session, &base, topics::DETECTION);
         let range = Last::<Range>::of(&session, &base, topics::RANGE);
         let runner = Runner::start(&session, &base);
-        eventually("a robot without a sensor is in fault", || runner.state() == RobotStatus::FAULT)
+        eventually("a robot without a sensor is in fault", || runner.state() == RobotState::Fault)
             .await;
 
         let far = Range { min_range: 0.02, max_range: 2.0, range: 1.5, ..Range::default() };

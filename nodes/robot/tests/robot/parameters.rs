@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
-use rsrs_msgs::rsrs::RobotStatus;
+use rsrs_msgs::rsrs::RobotState;
 use rsrs_msgs::topics;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use tokio::sync::mpsc::unbounded_channel;
@@ -53,7 +53,7 @@ fn parameters_are_set_together_within_their_ranges_and_not_during_a_run() {
         runner.run_epoch(1).await;
         client.set_atomically(NODE, &good).await.expect_err("a run holds the parameters");
         runner.messages().lease = None;
-        eventually("the lease runs out", || runner.state() == RobotStatus::STOPPED).await;
+        eventually("the lease runs out", || runner.state() == RobotState::Stopped).await;
         // It may go on within a second, and is over after that.
         let start = Instant::now();
         while let Err(error) = client.set_atomically(NODE, &good).await {

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped, Vector3};
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{LeaseState, RobotState, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
@@ -111,13 +111,13 @@ impl Runner {
 
     /// Arms an epoch, waits for the robot to arm, and runs.
     pub async fn run_epoch(&self, epoch: u64) {
-        self.messages().lease = Some((epoch, RunLease::ARMED));
+        self.messages().lease = Some((epoch, u8::from(LeaseState::Armed)));
         self.until_it_is("armed", |status| {
-            (status.state, status.epoch) == (RobotStatus::ARMED, epoch)
+            (status.state, status.epoch) == (u8::from(RobotState::Armed), epoch)
         })
         .await;
-        self.messages().lease = Some((epoch, RunLease::RUNNING));
-        self.until_it_is("moving", |status| status.state == RobotStatus::MOVING).await;
+        self.messages().lease = Some((epoch, u8::from(LeaseState::Running)));
+        self.until_it_is("moving", |status| status.state == RobotState::Moving).await;
     }
 
     /// Waits for a status.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::micro::{self, Micro, Socket};
 use super::rest_of_fleet::{DIGEST, Node, Runner};
 use rsrs_fleet::timing::RESUME_TIMEOUT;
-use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{LeaseState, RobotState};
 use rsrs_ros::session::{NodeHandle, Session};
 use rsrs_testing::network::{eventually, in_own_network, session};
 
@@ -120,7 +120,7 @@ fn a_command_beyond_the_limits_stops_the_wheels_at_once() {
             // It is published with the next beat.
             assert_within(refused, stood, 100);
             scene.still().await;
-            assert_eq!(scene.runner.state(), RobotStatus::MOVING);
+            assert_eq!(scene.runner.state(), u8::from(RobotState::Moving));
             scene.runner.messages().command = Some((0.1, 0.5));
             scene.wheels_turn().await;
         }
@@ -146,7 +146,11 @@ fn a_stale_command_stops_the_wheels_until_a_fresh_one_comes() {
             // 2.5 periods of 130 ms.
             assert_within(silent, stood, 325);
             scene.still().await;
-            assert_eq!(scene.runner.state(), RobotStatus::MOVING, "a stale command is no latch");
+            assert_eq!(
+                scene.runner.state(),
+                u8::from(RobotState::Moving),
+                "a stale command is no latch"
+            );
 
             scene.runner.messages().command = Some((0.1, 0.5));
             scene.wheels_turn().await;
@@ -190,13 +194,13 @@ fn a_runner_that_falls_silent_stops_the_wheels_and_may_let_them_go_on_within_a_s
             let silent = Instant::now();
             let stood = scene.wheels_stand().await;
             assert_within(silent, stood, 500);
-            scene.runner.messages().lease = Some((1, RunLease::RUNNING));
+            scene.runner.messages().lease = Some((1, u8::from(LeaseState::Running)));
             scene.wheels_turn().await;
 
             scene.runner.messages().lease = None;
             scene.wheels_stand().await;
             tokio::time::sleep(RESUME_TIMEOUT + WATCH).await;
-            scene.runner.messages().lease = Some((1, RunLease::RUNNING));
+            scene.runner.messages().lease = Some((1, u8::from(LeaseState::Running)));
             scene.still().await;
             assert_eq!(scene.runner.messages().status.stop_reason, "lease ran out");
             scene.end().await;
@@ -227,11 +231,11 @@ fn an_unplugged_robot_stays_out_of_its_run_and_joins_the_next() {
             let path = scene.socket.path();
             drop(std::mem::replace(&mut scene.micro, Micro::plug_in(&path)));
             eventually("the robot reports that its hardware failed", || {
-                scene.runner.state() == RobotStatus::FAULT
+                scene.runner.state() == RobotState::Fault
             })
             .await;
             eventually("the robot has found its hardware again", || {
-                scene.runner.state() == RobotStatus::STOPPED
+                scene.runner.state() == RobotState::Stopped
             })
             .await;
             scene.still().await;

@@ -14,7 +14,7 @@ fn a_source_that_publishes_false_all_the_time_undoes_no_stop_of_another() {
         assert!(status.is_none_or(|status| status.holds_e_stop()));
     }
 
-    assert_eq!(robot.locks(), Locks([(stop, Cause::Engaged)].into()));
+    assert_eq!(robot.locks(), Locks([(stop, LockCause::Engaged)].into()));
     robot.on_event(Event::Release([BUTTON].into()), ms(10_000));
     assert_eq!(robot.standing(ms(10_000)), Some(StandReason::EStop), "another one was released");
     robot.on_event(Event::Release([stop].into()), ms(10_000));
@@ -33,7 +33,7 @@ fn of_two_sources_each_locks_by_its_silence() {
         robot.on_event(lease(1, LeaseState::Running, counter), ms(beat * 100));
     }
 
-    assert_eq!(robot.locks(), Locks([(BUTTON, Cause::Silent)].into()));
+    assert_eq!(robot.locks(), Locks([(BUTTON, LockCause::Silent)].into()));
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn a_robot_that_was_started_again_asks_before_it_belongs_to_a_run() {
     robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(100));
     assert_eq!(robot.epoch(), 0, "it has not asked yet");
 
-    let locks = Locks([(BUTTON, Cause::Engaged)].into());
+    let locks = Locks([(BUTTON, LockCause::Engaged)].into());
     let status = robot.on_event(Event::LocksOfOthers(locks.clone()), ms(1_000)).unwrap();
     assert!(status.holds_e_stop(), "{status:?}");
 
