@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::laboratory::{SPEEDS, workplace, write_sweep};
+use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::laboratory::{SPEEDS, swept, workplace, write_sweep};
 
 #[test]
 fn the_chosen_cell_is_confirmed_and_drawn() {
@@ -215,4 +215,77 @@ fn two_sweeps_are_compared_cell_by_cell() {
     assert!(json["n_moved"].as_u64() >= Some(1), "{json}");
     let changed = "changed: fixed.true_positive from 0.8 to 0.2";
     assert!(stdout(&other).contains(changed) && !stdout(&same).contains("changed"));
+}
+
+#[test]
+fn robots_as_they_might_be_do_on_average_as_measured_and_worse_in_the_worst_tenth() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let profile = repository().join("launch_configs/profiles/lta.yaml");
+    std::fs::copy(profile, place.path().join("lta.yaml")).expect("the profile is there");
+    let sweep = "profile: lta.yaml\naxes: {turn_rate_rad_s: [0.5, 0.6, 0.8]}\n\
+                 fixed: {speed_m_s: 0.25, robots: 6, placement_radius_m: 1, arena_m: 20}\n\
+                 replicates: 200\nduration_s: 200\nseed: 7\n";
+    std::fs::write(place.path().join("sweep.yaml"), sweep).expect("the folder is writable");
+    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    let choose = |profiles: &str, widening: &str, format: &str| {
+        let line = format!(
+            "choose out --confirm 200 --viable 0 --pseudo-realities {profiles} --widening {widening} --format {format}"
+        );
+        rsrs(place.path(), &line.split_whitespace().collect::<Vec<_>>())
+    };
+    let found = |profiles: &str, widening: &str| {
+        json(&choose(profiles, widening, "json"))["pseudo_realities"].clone()
+    };
+    let number = |cell: &Value, key: &str| cell[key].as_f64().expect("a number");
+    let table = std::fs::read_to_string(place.path().join("out/cells.csv")).expect("it was swept");
+    let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = rows.next().expect("a header");
+    let column = header.iter().position(|name| *name == "as_measured_b_s").expect("a column");
+    let as_measured: Vec<f64> = rows.map(|row| row[column].parse().expect("a share")).collect();
+
+    let (narrow, wide) = (found("50", "0.001"), found("50", "3"));
+
+    for (cell, share) in narrow["cells"].as_array().expect("a list").iter().zip(&as_measured) {
+        // 400 and 200 runs of one share differ by less than this in 999 of 1000 cases.
+        assert!((number(cell, "mean") - share).abs() < 0.14, "{cell} {share}");
+        assert!(number(cell, "worst_tenth") > number(cell, "mean") - 0.2, "{cell}");
+    }
+    let cells = wide["cells"].as_array().expect("a list");
+    assert_eq!(cells.len(), 3);
+    assert!(cells.iter().all(|cell| number(cell, "worst_tenth") <= number(cell, "mean")), "{wide}");
+    assert!(cells.iter().any(|cell| number(cell, "sd") > 0.05), "{wide}");
+    assert!((-1.0..=1.0).contains(&number(&wide, "rank_correlation")), "{wide}");
+    let varied = wide["varied"].as_array().expect("a list");
+    assert!(
+        varied
+            .iter()
+            .any(|it| it["key"] == "sensing.true_positive" && it["to"].as_f64() <= Some(1.0))
+    );
+    assert_eq!(found("50", "3"), wide);
+    let text = stdout(&choose("50", "3", "text"));
+    assert!(
+        text.contains("with 50 profiles drawn around the intervals of the fit, 3 times as wide"),
+        "{text}"
+    );
+    let too_wide = choose("50", "1000", "text");
+    assert_eq!(code(&too_wide), 1);
+    assert!(stderr(&too_wide).contains("help: a smaller `--widening`"), "{}", stderr(&too_wide));
+}
+
+#[test]
+fn robots_of_whom_no_interval_is_known_have_no_pseudo_realities() {
+    let place = swept(SPEEDS, "true_positive: 0.8");
+
+    let refused =
+        rsrs(place.path(), &["choose", "out", "--confirm", "20", "--pseudo-realities", "20"]);
+    let alone = rsrs(place.path(), &["choose", "out", "--widening", "3"]);
+
+    assert_eq!(code(&refused), 1);
+    let text = stderr(&refused);
+    assert!(
+        text.contains("the profile flockbot has no intervals") && text.contains("rsrs measure fit"),
+        "{text}"
+    );
+    assert_eq!(code(&alone), 2, "{}", stderr(&alone));
 }

@@ -10,7 +10,7 @@ pub struct SettingArguments {
     /// Number of robots (default: of a sweep any that it has; of a profile that of `fleet.yaml` beside it,
     /// or else any of a few from 3 to 12).
     #[arg(long, value_name = "N")]
-    robots: Option<usize>,
+    pub robots: Option<usize>,
     /// Fresh runs that confirm a setting, in each world (default: 1000).
     #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
           value_parser = clap::value_parser!(u64).range(1..))]

@@ -6,6 +6,7 @@ pub mod harsher;
 pub mod other_profile;
 pub mod pose_source;
 pub mod profile;
+pub mod pseudo_reality;
 pub mod region;
 pub mod sensor;
 pub mod shape;

@@ -1,6 +1,7 @@
 //! Chooses the most robust cell of a sweep.
 
 pub mod extension;
+pub mod pseudo_realities;
 
 use std::path::Path;
 

@@ -10,6 +10,7 @@ use rsrs_core::robot::harsher::tidy;
 
 use rsrs_files::quoted;
 use rsrs_pipeline::choose::extension::Extension;
+use rsrs_pipeline::choose::pseudo_realities::InPseudoRealities;
 use rsrs_pipeline::choose::{BestSwept, NoViableCell};
 use serde::Serialize;
 
@@ -32,6 +33,27 @@ impl<'a> From<&'a NoViableCell> for NoViableCellJson<'a> {
         let (best, best_swept) = (&none.best, &none.best_swept);
         Self { cell: None, reason: reason(none), best, best_swept }
     }
+}
+
+/// How a cell does with robots as they might be.
+pub fn in_pseudo_realities(found: &InPseudoRealities, cell: &Cell) -> String {
+    let InPseudoRealities { n_profiles, widening, n_replicates, varied, .. } = found;
+    let mut lines = vec![format!(
+        "with {} drawn around the intervals of the fit, {widening} times as wide ({} drawn, {n_replicates} runs each):",
+        counted(*n_profiles, "profile"),
+        counted(varied.len() as u64, "number"),
+    )];
+    lines.extend(found.of_cell(cell).map(|of_cell| {
+        format!(
+            "  {} of runs end as wanted at {cell}, and {} or fewer in the worst tenth of profiles",
+            percent(of_cell.mean),
+            percent(of_cell.worst_tenth)
+        )
+    }));
+    lines.extend(found.rank_correlation.map(|tau| {
+        format!("  Kendall's tau of the cells' order with that of the sweep as measured: {tau:.2}, on average")
+    }));
+    lines.join("\n")
 }
 
 /// Why no cell is viable.

@@ -169,12 +169,12 @@ pub const DEFINITIONS: &[Definition] = &[
     Definition {
         type_name: "rsrs_msgs/msg/EStopLock",
         text: include_str!("../../msg/EStopLock.msg"),
-        hash: "RIHS01_LOCK",
+        hash: "RIHS01_7bcbfdcd20b88308c5684558082ee9b7cbd48247b202870652fda74527831afa",
     },
     Definition {
         type_name: "rsrs_msgs/msg/EStopLocks",
         text: include_str!("../../msg/EStopLocks.msg"),
-        hash: "RIHS01_LOCKS",
+        hash: "RIHS01_6d564df3457844c82e9ce9dca722a911112715cae2255329c6f3e79556f19434",
     },
     Definition {
         type_name: "rsrs_msgs/msg/Recorded",

@@ -12,10 +12,11 @@ use crate::progress::execution;
 use crate::setting_arguments::SettingArguments;
 use rsrs_files::quoted;
 use rsrs_pipeline::choose::extension::extensions;
+use rsrs_pipeline::choose::pseudo_realities::{Draws, InPseudoRealities, pseudo_realities};
 use rsrs_pipeline::choose::{Chosen, choose, write};
 use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
 use rsrs_pipeline::sweep::folder;
-use rsrs_render::choice::{NoViableCellJson, none_viable, viable, wider};
+use rsrs_render::choice::{NoViableCellJson, in_pseudo_realities, none_viable, viable, wider};
 use rsrs_render::factors;
 use rsrs_render::wording::shell::experiment_beside;
 use rsrs_render::words::Words;
@@ -29,7 +30,10 @@ use rsrs_render::words::Words;
 /// one is viable; only these fresh runs count for its `B_s`, because the best of many swept cells looks
 /// better than it is. The output also states what a denser start and other numbers of robots would give.
 /// The last lines show which of the factors that make robots worse matters in that cell: each
-/// alone, and all but each. Exit code 3 means that no cell is viable; `rsrs diagnose FOLDER` finds what
+/// alone, and all but each. With `--pseudo-realities`, every cell is also run with profiles drawn around
+/// the intervals that `rsrs measure fit` states, in the place of robots that are made worse: how often
+/// such robots do what is wanted on average and in the worst tenth of profiles, beside `B_s`; they decide
+/// nothing. Exit code 3 means that no cell is viable; `rsrs diagnose FOLDER` finds what
 /// would have to be changed about the robots.
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -44,6 +48,13 @@ pub struct Arguments {
     output: Option<PathBuf>,
     #[command(flatten)]
     setting: SettingArguments,
+    /// Run the cells with so many profiles, too, that are drawn around the intervals of the robots' own.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=10_000))]
+    pseudo_realities: Option<u64>,
+    /// How many times as wide as those intervals the draws are (default: 2).
+    #[arg(long, value_name = "FACTOR", default_value_t = 2.0, hide_default_value = true,
+          requires = "pseudo_realities", value_parser = widening)]
+    widening: f64,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -58,6 +69,19 @@ fn share(text: &str) -> Result<f64, String> {
         Err("expected a share from 0 to 1".into())
     }
 }
+
+/// A positive factor from the command line.
+fn widening(text: &str) -> Result<f64, String> {
+    let factor: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if factor > 0.0 && factor.is_finite() {
+        Ok(factor)
+    } else {
+        Err("expected a factor above 0, such as 2".into())
+    }
+}
+
+/// Runs of each profile in each cell.
+const RUNS_OF_EACH_PROFILE: u64 = 8;
 
 /// Runs the command.
 ///
@@ -104,6 +128,9 @@ struct WithFactors<'a, T> {
     answer: &'a T,
     /// What every factor does in that cell; `null` if none changes this robot.
     factors: Option<Ablation>,
+    /// What comes of all cells in pseudo-realities, where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pseudo_realities: Option<InPseudoRealities>,
 }
 
 fn report_with_factors<T: Serialize>(
@@ -114,12 +141,25 @@ fn report_with_factors<T: Serialize>(
 ) -> anyhow::Result<()> {
     let result = folder::read(&arguments.folder)?;
     let replicates = REPLICATES.min(arguments.setting.confirm);
-    let factors = ablate(&result.source, cell, replicates, execution(arguments.setting.threads)?)?;
+    let execution = execution(arguments.setting.threads)?;
+    let factors = ablate(&result.source, cell, replicates, execution)?;
+    let draws = arguments.pseudo_realities.map(|profiles| Draws {
+        profiles,
+        widening: arguments.widening,
+        replicates: RUNS_OF_EACH_PROFILE,
+    });
+    let result = result.of_robots(arguments.setting.robots)?;
+    let pseudo_realities =
+        draws.map(|draws| pseudo_realities(&result, draws, execution)).transpose()?;
     let words = match &factors {
         Some(factors) => words.below(factors::text(factors)),
         None => words,
     };
-    report(arguments.format, &WithFactors { answer, factors }, words)
+    let words = match &pseudo_realities {
+        Some(found) => words.below(in_pseudo_realities(found, cell)),
+        None => words,
+    };
+    report(arguments.format, &WithFactors { answer, factors, pseudo_realities }, words)
 }
 
 /// Where the choice was written, and what follows from it.
