@@ -219,6 +219,52 @@ fn what_cannot_be_answered_from_is_refused() {
 }
 
 #[test]
+fn how_exact_the_numbers_of_a_controller_need_to_be_is_a_sixth_question() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    for file in ["profiles/flockbot.yaml", "controllers/mirrored.yaml"] {
+        let from = repository().join("launch_configs").join(file);
+        let to = place.path().join(from.file_name().expect("a file"));
+        std::fs::copy(from, to).expect("the file is there");
+    }
+    let sweep = "profile: flockbot.yaml\ncontroller: mirrored.yaml\n\
+                 axes: {controller.turn_rate_rad_s: [0.6, 0.75, 0.9]}\n\
+                 fixed: {robots: 9, placement_radius_m: 0.6, arena_m: 15}\n\
+                 replicates: 20\nduration_s: 120\nseed: 7\n";
+    std::fs::write(place.path().join("sweep.yaml"), sweep).expect("the folder is writable");
+    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    let few = ["answer", "out", "--replicates", "20", "--confirm", "100", "--b-s", "0.5"];
+
+    let answered =
+        rsrs(place.path(), &[&few[..], &["-o", "wall.svg", "--format", "json"]].concat());
+    let text = stdout(&rsrs(place.path(), &few));
+
+    let answers = json(&answered);
+    assert_eq!(answers["questions"].as_array().map(Vec::len), Some(6), "{answers:#}");
+    let numbers = answers["questions"][5]["quantities"].as_array().expect("a list");
+    assert_eq!(numbers.len(), 2, "{numbers:#?}");
+    for (number, (key, most)) in
+        numbers.iter().zip([("controller.speed_m_s", 0.3), ("controller.turn_rate_rad_s", 2.5)])
+    {
+        assert_eq!(number["axis"], key);
+        let recommended = number["recommended"].as_f64();
+        assert!(
+            number["range"]["low"].as_f64() <= recommended
+                && recommended <= number["range"]["high"].as_f64()
+        );
+        let curve = number["curve"].as_array().expect("a list");
+        assert!(
+            curve.len() >= 20 && curve.iter().all(|point| point["value"].as_f64() <= Some(most)),
+            "{number}"
+        );
+    }
+    assert_eq!(numbers[0]["recommended"], 0.15);
+    assert!(text.contains("6. How exact do the numbers of the controller need to be?"), "{text}");
+    let svg = std::fs::read_to_string(place.path().join("wall.svg")).expect("it was drawn");
+    assert!(svg.contains("speed_m_s"), "{svg}");
+}
+
+#[test]
 fn a_sweep_of_one_axis_is_drawn_as_a_curve() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let profile = repository().join("launch_configs/profiles/flockbot.yaml");

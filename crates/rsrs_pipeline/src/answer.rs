@@ -10,6 +10,7 @@ mod reason;
 
 use std::path::Path;
 
+use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::diagram::choice::{Choice, DenserStart, Margin, OtherNumber};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::quantity::{Axis, Cell};
@@ -80,7 +81,7 @@ pub struct Answers {
     /// That the settings are of a sweep of robots with another profile; not there if they are not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_profile: Option<ProfilesDiffer>,
-    /// One of each of the five questions, in the paper's order; as JSON they are written with their reasons,
+    /// One of each of the five questions, in the paper's order, and one about the numbers of a controller; as JSON they are written with their reasons,
     /// by `rsrs_render`.
     #[serde(skip)]
     pub questions: Vec<Answer>,
@@ -182,7 +183,10 @@ const QUESTIONS: [(&str, &[Axis]); 5] = [
     ("How homogeneous does the swarm need to be?", &[Axis::Heterogeneity]),
 ];
 
-/// Answers the five questions.
+/// Of a controller with named numbers, what each of them may be.
+const OF_ITS_NUMBERS: &str = "How exact do the numbers of the controller need to be?";
+
+/// Answers the five questions, and of a controller with named numbers one about these.
 ///
 /// # Arguments
 ///
@@ -199,8 +203,11 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
     let result = subject.swept(path, options.best)?;
     let Best { choice, .. } = best(&result, options.best)?;
     let search = Search::new(&result, options.best)?;
+    let numbers: Vec<Axis> =
+        search.settings.controller.iter().flat_map(ControllerTable::axes).collect();
+    let of_numbers = (!numbers.is_empty()).then_some((OF_ITS_NUMBERS, &numbers[..]));
     let mut questions = Vec::new();
-    for (question, axes) in QUESTIONS {
+    for (question, axes) in QUESTIONS.into_iter().chain(of_numbers) {
         let mut quantities = Vec::new();
         for axis in axes {
             quantities.extend(curve::quantity(&search, &choice.cell, *axis, options)?);

@@ -136,6 +136,12 @@ impl ControllerTable {
         self.numbers.keys().filter_map(|name| Number::new(name)).map(Axis::Number)
     }
 
+    /// The number of an axis; `None` if it is not one of this table.
+    pub fn number(&self, axis: Axis) -> Option<NamedNumber> {
+        let Axis::Number(number) = axis else { return None };
+        self.numbers.get(number.name()).copied()
+    }
+
     /// Refuses values outside the bounds of its numbers.
     ///
     /// # Errors

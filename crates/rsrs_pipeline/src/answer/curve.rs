@@ -29,6 +29,8 @@ const FALSE_STEP: f64 = 0.02;
 const MOST_FALSE: f64 = 0.5;
 const GAIN_STEP: f64 = 0.0125;
 const MOST_GAIN: f64 = 0.3;
+/// Steps between the bounds of a controller's number.
+const NUMBER_STEPS: u32 = 24;
 /// Steps of latency that are tried.
 const LATENCIES: std::ops::RangeInclusive<u32> = 0..=12;
 
@@ -64,13 +66,19 @@ pub fn quantity(
     options: Options<'_>,
 ) -> anyhow::Result<Option<Quantity>> {
     let settings = search.settings.with_cell(cell);
+    let named = settings.controller.as_ref().and_then(|table| table.number(axis));
+    let set = || settings.values.iter().rev().find(|(other, _)| *other == axis);
     let now = if axis.is_capability() {
         search.source.profile.capability(axis)
     } else {
-        settings.values.iter().rev().find(|(other, _)| *other == axis).map(|(_, value)| *value)
+        set().map(|(_, value)| *value).or(named.map(|number| number.value))
     };
     let Some(now) = now else { return Ok(None) };
-    let swept = swept(search, cell, (axis, &values(&search.source.profile, axis, now)), options)?;
+    let values = match named {
+        Some(number) => with(now, between([number.from, number.to])),
+        None => with(now, values(&search.source.profile, axis, now)),
+    };
+    let swept = swept(search, cell, (axis, &values), options)?;
     let curve: Vec<Point> =
         swept.iter().map(|swept| Point::new(swept.value, Share::milling(&swept.phases))).collect();
     let around = around(&curve, now, options.best.wanted);
@@ -133,7 +141,23 @@ fn ring_m(outcomes: &[ReplicateOutcome], cell: usize) -> Option<f64> {
     (!radii_m.is_empty()).then(|| radii_m.iter().sum::<f64>() / radii_m.len() as f64)
 }
 
-/// The values of a quantity that are tried, ascending, what the robot has among them.
+/// The values of a controller's number that are tried: all that its table allows, in even steps.
+fn between([from, to]: [f64; 2]) -> Vec<f64> {
+    let share = |step: u32| f64::from(step) / f64::from(NUMBER_STEPS);
+    (0..=NUMBER_STEPS).map(|step| tidy(from + share(step) * (to - from))).collect()
+}
+
+/// These values, ascending and each once, and what there is now among them.
+fn with(now: f64, mut values: Vec<f64>) -> Vec<f64> {
+    if !values.iter().any(|value| same(*value, now)) {
+        values.push(now);
+    }
+    values.sort_by(f64::total_cmp);
+    values.dedup_by(|one, other| same(*one, *other));
+    values
+}
+
+/// The values of a quantity that are tried.
 fn values(robot: &RobotProfile, axis: Axis, now: f64) -> Vec<f64> {
     let steps = |step: f64, most: f64| -> Vec<f64> {
         let numbers = (0..).map(|number| tidy(f64::from(number) * step));
@@ -163,11 +187,6 @@ fn values(robot: &RobotProfile, axis: Axis, now: f64) -> Vec<f64> {
     if axis == Axis::HalfAngle {
         values.retain(|value| *value <= WIDEST_RAD.max(now));
     }
-    if !values.iter().any(|value| same(*value, now)) {
-        values.push(now);
-    }
-    values.sort_by(f64::total_cmp);
-    values.dedup_by(|one, other| same(*one, *other));
     values
 }
 
