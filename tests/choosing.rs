@@ -220,10 +220,10 @@ fn two_sweeps_are_compared_cell_by_cell() {
 #[test]
 fn robots_as_they_might_be_do_on_average_as_measured_and_worse_in_the_worst_tenth() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let profile = repository().join("launch_configs/profiles/lta.yaml");
-    std::fs::copy(profile, place.path().join("lta.yaml")).expect("the profile is there");
-    let sweep = "profile: lta.yaml\naxes: {turn_rate_rad_s: [0.5, 0.6, 0.8]}\n\
-                 fixed: {speed_m_s: 0.25, robots: 6, placement_radius_m: 1, arena_m: 20}\n\
+    let profile = repository().join("launch_configs/profiles/smars.yaml");
+    std::fs::copy(profile, place.path().join("smars.yaml")).expect("the profile is there");
+    let sweep = "profile: smars.yaml\naxes: {turn_rate_rad_s: [0.5, 0.7, 0.9]}\n\
+                 fixed: {speed_m_s: 0.1, robots: 6, placement_radius_m: 0.6, arena_m: 20}\n\
                  replicates: 200\nduration_s: 200\nseed: 7\n";
     std::fs::write(place.path().join("sweep.yaml"), sweep).expect("the folder is writable");
     let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);

@@ -45,7 +45,7 @@ pub fn in_pseudo_realities(found: &InPseudoRealities, cell: &Cell) -> String {
     )];
     lines.extend(found.of_cell(cell).map(|of_cell| {
         format!(
-            "  {} of runs end as wanted at {cell}, and {} or fewer in the worst tenth of profiles",
+            "  {} of runs end as wanted at {cell}, at most {} in the worst tenth of profiles",
             percent(of_cell.mean),
             percent(of_cell.worst_tenth)
         )

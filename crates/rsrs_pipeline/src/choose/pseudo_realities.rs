@@ -1,6 +1,7 @@
 //! How the cells of a sweep do with robots as they might be.
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::numerals::rounded;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::pseudo_reality::{PseudoRealities, Varied};
 use rsrs_core::statistics::beta_binomial::GroupedShare;
@@ -102,7 +103,12 @@ pub fn pseudo_realities(
         let groups: Vec<Share> = by_profile().map(|profile| profile[index]).collect();
         let grouped = GroupedShare::of(&groups);
         let GroupedShare { mean, sd } = grouped;
-        CellInPseudoRealities { cell, mean, sd, worst_tenth: grouped.quantile(0.1) }
+        CellInPseudoRealities {
+            cell,
+            mean: rounded(mean),
+            sd: rounded(sd),
+            worst_tenth: rounded(grouped.quantile(0.1)),
+        }
     };
     let diagram = result.of_world(World::AsMeasured)?;
     let as_measured: Vec<f64> =
@@ -117,7 +123,7 @@ pub fn pseudo_realities(
         widening: draws.widening,
         n_replicates: draws.replicates,
         varied: around.varied().to_vec(),
-        rank_correlation: kendall_tau(&as_measured, &as_measured).map(|_| mean_tau),
+        rank_correlation: kendall_tau(&as_measured, &as_measured).map(|_| rounded(mean_tau)),
         cells: cells.iter().cloned().enumerate().map(of_cell).collect(),
     })
 }
