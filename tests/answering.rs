@@ -260,8 +260,14 @@ fn how_exact_the_numbers_of_a_controller_need_to_be_is_a_sixth_question() {
     }
     assert_eq!(numbers[0]["recommended"], 0.15);
     assert!(text.contains("6. How exact do the numbers of the controller need to be?"), "{text}");
+    assert!(
+        text.contains(
+            "2. How fast should they be moving?\n   as the file of the controller has it"
+        ),
+        "{text}"
+    );
     let svg = std::fs::read_to_string(place.path().join("wall.svg")).expect("it was drawn");
-    assert!(svg.contains("speed_m_s"), "{svg}");
+    assert!(svg.contains("speed 0.15 (") && svg.contains("turn rate (rad/s)"), "{svg}");
 }
 
 #[test]

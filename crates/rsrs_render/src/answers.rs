@@ -58,6 +58,9 @@ pub fn text(answers: &Answers) -> Words {
     lines.extend(start_and_spare(&answers.choice, answers.wanted));
     for (number, answer) in (1..).zip(&answers.questions) {
         lines.push(format!("\n{number}. {}", answer.question));
+        if answer.quantities.is_empty() {
+            lines.push("   as the file of the controller has it".to_owned());
+        }
         for quantity in &answer.quantities {
             lines.push(format!("   {}", range(quantity, verb)));
             lines.push(format!("     {}", sentence(quantity)));
