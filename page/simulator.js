@@ -21,8 +21,9 @@
       ["heterogeneity", 0, 0.3, 0.01], ["gain_noise", 0, 0.3, 0.01],
       ["heading_noise_rad", 0, 0.2, 0.005], ["turn_bias_rad_s", 0, 0.3, 0.005],
       ["gust_m_s", 0, 0.1, 0.002], ["yaw_lag_s", 0, 1, 0.02], ["latency_steps", 0, 10, 1]]],
-    ["More", false, [
-      ["undetected_speed_m_s", -0.3, 0.3, 0.005], ["undetected_turn_rate_rad_s", -2.5, 2.5, 0.05],
+    ["While none is detected", false, [
+      ["undetected_speed_m_s", -0.3, 0.3, 0.005], ["undetected_turn_rate_rad_s", -2.5, 2.5, 0.05]]],
+    ["Arena, mounting and gains", false, [
       ["arena_m", 2, 40, 0.5], ["sensor_bearing_rad", -1.6, 1.6, 0.02], ["polygon_scale", 0.2, 2, 0.02],
       ["speed_gain", 0.5, 1.5, 0.01], ["turn_gain", 0.5, 1.5, 0.01], ["period_s", 0.02, 0.5, 0.01]]],
   ];
@@ -39,6 +40,19 @@
     stuck: "share of robots that were blocked nearly all of the time",
     lost: "share of robots with nobody within reach for most of the time",
     clustered: "share of robots in the largest cluster",
+  };
+  const PHASES_EXPLAINED = {
+    stable_milling: "one ring that rotates, free of contact, with every robot on it",
+    semi_stable_milling: "rotation around a centre, but no clean ring",
+    unformed: "none of the others, mostly two separate mills",
+    dispersion: "a quarter of the robots or more have nobody within reach",
+    colliding_unstable: "robots block each other and stand",
+    aggregated: "nine tenths of the robots or more are in one cluster",
+    partly_aggregated: "half of the robots or more are in one cluster",
+    not_aggregated: "less than half of the robots are in one cluster",
+    spread_out: "nine tenths of the robots or more have nobody within reach",
+    partly_spread_out: "half of the robots or more have nobody within reach",
+    not_spread_out: "less than half of the robots have nobody within reach",
   };
   const ORDER = {
     milling: ["rotation", "orbit", "circliness", "blocked", "stuck", "lost"],
@@ -64,13 +78,14 @@
   };
   const capitalised = (text) => text.charAt(0).toUpperCase() + text.slice(1);
   // Who moves sliders has no file with lines and keys, and sees which cell it is.
-  const refused_key = (message) => /^(?:cell `[^`]*`: )?(\w+) is /.exec(message)?.[1];
   const in_words_of_page = (message) => message
     .replace(/^cell `[^`]*`: /, "")
     .replace(/ at line \d+ column \d+$/, "")
+    .replace(/\nstay within the limits; .* in their profile/, "")
     .replace(/^\w+(?= is )/, (key) => axis_of[key]?.name || key);
-  const symbol = (key) =>
-    `<svg class="symbol" aria-hidden="true"><use href="#symbol-${key}"></use></svg>`;
+  const defined = (of, words) => of.map(([title, key]) => `<dt>${title}</dt><dd>${words[key]}</dd>`).join("");
+  const some_time = (time_s) =>
+    time_s < 90 ? `${Math.max(5 * Math.ceil(time_s / 5), 5)} s` : `${Math.ceil(time_s / 60)} min`;
 
   // What is shown: a sweep of a robot as text, which keeps every number as it was written, and what is
   // set differently.
@@ -83,8 +98,13 @@
     replicate: "0",
     across: null,
     up: null,
+    // More robots start in a larger disc, as dense as it was, until somebody sets the disc; it fits into the
+    // arena, until somebody sets that.
+    disc_follows: true,
+    arena_follows: true,
   });
   let state = first();
+  let simulated = null; // The state of the swarm that is watched, which a refused setting leaves as it is.
 
   // A scene for the simulator. A seed may have more digits than a number of this language.
   function scene(changes = {}) {
@@ -133,7 +153,10 @@
     }
   }
   function address() {
-    const parts = Object.entries(state.cell).map(([key, value]) => `${key}=${value}`);
+    const { robots, placement_radius_m } = state.cell;
+    const is_alone = robots !== undefined && placement_radius_m === undefined && !is_boxed();
+    const cell = is_alone ? { ...state.cell, placement_radius_m: swarm.values.placement_radius_m } : state.cell;
+    const parts = Object.entries(cell).filter(([, value]) => value !== undefined).map(([key, value]) => `${key}=${value}`);
     const { start, seed, replicate, across, up } = state;
     if (state.as_measured) parts.push("robots_are=as_measured");
     if (start) parts.push(`start=${[start.kind, start.width_m, start.height_m].filter((it) => it !== undefined).join(",")}`);
@@ -231,7 +254,8 @@
       }
       const wanted = n === 0 ? [0, 0, 1] : [
         (left + right) / 2, (low + high) / 2,
-        Math.max(right - left, high - low) / 2 + 2 * radius_m + 0.35 * reach_m,
+        // A disc faces out: at the start sensors are around it.
+        Math.max(right - left, high - low) / 2 + 2 * radius_m + (simulator.n_steps() === 0 ? 1 : 0.35) * reach_m,
       ];
       if (!this.view || is_new) this.view = wanted;
       const ease = is_moving() ? 0.06 : 1;
@@ -409,14 +433,19 @@
     return between;
   }
 
+  // Places the robots, or throws why they cannot be placed; then the swarm is the one before.
+  function place() {
+    put(scene());
+    got(simulator.open(BigInt(state.replicate)));
+  }
+
   function restart() {
+    place();
+    begin();
+  }
+
+  function begin() {
     run += 1;
-    try {
-      put(scene());
-      got(simulator.open(BigInt(state.replicate)));
-    } catch (error) {
-      return refuse(error);
-    }
     is_placed = true;
     const n = 4 * swarm.robots;
     [before, after, between] = [n, n, n].map((length) => new Float32Array(length));
@@ -436,11 +465,24 @@
   function refuse(error) {
     is_placed = false;
     element("phase").textContent = "Not simulated:";
-    element("why").textContent = "these settings make no swarm.";
+    element("why").textContent = "these settings cannot be simulated.";
     element("status-symbol").removeAttribute("href");
     floor.canvas.classList.add("stale");
-    controls[refused_key(error.message)]?.exact.setAttribute("aria-invalid", "true");
     say(in_words_of_page(error.message));
+  }
+
+  // What is watched goes on, and so do the diagram, the judge and the address; the setting that was refused
+  // stays where it was put, and is marked.
+  function refuse_change(error, set) {
+    state = structuredClone(simulated);
+    show_settings();
+    if (set) {
+      const { slider, exact } = controls[set.key];
+      slider.value = set.value;
+      exact.value = number(set.value, 5);
+      exact.setAttribute("aria-invalid", "true");
+    }
+    say(`${in_words_of_page(error.message)}\nThe swarm is still the one from before.`);
   }
   function say(words) {
     element("refusal").textContent = capitalised(words);
@@ -548,10 +590,10 @@
     else use.removeAttribute("href");
     const title = `${phase ? capitalised(phase_of[phase].title) : "Not judged yet"}:`;
     if (element("phase").textContent !== title) element("phase").textContent = title;
-    const end = at_end ? ` At ${swarm.duration_s} s, where a sweep judges: ${phase_of[at_end].title}.` : "";
+    const end = at_end ? ` At ${swarm.duration_s} s, when a sweep judges a run, it was ${phase_of[at_end].title}.` : "";
     const why = phase
-      ? (reason.length > 0 ? `${reason.join("; ")}.` : "all bounds are kept.")
-      : "a phase is that of a whole minute.";
+      ? (reason.length > 0 ? `${reason.join("; ")}.` : "every measure is within its bounds.")
+      : "the judge needs a whole minute of driving.";
     element("why").textContent = `${why}${end}`;
     ring_m = phase && phase === swarm.phases[0] && phase === "stable_milling" ? evidence.mean_radius_m : null;
     for (const row of order_rows) row.show(judgement);
@@ -574,25 +616,31 @@
       const row = body.insertRow();
       const bounds = swarm.bounds.filter((bound) => bound.key === key);
       row.innerHTML =
-        `<th scope="row"><span class="explained" tabindex="0" title="${EXPLAINED[key]}">${key}</span></th>` +
+        `<th scope="row">${key}</th>` +
         "<td>–</td><td><canvas aria-hidden=\"true\"></canvas></td><td></td>";
       const [, value, , verdict] = row.cells;
       const canvas = row.querySelector("canvas");
-      const show = ({ evidence }) => {
+      const show = ({ evidence, phase }) => {
         const found = evidence ? evidence[key] : null;
         const is_known = found !== null && found !== undefined;
         value.textContent = is_known ? found.toFixed(2) : "–";
         if (bounds.length > 0) {
           const all_hold = bounds.every(({ needs, bound }) => holds[needs](found, bound));
           const in_words = bounds.map((bound) => bound.in_words).join(", ");
-          verdict.textContent = `${is_known ? (all_hold ? "✓ " : "✗ ") : ""}${in_words}`;
+          // Before there is a phase, nothing is judged.
+          verdict.textContent = `${is_known && phase ? (all_hold ? "✓ " : "✗ ") : ""}${in_words}`;
         }
         draw_curve(canvas, key, bounds);
       };
       return { show };
     };
     const bounded = [...new Set(swarm.bounds.map(({ key }) => key))];
-    order_rows = (ORDER[swarm.behaviour] || bounded).map(row_of);
+    const keys = ORDER[swarm.behaviour] || bounded;
+    order_rows = keys.map(row_of);
+    element("measures").innerHTML = defined(keys.filter((key) => key in EXPLAINED).map((key) => [key, key]), EXPLAINED);
+    element("phases").innerHTML = defined(swarm.phases.map((key) => [phase_of[key].title, key]), PHASES_EXPLAINED);
+    // Another behaviour has rules of its own for phases of the same name.
+    element("phases").closest("details").hidden = !(swarm.behaviour in ORDER);
     const row = body.insertRow();
     row.className = "strip";
     row.innerHTML = '<th scope="row">phase</th><td></td><td><canvas aria-hidden="true"></canvas></td><td></td>';
@@ -690,8 +738,8 @@
     const [label, slider, exact] = row.children;
     const set = (value, control) => {
       if (value === "" || !Number.isFinite(Number(value))) {
-        exact.value = number(state.cell[key] ?? swarm.values[key], 5);
-        return;
+        say_nothing();
+        return show_settings();
       }
       touched = control;
       change(key, Number(value));
@@ -707,11 +755,11 @@
   function start_choice() {
     const row = document.createElement("div");
     row.innerHTML =
-      '<div class="choices"><label>Start <select id="start"></select></label>' +
-      '<label>Robots <select id="robots-are"><option value="worse">made worse, as a sweep does</option>' +
-      '<option value="as_measured">as measured</option></select></label></div>' +
-      '<div class="choices"><label>Seed <input id="seed" type="number" min="0" step="1"></label>' +
-      '<label>Replicate <input id="replicate" type="number" min="0" step="1"></label></div>';
+      '<div class="setting"><label for="start">start</label><select id="start"></select></div>' +
+      '<div class="setting"><label for="robots-are">robots are</label><select id="robots-are">' +
+      '<option value="worse">worse than measured</option><option value="as_measured">as measured</option></select></div>' +
+      '<div class="setting"><label for="seed">seed</label><input id="seed" type="number" min="0" step="1"></div>' +
+      '<div class="setting"><label for="replicate">replicate</label><input id="replicate" type="number" min="0" step="1"></div>';
     const start = row.querySelector("#start");
     start.innerHTML = STARTS.map(([kind, words]) => `<option value="${kind}">${words}</option>`).join("");
     start.addEventListener("change", () => {
@@ -719,6 +767,8 @@
       state.start = start.value === "disc_facing_out"
         ? { kind: start.value, radius_m: 1 }
         : { kind: start.value, width_m: side_m, height_m: side_m };
+      // A box has no radius that a diagram could go over.
+      for (const side of ["across", "up"]) if (state[side] === "placement_radius_m") state[side] = null;
       update();
     });
     const digits = (name, take) => ({ target }) => {
@@ -738,29 +788,31 @@
     return row;
   }
 
-  // More robots start in a larger disc, as dense as it was, until somebody sets the disc; it fits into the
-  // arena, until somebody sets that.
-  let disc_follows = true;
-  let arena_follows = true;
   function change(key, value) {
-    if (key === "arena_m") arena_follows = false;
+    const set = { key, value };
+    if (key === "arena_m") state.arena_follows = false;
     if (key === "placement_radius_m") {
-      disc_follows = false;
+      state.disc_follows = false;
       if (is_boxed()) {
         state.start = { kind: swarm.placement, width_m: value, height_m: value };
-        return update();
+        return update({ set });
       }
     }
-    if (key === "robots" && value <= MOST_ROBOTS && disc_follows && !is_boxed()) {
-      const { robots, placement_radius_m } = first_values;
-      const radius_m = placement_radius_m * Math.sqrt(Math.max(value, 0) / Math.max(robots, 1));
-      state.cell.placement_radius_m = Number(Math.max(radius_m, 0.1).toFixed(3));
-      const needed_m = 2.6 * state.cell.placement_radius_m;
-      if (arena_follows) delete state.cell.arena_m;
-      if (needed_m > (state.cell.arena_m || first_values.arena_m)) state.cell.arena_m = Math.ceil(needed_m);
-    }
+    if (key === "robots" && value <= MOST_ROBOTS && !is_boxed()) follow(value);
     state.cell[key] = value;
-    update();
+    update({ set });
+  }
+  function disc_of(n_robots) {
+    const { robots, placement_radius_m } = first_values;
+    const radius_m = placement_radius_m * Math.sqrt(Math.max(n_robots, 0) / Math.max(robots, 1));
+    return Number(Math.max(radius_m, 0.1).toFixed(3));
+  }
+  function follow(n_robots) {
+    if (!state.disc_follows) return;
+    state.cell.placement_radius_m = disc_of(n_robots);
+    const needed_m = 2.6 * state.cell.placement_radius_m;
+    if (state.arena_follows) delete state.cell.arena_m;
+    if (needed_m > (state.cell.arena_m || first_values.arena_m)) state.cell.arena_m = Math.ceil(needed_m);
   }
   const is_boxed = () => swarm && swarm.placement.startsWith("box");
 
@@ -791,11 +843,25 @@
       if (touched !== slider) slider.value = value;
       slider.setAttribute("aria-valuetext", with_unit(key, value));
       if (touched !== exact) exact.value = number(value, 5);
-      const is_changed = Math.abs(value - first_values[key]) > 1e-9;
-      row.classList.toggle("changed", is_changed);
+      const follows = { placement_radius_m: state.disc_follows, arena_m: state.arena_follows }[key];
+      const is_set = key === "placement_radius_m" && is_boxed() ? state.start !== null
+        : state.cell[key] !== undefined && !follows && Math.abs(value - first_values[key]) > 1e-9;
+      row.classList.toggle("changed", is_set);
     }
+    const chosen = {
+      start: state.start !== null,
+      "robots-are": state.as_measured,
+      seed: state.seed !== null,
+      replicate: state.replicate !== "0",
+    };
+    for (const [id, is_set] of Object.entries(chosen)) {
+      element(id).closest(".setting").classList.toggle("changed", is_set);
+    }
+    const whose = state.source === facts.source ? "page" : "sweep";
+    element("bold").textContent = `Settings that differ from the ${whose}'s own are bold. ` +
+      "The placement radius follows the number of robots, and the arena the placement radius, until you set them.";
     element("start").value = swarm.placement;
-    element("start").closest("label").hidden = !STARTS.some(([kind]) => kind === swarm.placement);
+    element("start").closest(".setting").hidden = !STARTS.some(([kind]) => kind === swarm.placement);
     element("robots-are").value = state.as_measured ? "as_measured" : "worse";
     element("seed").value = swarm.seed;
     element("replicate").value = state.replicate;
@@ -809,7 +875,8 @@
     const is_worse = (key) => Math.abs(swarm.values[key] - measured[key]) > 1e-9;
     const worse = Object.keys(measured).filter(is_worse)
       .map((key) => `${with_unit(key, swarm.values[key])} (measured ${number(measured[key], 6)})`);
-    return worse.length > 0 ? `, made worse: ${worse.join(", ")}` : "";
+    return worse.length > 0
+      ? `, made worse than measured, so that real ones do at least as well: ${worse.join("; ")}` : "";
   }
 
   // The diagram.
@@ -822,6 +889,7 @@
     cells: [],
     n_done: 0,
     filling: 0,
+    is_filling: false,
     timer: 0,
 
     scene_of(at) {
@@ -842,15 +910,19 @@
         this.values = [x_values, y_values];
         this.counts = x_values.flatMap(() => y_values.map(() => null));
         this.lay_out();
-        this.filling += 1;
+        this.stop();
         this.n_done = 0;
+        this.took_s = null;
         this.progress();
         clearTimeout(this.timer);
-        const cost = this.counts.length * REPLICATES * n_steps_of(swarm.duration_s) * swarm.robots;
-        element("fill").hidden = cost <= MOST_UNASKED;
-        element("runs").textContent = cost <= MOST_UNASKED ? "" :
-          `${this.counts.length} cells of ${swarm.robots} robots take a while: it is simulated when you ask for it.`;
-        if (cost <= MOST_UNASKED) this.timer = setTimeout(() => this.fill(), 400);
+        const n_steps = n_steps_of(swarm.duration_s);
+        this.cost = this.counts.length * REPLICATES * n_steps * swarm.robots;
+        const is_asked = this.cost > MOST_UNASKED;
+        element("fill").hidden = !is_asked;
+        const while_s = this.cost / this.per_s;
+        element("runs").textContent = is_asked
+          ? `${this.counts.length} cells of ${swarm.robots} robots take ${this.per_s ? `${some_time(while_s)} or longer` : "a while"}.` : "";
+        if (!is_asked) this.timer = setTimeout(() => this.fill(), 400);
       }
       this.select();
     },
@@ -869,8 +941,9 @@
       }).reverse();
       const ticks = columns.map((value) => `<span>${label(value)}</span>`);
       holder.innerHTML =
-        `<p class="up">${words(y)}</p><div role="grid" aria-label="cells of the phase diagram">${lines.join("")}</div>` +
-        `<div class="columns" aria-hidden="true"><span></span>${ticks.join("")}</div><p class="across">${words(x)}</p>`;
+        `<p class="up">${words(y)}</p><div class="grid"><div role="grid" aria-label="cells of the phase diagram">${lines.join("")}</div>` +
+        '<span class="between" id="between" hidden></span></div>' +
+        `<div class="columns${columns.length > 6 ? " many" : ""}" aria-hidden="true"><span></span>${ticks.join("")}</div><p class="across">${words(x)}</p>`;
       this.cells = [];
       for (const cell of holder.querySelectorAll("[role=gridcell]")) {
         const at = Number(cell.dataset.at);
@@ -879,11 +952,12 @@
         cell.addEventListener("pointerenter", () => this.point(at));
         cell.addEventListener("pointerleave", () => this.point(null));
         cell.addEventListener("focus", () => this.point(at));
+        cell.addEventListener("blur", () => this.point(null));
         cell.addEventListener("keydown", (event) => this.step(event, at));
         this.paint(at);
       }
       element("legend").innerHTML = swarm.phases
-        .map((key) => `<li>${symbol(key)} ${phase_of[key].title}</li>`).join("");
+        .map((key) => `<li><span class="swatch" style="background: ${phase_of[key].colour}"></span> ${phase_of[key].title}</li>`).join("");
       for (const [side, key] of [["across", this.keys[0]], ["up", this.keys[1]]]) {
         const other = this.keys[side === "across" ? 1 : 0];
         const keys = Object.keys(SLIDERS).filter((it) => swarm.values[it] !== undefined && it !== other);
@@ -918,13 +992,13 @@
       const total = swarm.phases.reduce((sum, key) => sum + (counts[key] || 0), 0);
       const shares = swarm.phases.filter((key) => counts[key])
         .map((key) => `${counts[key]} ${phase_of[key].title}`);
-      return `${name}: of ${total} runs ${shares.join(", ")}`;
+      return `${name}: ${total} runs, ${shares.join(", ")}`;
     },
 
     point(at) {
       const shown = at === null ? this.selected : at;
-      const words = shown === null || shown === undefined
-        ? "Point at a cell to see how its runs ended, and click to watch it." : this.in_words(shown);
+      const words = shown === null
+        ? "The watched swarm is no cell of this diagram. Click a cell to watch it." : this.in_words(shown);
       element("pointed").textContent = words;
     },
 
@@ -939,14 +1013,30 @@
         cell.setAttribute("aria-selected", String(at === this.selected));
         cell.tabIndex = at === reachable ? 0 : -1;
       });
+      const [x, y] = this.keys.map((key, side) => this.share_of(swarm.values[key], this.values[side]));
+      element("between").hidden = this.selected !== null || !Number.isFinite(x + y);
+      element("between").style.cssText =
+        `left: calc(var(--label) + (100% - var(--label)) * ${x}); bottom: ${100 * y}%`;
       this.point(null);
     },
 
+    // Where a value is along an axis: a cell's in the middle of the cell, one beyond all cells at the edge.
+    share_of(value, values) {
+      const above = values.findIndex((it) => it > value);
+      const low = values[above - 1];
+      const at = above === 0 ? -0.5
+        : above > 0 ? above - 1 + (value - low) / (values[above] - low)
+        : values.length - (value > values[values.length - 1] ? 0.5 : 1);
+      return (at + 0.5) / values.length;
+    },
+
     choose(at) {
-      if (this.keys.includes("placement_radius_m")) disc_follows = false;
-      if (this.keys.includes("arena_m")) arena_follows = false;
-      state.cell = this.scene_of(at);
-      update();
+      go(() => {
+        if (this.keys.includes("placement_radius_m")) state.disc_follows = false;
+        if (this.keys.includes("arena_m")) state.arena_follows = false;
+        state.cell = this.scene_of(at);
+        if (update({ keeps_address: true })) floor.canvas.scrollIntoView({ block: "nearest" });
+      });
     },
 
     step(event, at) {
@@ -984,19 +1074,24 @@
       const which = n_refused > 0 ? "each cell that can be simulated" : "each cell";
       const all = n_runs === 0 ? "None of these cells can be simulated."
         : `${n_runs} runs of ${swarm.duration_s} s${took}, ${REPLICATES} in ${which}. A sweep with seed ${swarm.seed} makes the same runs, and more.`;
+      const passed_s = (performance.now() - this.began_ms) / 1000;
+      const left = passed_s > 2 ? `, about ${some_time((passed_s * (wanted - this.n_done)) / this.n_done)} left` : "";
       element("runs").textContent =
-        this.n_done < wanted ? `${this.n_done} of ${wanted} runs of ${swarm.duration_s} s` : all;
+        this.n_done < wanted ? `${this.n_done} of ${wanted} runs of ${swarm.duration_s} s${left}` : all;
     },
 
     // Runs of all cells, a few of each at a time; a cell goes to whichever thread is idle.
     async fill() {
-      element("fill").hidden = true;
-      this.filling += 1;
+      this.stop();
       const filling = this.filling;
-      const began_ms = performance.now();
+      this.is_filling = true;
+      element("fill").hidden = false;
+      element("fill").textContent = "Stop";
+      this.began_ms = performance.now();
       this.took_s = null;
       this.n_done = 0;
       this.counts = this.counts.map(() => null);
+      this.cells.forEach((_, at) => this.paint(at));
       const near = this.selected ?? 0;
       const n = this.values[0].length;
       const away = (at) => Math.hypot((at % n) - (near % n), Math.floor(at / n) - Math.floor(near / n));
@@ -1037,8 +1132,22 @@
       };
       await Promise.all(this.threads.map(work));
       if (filling !== this.filling) return;
-      this.took_s = (performance.now() - began_ms) / 1000;
+      this.stop();
+      element("fill").hidden = true;
+      this.took_s = (performance.now() - this.began_ms) / 1000;
+      this.per_s = this.cost / this.took_s;
       this.progress();
+    },
+
+    // What a thread has begun it ends, and its answer is dropped.
+    halt() {
+      this.stop();
+      element("runs").textContent = `Stopped after ${this.n_done} of ${this.counts.length * REPLICATES} runs.`;
+    },
+    stop() {
+      this.filling += 1;
+      this.is_filling = false;
+      element("fill").textContent = "Simulate it";
     },
   };
 
@@ -1057,17 +1166,26 @@
   }
 
   // Takes the state over everywhere.
-  function update({ keeps_address = false } = {}) {
+  let watched = null; // Which swarm it is: one that is the same goes on.
+  function update({ keeps_address = false, set = null } = {}) {
     let description;
+    let is_another;
     say_nothing();
     try {
       const { robots } = state.cell;
       if (robots > MOST_ROBOTS) throw new Error(`robots is ${robots}, expected at most ${MOST_ROBOTS} in a browser`);
       description = JSON.parse(asked("describe", scene()));
       if (description.conditions.robots === 0) throw new Error("robots is 0, expected at least 1");
+      const asked_for = [description.digest, description.seed, state.replicate, state.source].join();
+      is_another = asked_for !== watched;
+      if (is_another) place();
+      watched = asked_for;
     } catch (error) {
-      return refuse(error);
+      if (!simulated) throw error;
+      refuse_change(error, set);
+      return false;
     }
+    simulated = structuredClone(state);
     const { conditions } = description;
     const had = swarm;
     swarm = {
@@ -1083,26 +1201,34 @@
     swarm.phase_entries.forEach(know_phase);
     if (!had || had.behaviour !== swarm.behaviour) lay_out_order();
     show_settings();
-    restart();
+    if (is_another) begin();
     plane.update();
     if (!keeps_address) take_address();
     show_sweep();
+    return true;
   }
 
   // A slider that is moved changes the address often, which browsers do not like.
   let address_timer = 0;
   function take_address() {
     clearTimeout(address_timer);
-    address_timer = setTimeout(() => history_replace(address()), 150);
+    address_timer = setTimeout(() => write_address("replaceState"), 150);
   }
-  function history_replace(hash) {
+  function write_address(how) {
     clearTimeout(address_timer);
     // A page without a place of its own, as one that lies in a report, keeps its address.
     try {
-      window.history.replaceState(null, "", hash);
+      window.history[how](null, "", address());
     } catch {
       return;
     }
+  }
+  // What the browser's way back undoes: another cell, or other settings altogether.
+  function go(change_state) {
+    const from = address();
+    write_address("replaceState");
+    change_state();
+    if (address() !== from) write_address("pushState");
   }
 
   // Whether all its cells can be simulated takes a while to find out.
@@ -1144,33 +1270,34 @@
       }
     }
     source_axes = axes;
-    const shipped = { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
-    for (const [key, values] of axes) {
-      if (state.cell[key] !== undefined) continue;
-      state.cell[key] = state.source === facts.source && key in shipped
-        ? shipped[key] : values[Math.floor((values.length - 1) / 2)];
-    }
-    const plain = JSON.parse(asked("describe", scene({
-      cell: Object.fromEntries(axes.map(([key]) => [key, state.cell[key]])), as_measured: false, start: null })));
-    first_values = plain.values;
-    disc_follows = state.cell.placement_radius_m === undefined;
-    arena_follows = state.cell.arena_m === undefined;
+    const is_own = state.source === facts.source;
+    const shipped = is_own ? { speed_m_s: 0.15, turn_rate_rad_s: 0.75 } : {};
+    const usual = Object.fromEntries(axes.map(([key, values]) =>
+      [key, shipped[key] ?? values[Math.floor((values.length - 1) / 2)]]));
+    first_values = JSON.parse(asked("describe", scene({ cell: usual, as_measured: false, start: null }))).values;
+    state.cell = { ...usual, ...state.cell };
+    const { robots, placement_radius_m, arena_m } = state.cell;
+    if (is_own && robots <= MOST_ROBOTS && placement_radius_m === undefined && !state.start) follow(robots);
+    state.disc_follows = placement_radius_m === undefined || placement_radius_m === disc_of(robots ?? first_values.robots);
+    state.arena_follows = arena_m === undefined ||
+      (state.disc_follows && arena_m === Math.ceil(2.6 * placement_radius_m));
   }
 
   function open_address(hash = location.hash) {
+    clearTimeout(address_timer);
+    simulated = null;
     try {
       from_address(hash);
       open_source();
+      update({ keeps_address: true });
     } catch (error) {
-      const refused = error;
       state = first();
       open_source();
       update({ keeps_address: true });
-      say(`the link makes no swarm, and these are the first settings: ${in_words_of_page(refused.message)}`);
+      say(`the settings of the link cannot be simulated, and the page's own are shown: ${in_words_of_page(error.message)}`);
       return;
     }
-    update({ keeps_address: true });
-    if (left_out.length > 0 && is_placed) say(`the link has what is no setting, and it is left out: ${left_out.join(", ")}`);
+    if (left_out.length > 0) say(`the link has parts that are no settings; they are left out: ${left_out.join(", ")}`);
   }
 
   function on_key(event) {
@@ -1196,9 +1323,7 @@
   }
   function set_replicate(replicate) {
     state.replicate = replicate;
-    element("replicate").value = replicate;
-    restart();
-    take_address();
+    update();
   }
 
   async function unpacked(base64) {
@@ -1228,7 +1353,7 @@
     element("play").addEventListener("click", () => play(!is_playing));
     element("again").addEventListener("click", restart_anew);
     element("other").addEventListener("click", other_start);
-    element("fill").addEventListener("click", () => plane.fill());
+    element("fill").addEventListener("click", () => (plane.is_filling ? plane.halt() : plane.fill()));
     for (const side of ["across", "up"]) {
       element(side).addEventListener("change", ({ target }) => {
         state[side] = target.value;
@@ -1245,11 +1370,10 @@
       }
     });
     // Those of the link, or of the report, that led here.
-    const first_address = location.hash || "#";
-    element("reset").addEventListener("click", () => {
-      history_replace(first_address);
-      open_address(first_address);
-    });
+    const first_address = location.hash;
+    element("relink").hidden = first_address.length < 2;
+    element("relink").addEventListener("click", () => go(() => open_address(first_address)));
+    element("reset").addEventListener("click", () => go(() => open_address("#")));
     element("sweep").closest("details").addEventListener("toggle", show_sweep);
     addEventListener("hashchange", () => open_address());
     addEventListener("keydown", on_key);

@@ -12,7 +12,7 @@ const tasks = {
     got(simulator.open(BigInt(replicate)));
     return {};
   },
-  // The swarm is the watched one, bit by bit, so its steps need not be sent.
+  // The swarm is the watched one, bit for bit, so its steps need not be sent.
   judge: ({ n_steps }) => {
     simulator.step(Math.max(n_steps - simulator.n_steps(), 0));
     return { judgement: JSON.parse(got(simulator.judge())) };

@@ -189,6 +189,148 @@ def check_refusals(page):
     settled(page, "simulated.describe().robots === 9")
 
 
+def bold(page):
+    """The settings that are marked as changed, closed groups included."""
+    return page.evaluate("[...document.querySelectorAll('.changed label')].map(it => it.htmlFor)")
+
+
+def shown(page, key):
+    return page.locator(f"#{key}").input_value(), page.locator(f"#{key} + input").input_value()
+
+
+def clicked(page, speed, turn):
+    """The cell of the first diagram that has these commands, and is clicked."""
+    page.locator(f"[role=gridcell][aria-label^='speed {speed} m/s, turning rate {turn} rad/s']").click()
+
+
+def check_one_truth(page):
+    """What is refused changes nothing but its own field; what follows is not marked; another axis restarts
+    nothing."""
+    assert bold(page) == [], bold(page)
+    digest = page.evaluate("simulated.describe().digest")
+    page.locator("#speed_m_s + input").fill("0.5")
+    page.keyboard.press("Enter")
+    assert "still the one from before" in said(page), said(page)
+    assert "profile" not in said(page), said(page)
+    assert shown(page, "speed_m_s") == ("0.3", "0.5"), shown(page, "speed_m_s")
+    assert page.evaluate("simulated.describe().digest") == digest
+    n_steps = page.evaluate("simulated.n_steps()")
+    settled(page, f"simulated.n_steps() > {n_steps}")
+    page.locator("#speed_m_s + input").fill("")
+    page.keyboard.press("Enter")
+    assert shown(page, "speed_m_s") == ("0.15", "0.15") and said(page) == "", said(page)
+
+    page.locator("#robots + input").fill("20")
+    page.keyboard.press("Enter")
+    page.locator("#robots-are").select_option("as_measured")
+    assert bold(page) == ["robots", "robots-are"], bold(page)
+    page.locator("#yaw_lag_s + input").evaluate("it => { it.value = 0.5; it.dispatchEvent(new Event('change')) }")
+    summary = page.locator("summary", has_text="Noise, differences")
+    assert summary.evaluate("it => getComputedStyle(it).fontWeight") == "700"
+
+    page.locator("#reset").click()
+    page.locator("#across").select_option("placement_radius_m")
+    page.locator("#start").select_option("box_facing_any_way")
+    assert said(page) == "" and bold(page) == ["placement_radius_m", "start"], (said(page), bold(page))
+
+    page.locator("#reset").click()
+    page.evaluate("document.getElementById('pace').value = 50")
+    settled(page, "simulated.n_steps() > 100")
+    page.locator("#up").select_option("range_m")
+    assert page.evaluate("simulated.n_steps()") > 100, "another axis restarts the swarm"
+    page.locator("#reset").click()
+
+
+def check_first_minute(page):
+    """Nothing is judged before a minute, in words or in the table."""
+    page.locator("#again").click()
+    page.evaluate("document.getElementById('pace').value = 20")
+    settled(page, "simulated.n_steps() > 150")
+    settled(page, "document.querySelector('#order td').textContent !== '–'")
+    found = page.evaluate("[phase.textContent, order.textContent, Number.parseInt(clock.textContent)]")
+    assert found[2] >= 60 or (found[0] == "Not judged yet:" and not set("✓✗") & set(found[1])), found
+    settled(page, "Number.parseInt(clock.textContent) > 75")
+    settled(page, "/[✓✗]/.test(order.textContent)")
+
+
+def check_diagram(page):
+    """A cell can be undone, what is no cell is marked, the words are of the cell that has the focus, and a
+    large diagram can be stopped."""
+    clicked(page, 0.2, 0.5)
+    settled(page, "location.hash.includes('speed_m_s=0.2&')")
+    clicked(page, 0.1, 1)
+    settled(page, "location.hash.includes('speed_m_s=0.1&')")
+    page.evaluate("history.back()")
+    settled(page, "simulated.describe().values.speed_m_s === 0.2")
+    page.evaluate("history.back()")
+    settled(page, "simulated.describe().values.speed_m_s === 0.15")
+    found = page.locator("[aria-selected=true]").count(), page.locator("#between").evaluate("it => it.outerHTML")
+    assert found[0] == 1 and "hidden" in found[1], found
+
+    page.locator("#speed_m_s + input").fill("0.16")
+    page.keyboard.press("Enter")
+    mark, low, high = page.evaluate("""[document.getElementById('between'),
+        ...[37, 38].map(at => document.querySelector(`[data-at='${at - 11}']`))].map(it => {
+            const box = it.getBoundingClientRect();
+            return box.x + box.width / 2;
+        })""")
+    assert page.locator("#between").is_visible() and low < mark < high, (low, mark, high)
+    assert "is no cell" in page.locator("#pointed").inner_text()
+    page.mouse.move(5, 5)
+    page.locator("[role=gridcell][tabindex='0']").focus()
+    assert page.locator("#pointed").inner_text().startswith("speed 0.05 m/s")
+    page.locator("#reset").focus()
+    assert "is no cell" in page.locator("#pointed").inner_text()
+
+    page.locator("#robots + input").fill("300")
+    page.keyboard.press("Enter")
+    page.locator("#fill", has_text="Simulate it").click()
+    settled(page, "document.getElementById('progress').value > 0")
+    page.locator("#fill", has_text="Stop").click()
+    assert page.locator("#runs").inner_text().startswith("Stopped after ")
+    n_done = page.evaluate("document.getElementById('progress').value")
+    page.wait_for_timeout(1500)
+    assert page.evaluate("document.getElementById('progress').value") == n_done, "it goes on"
+    page.locator("#reset").click()
+
+
+def check_links(browser):
+    """A link's settings are marked, may be left for the page's own and come back to; robots have room."""
+    page, printed, _ = opened(browser, address="#speed_m_s=0.2&turn_rate_rad_s=0.75&range_m=1")
+    assert bold(page) == ["speed_m_s", "range_m"], bold(page)
+    page.locator("#reset").click()
+    assert bold(page) == [] and page.evaluate("simulated.describe().values.speed_m_s") == 0.15
+    page.locator("#relink").click()
+    assert page.evaluate("simulated.describe().values.range_m") == 1
+    page.close()
+    page, printed, _ = opened(browser, address="#robots=300", calm=True)
+    assert said(page) == "" and page.evaluate("simulated.describe().robots") == 300, said(page)
+    assert page.locator("#relink").is_visible() and printed == [], printed
+    page.close()
+    page, printed, _ = opened(browser, address="#speed_m_s=0.5", calm=True)
+    assert "cannot be simulated" in said(page) and shown(page, "speed_m_s") == ("0.15", "0.15")
+    assert printed == [], printed
+    page.close()
+
+
+def check_room(browser):
+    """Sliders are long enough to be moved, controls are in view, and so is the swarm of a cell that is clicked."""
+    page, _, _ = opened(browser, 400)
+    for width, height in [(400, 800), (900, 800), (1280, 800), (1500, 900), (2560, 1440)]:
+        page.set_viewport_size({"width": width, "height": height})
+        page.evaluate("scrollTo(0, 0)")
+        page.wait_for_timeout(200)
+        length = page.locator("#speed_m_s").evaluate("it => it.clientWidth")
+        assert length >= 190, f"{length} px at {width}"
+        bottom = page.locator("#play").evaluate("it => it.getBoundingClientRect().bottom")
+        assert width == 400 or bottom <= height, f"{bottom} px at {width}"
+        clicked(page, 0.2, 0.5)
+        seen = page.locator("#floor").evaluate(
+            "it => [it.getBoundingClientRect().top, innerHeight - it.getBoundingClientRect().bottom]")
+        assert min(seen) >= 0, f"{seen} at {width}"
+    page.close()
+
+
 def check_end(page):
     """The judge of the watched swarm is that of a sweep: one phase at the end of the run."""
     page.locator("#pace").select_option("50")
@@ -262,11 +404,16 @@ def main():
         check_end(page)
         check_keys(page)
         check_refusals(page)
+        check_one_truth(page)
+        check_first_minute(page)
+        check_diagram(page)
         check_copies(page)
         assert printed == [], printed
         assert {url.split("#")[0].split(":")[0] for url in asked} <= {"file", "blob"}, asked
         page.close()
         check_address(browser)
+        check_links(browser)
+        check_room(browser)
         for width in WIDTHS:
             for theme in ["light", "dark"]:
                 page, printed, _ = opened(browser, width, theme)
