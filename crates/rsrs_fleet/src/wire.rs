@@ -128,7 +128,7 @@ pub fn status_message(status: &Status, stamp: Time) -> RobotStatus {
     }
 }
 
-/// Understands locks of the e-stop; beyond [`MOST_SOURCES`] the rest counts as one.
+/// Understands locks of the e-stop; of more than a lab has the rest counts as one.
 ///
 /// # Errors
 ///
