@@ -277,3 +277,43 @@ fn a_file_that_a_sweep_names_and_that_is_not_there_is_named_with_its_key() {
         );
     }
 }
+
+#[test]
+fn a_search_has_a_world_and_a_report_shows_it() {
+    let folder = swept();
+    let here = folder.path();
+    let numbered = TABLE.replace(
+        "speed_m_s: 0.2, turn_rate_rad_s: 0.0",
+        "speed_m_s: $push_m_s, turn_rate_rad_s: 0.0",
+    );
+    let numbered =
+        format!("numbers: {{push_m_s: {{value: 0.2, from: 0.05, to: 0.25}}}}\n{numbered}");
+    write(here, &[("numbered.yaml", &numbered)]);
+    let explore = |more: &[&str]| {
+        let asked = ["explore", "robots.yaml", "--controller", "numbered.yaml", "-o", "gallery"];
+        let few = ["--controllers", "6", "--replicates", "2", "--duration", "60", "--robots", "3"];
+        typed(here, &[&asked[..], &few, &["--behaviour", "heap.yaml"], more].concat())
+    };
+
+    let without = explore(&["--arena", "2.6"]);
+    let found = explore(&["--arena", "2.6", "--world", "things.yaml"]);
+    let report = typed(here, &["report", "out", "-o", "report.html"]);
+
+    assert_eq!(code(&without), 1);
+    assert!(stderr(&without).contains("help: name a world with `"), "{}", stderr(&without));
+    assert!([0, 3].contains(&code(&found)), "{}{}", stdout(&found), stderr(&found));
+    let read = |name: &str| std::fs::read_to_string(here.join(name)).expect("it is written");
+    assert!(read("gallery/world.yaml").contains("count: 8"));
+    let gallery = read("gallery/gallery.svg");
+    assert!(gallery.contains("fill=\"#e69f00\""), "runs are drawn with their objects: {gallery}");
+    let sweeps = std::fs::read_dir(here.join("gallery/sweeps")).expect("it is made");
+    let sweeps: Vec<PathBuf> = sweeps.flatten().map(|sweep| sweep.path()).collect();
+    for sweep in &sweeps {
+        let text = std::fs::read_to_string(sweep).expect("it is text");
+        assert!(text.contains("world: ../world.yaml"), "{text}");
+    }
+    assert_eq!(code(&report), 0, "{}", stderr(&report));
+    let html = read("report.html");
+    assert_eq!(html.matches("\"radii_m\":[0.06,").count(), 2, "a replay of each cell");
+    assert!(html.contains("\"goals_m\":[[-0.6,0.6,0.4]]") && !html.contains("lights up"));
+}

@@ -141,6 +141,7 @@ pub fn explore_all(
         let options = Options {
             wanted,
             controller: None,
+            world: None,
             robots,
             arena_m,
             walls,

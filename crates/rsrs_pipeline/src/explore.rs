@@ -21,6 +21,7 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Controller;
+use rsrs_core::world::WorldFile;
 use rsrs_sim::exploration::niche::Niche;
 use rsrs_sim::exploration::space::Directions;
 use serde::Serialize;
@@ -38,6 +39,8 @@ pub struct Options<'a> {
     pub wanted: Option<Behaviour>,
     /// The table whose numbers are searched, checked for these robots; `None` for two commands.
     pub controller: Option<&'a ControllerTable>,
+    /// What is in the arena besides the robots; `None` is nothing.
+    pub world: Option<&'a WorldFile>,
     /// Number of robots; at least 1.
     pub robots: usize,
     /// Side of the square arena, in metres; `None` is six times a robot's reach.
@@ -98,6 +101,9 @@ pub struct Explored {
     /// What happens at its border.
     #[serde(skip)]
     pub walls: Walls,
+    /// What is in it besides the robots.
+    #[serde(skip)]
+    pub world: WorldFile,
 }
 
 /// A fresh run that shows what a controller does.

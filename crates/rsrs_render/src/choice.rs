@@ -88,14 +88,18 @@ pub fn none_viable(none: &NoViableCell) -> Words {
 
 /// A viable cell, of which a share of `wanted` was wanted: how often its runs show it, and how far it may drift.
 pub fn viable(choice: &Choice, wanted: f64) -> Words {
+    let (worlds, made) = match choice.as_measured {
+        Some(_) => ("made worse and as measured", "made worse"),
+        None => ("as measured", "as measured"),
+    };
     let margins = choice.margin.iter().map(|(axis, margin)| drift(choice, *axis, *margin));
     let first = Words::toned(Tone::Good, "viable").then(format!(
-        ": {} (surely {:.0} % of its runs or more {}, made worse and as measured)",
+        ": {} (surely {:.0} % of its runs or more {}, {worlds})",
         choice.cell,
         100.0 * wanted,
         choice.behaviour().verb().plain
     ));
-    let mut lines = vec![format!("  made worse, it {}", in_fresh_runs(choice))];
+    let mut lines = vec![format!("  {made}, it {}", in_fresh_runs(choice))];
     lines.extend(tried(choice));
     lines.extend(as_measured(choice).map(|text| format!("  {text}")));
     lines.extend(choice.settling.map(|settling| format!("  {}", settling::text(&settling))));

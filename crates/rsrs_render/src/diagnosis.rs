@@ -192,6 +192,11 @@ impl Text<'_> {
             let all: Vec<String> = self.0.causes[..=cause.with.len()].iter().map(change).collect();
             steps.push(format!("upgrade the robots: {}", all.join(", and ")));
         }
+        if steps.is_empty() {
+            let text = "what to do: no better robot helps here, so try another controller, other settings \
+                        (`--sweep SWEEP`), or longer runs (`duration_s` of the sweep)";
+            return vec![text.to_owned()];
+        }
         steps.push("then measure them again, from step 1: `rsrs measure plan`".to_owned());
         let numbered = (1..).zip(steps).map(|(number, step)| format!("  {number}. {step}"));
         std::iter::once("what to do, in this order:".to_owned()).chain(numbered).collect()

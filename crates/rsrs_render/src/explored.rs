@@ -139,7 +139,7 @@ pub fn draw(explored: &Explored) -> anyhow::Result<()> {
             lost: &[],
             names: &[],
             walls_m: has_walls.then_some(arena_m / 2.0),
-            world: None,
+            world: Some(&explored.world),
             title: format!("{number}: {}", found.name.replace('_', " ")),
             subtitle: format!("{} of runs; {}", percent(found.share), found.words),
             theme: Theme::Screen,

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS, explore};
-use rsrs_pipeline::sweep::source::{behaviour, read_controller, read_profile, robots_beside};
+use rsrs_pipeline::sweep::source::{
+    behaviour, read_controller, read_profile, read_world, robots_beside,
+};
 use rsrs_sim::exploration::space::Directions;
 
 use crate::commands::{Format, report};
@@ -40,6 +42,9 @@ pub struct Arguments {
     /// A controller's table, whose numbers are searched within their bounds in place of two commands.
     #[arg(long, value_name = "FILE", conflicts_with = "forward")]
     controller: Option<PathBuf>,
+    /// What is in the arena besides robots: a world's file.
+    #[arg(long, value_name = "FILE", requires = "arena")]
+    world: Option<PathBuf>,
     /// Number of robots (default: that of `fleet.yaml` beside the profile, or 9).
     #[arg(long, value_name = "N")]
     robots: Option<usize>,
@@ -104,9 +109,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Some(file) => Some(read_controller(file, &read_profile(&arguments.profile)?)?),
         None => None,
     };
+    let world = match (&arguments.world, arguments.arena) {
+        (Some(file), Some(arena_m)) => Some(read_world(file, &[arena_m])?),
+        _ => None,
+    };
     let options = Options {
         wanted: arguments.behaviour,
         controller: table.as_ref(),
+        world: world.as_ref(),
         robots,
         arena_m: arguments.arena,
         walls: match arguments.walls {

@@ -15,6 +15,8 @@ use crate::files::{read_text, write_file};
 pub const PROFILE: &str = "profile.yaml";
 /// Name of the controller's table in the folder, where its numbers are searched.
 pub const CONTROLLER: &str = "controller.yaml";
+/// Name of the world in the folder, where there is one.
+pub const WORLD: &str = "world.yaml";
 const SETTINGS: &str = "exploration.yaml";
 const JOURNAL: &str = "trials.jsonl";
 const LOCK: &str = ".lock";
@@ -49,8 +51,14 @@ impl Folder {
         };
         let table = settings.controller.as_ref().map(serde_saphyr::to_string).transpose();
         let table = table.context("the controller as YAML")?;
-        let files =
-            [(PROFILE, Some(&profile)), (SETTINGS, Some(&written)), (CONTROLLER, table.as_ref())];
+        let world = settings.world.as_ref().map(serde_saphyr::to_string).transpose();
+        let world = world.context("the world as YAML")?;
+        let files = [
+            (PROFILE, Some(&profile)),
+            (SETTINGS, Some(&written)),
+            (CONTROLLER, table.as_ref()),
+            (WORLD, world.as_ref()),
+        ];
         for (name, text) in files.into_iter().filter_map(|(name, text)| Some((name, text?))) {
             let file = path.join(name);
             if !file.exists() {

@@ -11,11 +11,12 @@ use rsrs_core::numerals::percent;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::statistics::share::Share;
+use rsrs_core::world::WorldSource;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::confirmation_seed;
 
-use super::folder::{CONTROLLER, Folder, PROFILE};
+use super::folder::{CONTROLLER, Folder, PROFILE, WORLD};
 use super::trial::{self, Elsewhere, Laboratory, Name, Trial};
 use super::{CONFIRM, Explored, FoundController, Options, ShownRun};
 use crate::files::write_file;
@@ -82,6 +83,7 @@ pub fn write(
         radius_m: laboratory.radius_m(),
         arena_m: laboratory.arena_m,
         walls: options.walls,
+        world: options.world.cloned().unwrap_or_default(),
     })
 }
 
@@ -152,7 +154,7 @@ fn sweep_text(
         axes,
         fixed: Fixed { values, walls: options.walls },
         placement: None,
-        world: None,
+        world: options.world.map(|_| WorldSource::File(format!("../{WORLD}"))),
         cells: None,
         replicates: 100,
         duration_s: options.duration_s,

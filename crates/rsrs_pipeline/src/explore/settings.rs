@@ -3,6 +3,7 @@
 use rsrs_core::conditions::Walls;
 use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::world::WorldFile;
 use serde::{Deserialize, Serialize};
 
 use super::Options;
@@ -18,6 +19,9 @@ pub struct Settings {
     /// The table whose numbers are searched; not there for two commands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<ControllerTable>,
+    /// What is in the arena besides the robots; not there where nothing is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub world: Option<WorldFile>,
     /// Number of robots.
     pub robots: usize,
     /// Side of the arena, in metres.
@@ -42,6 +46,7 @@ impl Settings {
         Self {
             behaviour: options.wanted,
             controller: options.controller.cloned(),
+            world: options.world.cloned(),
             robots: options.robots,
             arena_m: laboratory.arena_m,
             walls: options.walls,

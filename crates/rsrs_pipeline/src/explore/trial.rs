@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use super::space::Space;
 use super::{CONFIRM, Options};
-use crate::error::with_help;
+use crate::error::{helped, with_help};
 
 /// What a controller came to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -127,6 +127,7 @@ impl Laboratory {
             walls: options.walls,
             behaviour: options.wanted.unwrap_or_default(),
             controller: options.controller.cloned(),
+            world: options.world.cloned().unwrap_or_default(),
             ..Settings::default()
         };
         let runs = Runs {
@@ -155,7 +156,8 @@ impl Laboratory {
             settings,
             runs,
         };
-        let conditions = laboratory.conditions(&vec![1.0; laboratory.space.n_numbers()])?;
+        let conditions = laboratory.conditions(&vec![1.0; laboratory.space.n_numbers()]);
+        let conditions = conditions.map_err(helped)?;
         check(&[conditions], runs)?;
         Ok(laboratory)
     }
