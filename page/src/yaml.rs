@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
-use serde_json::ser::{Formatter, Serializer};
+use serde_json::ser::{CompactFormatter, Formatter, Serializer};
 
 /// Writes data whose keys are names.
 ///
@@ -29,6 +29,14 @@ struct Lines {
 }
 
 impl Formatter for Lines {
+    /// Whole numbers are written as people write them: `9` robots, and not `9.0`.
+    fn write_f64<W: ?Sized + Write>(&mut self, writer: &mut W, value: f64) -> io::Result<()> {
+        if value.fract() == 0.0 && value.abs() < 1e15 {
+            return write!(writer, "{value:.0}");
+        }
+        CompactFormatter.write_f64(writer, value)
+    }
+
     fn begin_object<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
         self.mappings.push(false);
         if self.n_lists > 0 { writer.write_all(b"{") } else { Ok(()) }
