@@ -104,3 +104,26 @@ fn genomes_of_the_six_classes_show_their_own_class_and_hardly_another() {
         }
     }
 }
+
+#[test]
+fn foot_bots_of_four_classes_segregate_and_not_where_they_see_too_little() {
+    let folder = files_of("mitrano_segregation");
+    let angles = "[0.0873, 0.1745, 0.2618, 0.3491, 0.4363, 0.5236, 0.6109, 0.6981, 0.7854]";
+
+    let far = swept(
+        folder.path(),
+        "beam_angle.yaml",
+        &[(angles, "[0.3491]"), ("replicates: 20", "replicates: 3")],
+    );
+    let near = swept(
+        folder.path(),
+        "beam_length.yaml",
+        &[
+            ("[0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5]", "[0.25]"),
+            ("replicates: 20", "replicates: 3"),
+        ],
+    );
+
+    assert_eq!(far, [(3, 3)]);
+    assert_eq!(near, [(0, 3)]);
+}

@@ -219,6 +219,7 @@ fn rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections() 
 
 fn check_before(before: &Value) {
     let names = [
+        "class",
         "cmd_vel_type",
         "constant",
         "lease",

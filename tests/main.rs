@@ -13,6 +13,7 @@ mod cables;
 mod campaign;
 mod cells;
 mod choosing;
+mod classes;
 mod cli;
 mod command;
 mod compare;

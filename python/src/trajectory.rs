@@ -69,6 +69,7 @@ impl PyTrajectory {
             reach_m: bodies.reach_m.or(self.bodies.reach_m),
             arena_m: bodies.arena_m.or(self.bodies.arena_m),
             world: self.bodies.world.clone(),
+            classes: self.bodies.classes.clone(),
         };
         let (behaviour, robots) = (behaviour.unwrap_or(self.behaviour), self.robots.clone());
         work_to_end(py, move || Verdict::of(&trajectory, &bodies, (behaviour, true), &robots))

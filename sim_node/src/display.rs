@@ -245,7 +245,7 @@ goals: [{place_m: [0.6, -0.6], radius_m: 0.3}]
         let mut conditions = flockbot_conditions();
         conditions.period_s = 0.1;
         conditions.arena = Arena { side_m: 4.0, walls: Walls::Clamp };
-        conditions.world = WorldFile::parse("world.yaml", WORLD, &[4.0]).expect("it is one");
+        conditions.world = WorldFile::parse("world.yaml", WORLD, &[4.0], &[]).expect("it is one");
         conditions.behaviour = Behaviour::parse("heap.yaml", &behaviour).expect("it is one");
         conditions.check().expect("they make a world");
         conditions

@@ -241,6 +241,7 @@ impl Conditions {
             reach_m: Some(self.robot.reach_m()),
             arena_m: self.arena.walls_m().map(|walls_m| 2.0 * walls_m),
             world: self.world.clone(),
+            classes: self.world.classes_of(self.robots),
         }
     }
 }

@@ -1,8 +1,10 @@
-//! What is in the arena besides robots: objects that they push, and goals that they detect.
+//! What is in the arena besides robots, objects that they push and goals that they detect, and of which classes
+//! robots are.
 //!
 //! In a file of its own, which sweeps and experiments name.
 
 mod check;
+mod classes;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,8 +13,9 @@ use crate::numerals;
 use crate::robot::sensor::Detects;
 
 pub use check::{Place, WorldError, WorldFlaw, WorldProblem};
+pub use classes::RobotClass;
 
-/// What is in the arena besides robots.
+/// What is in the arena besides robots, and of which classes these are.
 ///
 /// # Example
 ///
@@ -23,7 +26,7 @@ pub use check::{Place, WorldError, WorldFlaw, WorldProblem};
 /// objects: [{count: 20, radius_m: 0.05}]
 /// goals: [{place_m: [1, 0], radius_m: 0.3}]
 /// ";
-/// let world = WorldFile::parse("world.yaml", text, &[3.0])?;
+/// let world = WorldFile::parse("world.yaml", text, &[3.0], &[5])?;
 /// assert_eq!(world.n_objects(), 20);
 /// # Ok::<(), rsrs_core::world::WorldError>(())
 /// ```
@@ -36,6 +39,10 @@ pub struct WorldFile {
     /// Discs on the floor, which sensors detect and nothing collides with.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub goals: Vec<Goal>,
+    /// Classes of robots, which sensors of `kin` and `other` tell from each other; robots are dealt to them in turn, in
+    /// the order of their numbers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub classes: Vec<RobotClass>,
 }
 
 /// The world of a sweep or an experiment.
@@ -92,9 +99,9 @@ pub struct Object {
 
 impl WorldFile {
     /// Nothing but robots.
-    pub const NOTHING: Self = Self { objects: Vec::new(), goals: Vec::new() };
+    pub const NOTHING: Self = Self { objects: Vec::new(), goals: Vec::new(), classes: Vec::new() };
 
-    /// Whether there is nothing but robots.
+    /// Whether there is nothing but robots, of no classes.
     pub fn is_empty(&self) -> bool {
         *self == Self::NOTHING
     }
@@ -119,19 +126,29 @@ impl WorldFile {
         match kind {
             Detects::Object => self.n_objects() > 0,
             Detects::Goal => !self.goals.is_empty(),
+            Detects::Kin | Detects::Other => !self.classes.is_empty(),
             Detects::Robot | Detects::Wall => true,
         }
     }
 
-    /// What it is, in words: `20 objects and 1 goal`.
+    /// What it is, in words: `20 objects, 1 goal and 2 classes of robots`.
     pub fn in_words(&self) -> String {
         let counted = |n: usize, noun: &str| (n > 0).then(|| numerals::counted(n as u64, noun));
-        let words: Vec<String> =
-            [counted(self.n_objects(), "object"), counted(self.goals.len(), "goal")]
+        let classes = match self.classes.len() {
+            0 => None,
+            1 => Some("1 class of robots".to_owned()),
+            n => Some(format!("{n} classes of robots")),
+        };
+        let mut words: Vec<String> =
+            [counted(self.n_objects(), "object"), counted(self.goals.len(), "goal"), classes]
                 .into_iter()
                 .flatten()
                 .collect();
-        if words.is_empty() { "nothing but robots".to_owned() } else { words.join(" and ") }
+        match words.pop() {
+            None => "nothing but robots".to_owned(),
+            Some(last) if words.is_empty() => last,
+            Some(last) => format!("{} and {last}", words.join(", ")),
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use rsrs_core::robot::controller::state_machine::{Memory, transition_key};
 use rsrs_core::robot::controller::{Command, Controller, ControllerParameters, decide};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::wheels::Wheels;
+use rsrs_core::world::{RobotClass, WorldFile};
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 const MIRRORED: &str = include_str!("../../../launch_configs/controllers/mirrored.yaml");
@@ -389,4 +390,46 @@ proptest! {
             prop_assert_eq!(command, decide(detected, parameters));
         }
     }
+}
+
+const STARTS: &str = "\
+starts: {shepherd: herd, sheep: graze}
+rows:
+  - {state: herd, when: {detection: true}, command: {speed_m_s: 0.05, turn_rate_rad_s: 0.5}}
+  - {state: herd, command: {speed_m_s: 0.15, turn_rate_rad_s: -0.5}}
+  - {state: graze, command: {speed_m_s: 0.1, turn_rate_rad_s: 0.3}}
+";
+
+#[test]
+fn each_class_starts_in_its_own_state_and_a_start_of_nobody_is_refused() {
+    let table = parsed(STARTS);
+    let controller = table.resolve(&[], None, 0.13).unwrap();
+    let starts = [Some("sheep"), Some("shepherd"), Some("dog"), None];
+    assert_eq!(starts.map(|class| controller.start(class).state), [1, 0, 0, 0]);
+    let (error, cure) = refused(&STARTS.replace(", sheep: graze", ""));
+    assert!(error.starts_with("controller.yaml:5: state `graze` is never reached"), "{error}");
+    assert!(cure.contains("as in `starts: {CLASS: graze}`"), "{cure}");
+    let (error, _) = refused(&STARTS.replace("sheep: graze", "sheep: grase"));
+    assert_eq!(error, "controller.yaml:1: unknown state `grase`; did you mean `graze`?");
+
+    let class = |name: &str| RobotClass { name: name.to_owned(), count: None };
+    let resolved = |classes: &[&str]| {
+        let classes = classes.iter().map(|name| class(name)).collect();
+        let world = WorldFile { classes, ..WorldFile::NOTHING };
+        let values = vec![(Axis::Robots, 4.0)];
+        let settings =
+            Settings { values, world, controller: Some(table.clone()), ..Settings::default() };
+        Conditions::resolve(&flockbot(), &settings)
+    };
+    let conditions = resolved(&["shepherd", "sheep"]).expect("both are there");
+    let Controller::Machine(machine) = &conditions.controller else { panic!("it has states") };
+    assert_eq!(machine.starts.len(), 2);
+    let json = serde_json::to_string(&conditions).unwrap();
+    assert_eq!(serde_json::from_str::<Conditions>(&json).unwrap(), conditions);
+    let error = resolved(&["shepherd", "sheeps"]).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "controller.starts has class `sheep`, and no robot is of it; did you mean `sheeps`?"
+    );
+    assert!(error.help().is_some_and(|help| help.contains("`classes: [{name: sheep}, …]`")));
 }

@@ -12,10 +12,20 @@ use rsrs_core::world::WorldFile;
 
 const PERIOD_S: f64 = 0.13;
 const SPEED_M_S: f64 = 0.15;
-const FLOCKBOT: Bodies =
-    Bodies { radius_m: Some(0.075), reach_m: Some(0.75), arena_m: None, world: WorldFile::NOTHING };
-const UNKNOWN_REACH: Bodies =
-    Bodies { radius_m: Some(0.075), reach_m: None, arena_m: None, world: WorldFile::NOTHING };
+const FLOCKBOT: Bodies = Bodies {
+    radius_m: Some(0.075),
+    reach_m: Some(0.75),
+    arena_m: None,
+    world: WorldFile::NOTHING,
+    classes: Vec::new(),
+};
+const UNKNOWN_REACH: Bodies = Bodies {
+    radius_m: Some(0.075),
+    reach_m: None,
+    arena_m: None,
+    world: WorldFile::NOTHING,
+    classes: Vec::new(),
+};
 
 /// A run of nine robots whose poses are a function of robot and time.
 fn run(duration_s: f64, pose: impl Fn(usize, f64) -> Pose) -> Trajectory {

@@ -17,6 +17,7 @@ const BODIES: Bodies = Bodies {
     reach_m: Some(1.0),
     arena_m: Some(ARENA_M),
     world: WorldFile::NOTHING,
+    classes: Vec::new(),
 };
 
 /// Robots whose poses are a function of robot and time.

@@ -174,18 +174,27 @@ fn a_list_that_cannot_be_is_refused_with_line_reason_and_cure() {
 }
 
 #[test]
-fn what_no_world_has_yet_is_refused_in_words() {
-    for kind in ["kin", "other"] {
-        let list = TERNARY.replace("detects: wall", &format!("detects: {kind}"));
-        let text = RobotProfile::parse("robot.yaml", &with_sensors(&list)).unwrap_err().to_string();
-        let reason = format!(
-            "no world has robots of several kinds yet, so none is `{kind}`, expected `robot`"
+fn kinds_that_include_each_other_are_none_to_tell_apart() {
+    for (kinds, shared) in [(["robot", "kin"], "kin"), (["other", "robot"], "other")] {
+        let list = TERNARY
+            .replace("detects: robot", &format!("detects: {}", kinds[0]))
+            .replace("detects: wall", &format!("detects: {}", kinds[1]));
+        let error = RobotProfile::parse("robot.yaml", &with_sensors(&list)).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            format!("robot.yaml:25: `detection` and `wall` both detect `{shared}`")
         );
-        assert!(text.starts_with("robot.yaml:27:") && text.contains(&reason), "{text}");
-        let list = TERNARY.replace("hidden_by: [robot]", &format!("hidden_by: [{kind}]"));
-        let text = RobotProfile::parse("robot.yaml", &with_sensors(&list)).unwrap_err().to_string();
-        assert!(text.contains(&reason), "{text}");
     }
+    let list = TERNARY.replace("detects: robot", "detects: kin");
+    let robot = profile(&list.replace("detects: wall", "detects: other"));
+    assert!((robot.reach_m() - 1.575).abs() < 1e-12, "to robots of whatever class");
+    let list = TERNARY.replace("detects: wall", "detects: kins");
+    let text = RobotProfile::parse("robot.yaml", &with_sensors(&list)).unwrap_err().to_string();
+    assert!(text.starts_with("robot.yaml:27:") && text.contains("`kins`"), "{text}");
+}
+
+#[test]
+fn a_profile_has_one_sensor_or_a_list() {
     let both = FLOCKBOT.replace("sensing:\n", &format!("sensors:{PLAIN}\nsensing:\n"));
     let error = RobotProfile::parse("robot.yaml", &both).unwrap_err();
     assert_eq!(error.to_string(), "a profile needs exactly one of `sensing` and `sensors`");

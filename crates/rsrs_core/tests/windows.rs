@@ -7,8 +7,13 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::WorldFile;
 
 const PERIOD_S: f64 = 0.5;
-const BODIES: Bodies =
-    Bodies { radius_m: Some(0.1), reach_m: Some(1.0), arena_m: None, world: WorldFile::NOTHING };
+const BODIES: Bodies = Bodies {
+    radius_m: Some(0.1),
+    reach_m: Some(1.0),
+    arena_m: None,
+    world: WorldFile::NOTHING,
+    classes: Vec::new(),
+};
 
 /// Four robots that head one way in some of the time, and each its own in the rest.
 fn aligned_in(times_s: std::ops::Range<f64>, duration_s: f64) -> Trajectory {

@@ -26,7 +26,7 @@ goals:
 ";
 
 fn world() -> WorldFile {
-    WorldFile::parse("world.yaml", WORLD, &[3.0]).expect("it is one")
+    WorldFile::parse("world.yaml", WORLD, &[3.0], &[3]).expect("it is one")
 }
 
 fn settings(world: WorldFile) -> Settings {
@@ -91,10 +91,15 @@ fn a_world_that_cannot_be_is_refused_with_line_reason_and_cure() {
         (
             WORLD,
             "objects: []\n",
-            "world.yaml:1: there are neither objects nor goals in it",
+            "world.yaml:1: there are no objects, no goals and no classes in it",
             "give ",
         ),
-        (WORLD, "# nothing\n", "world.yaml:1: there are neither objects nor goals in it", "give "),
+        (
+            WORLD,
+            "# nothing\n",
+            "world.yaml:1: there are no objects, no goals and no classes in it",
+            "give ",
+        ),
         (WORLD, "body: {}\nactuation: {}\n", "world.yaml:1:1: this is a robot profile", "sweep"),
         (
             "0.05",
@@ -104,7 +109,12 @@ fn a_world_that_cannot_be_is_refused_with_line_reason_and_cure() {
         ),
         ("0.05", ".nan", "world.yaml:2: `radius_m` is NaN, expected", "give a length in metres"),
         ("0.2}", "-1}", "world.yaml:2: `friction` is -1, expected a number from 0 to 2", ""),
-        ("count: 12", "count: 0", "world.yaml:2: `count` is 0, expected", "leave the group out"),
+        (
+            "count: 12",
+            "count: 0",
+            "world.yaml:2: `count` is 0, expected",
+            "leave out what there is none of",
+        ),
         ("count: 12, ", "", "world.yaml:2: objects need exactly one of `count` and", "give `count"),
         (
             "count: 12",
@@ -147,7 +157,8 @@ fn a_world_that_cannot_be_is_refused_with_line_reason_and_cure() {
         ),
     ] {
         assert!(WORLD.contains(from), "{from}");
-        let error = WorldFile::parse("world.yaml", &WORLD.replace(from, to), &[3.0]).unwrap_err();
+        let error =
+            WorldFile::parse("world.yaml", &WORLD.replace(from, to), &[3.0], &[3]).unwrap_err();
 
         assert!(error.to_string().starts_with(expected), "{error}");
         assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
@@ -176,6 +187,16 @@ fn a_sensor_of_what_is_not_there_is_refused_by_name() {
         let help = error.help().expect("there is a cure");
         assert!(help.starts_with(&format!("name a world with `{kind}s`")), "{help}");
         assert!(Conditions::resolve(&of(kind), &settings(world())).is_ok());
+    }
+    for (kind, all) in [("kin", "robots of its own class"), ("other", "robots of other classes")] {
+        let error = Conditions::resolve(&of(kind), &settings(world())).unwrap_err();
+
+        let expected = format!("sensor `thing` detects {all}, and there are none");
+        assert_eq!(error.to_string(), expected);
+        let help = error.help().expect("there is a cure");
+        assert!(help.starts_with("name a world with `classes: [{name: a}, {name: b}]`"), "{help}");
+        let world = WorldFile::parse("world.yaml", CLASSES, &[3.0], &[3]).expect("it is one");
+        assert!(Conditions::resolve(&of(kind), &settings(world)).is_ok());
     }
 }
 
@@ -218,7 +239,7 @@ fn bodies() -> Bodies {
 objects: [{count: 3, radius_m: 0.05}]
 goals: [{place_m: [1, 0], radius_m: 0.25}, {place_m: [0.3, 0], radius_m: 0.1}]
 ";
-    let world = WorldFile::parse("world.yaml", text, &[9.0]).expect("it is one");
+    let world = WorldFile::parse("world.yaml", text, &[9.0], &[]).expect("it is one");
     Bodies { radius_m: Some(0.1), world, ..Bodies::UNKNOWN }
 }
 
@@ -299,4 +320,96 @@ fn arenas_of_a_world_need_no_walls() {
     let mut conditions = Conditions::resolve(&flockbot(), &settings(world())).unwrap();
     conditions.arena = Arena { side_m: 3.0, walls: Walls::None };
     assert_eq!(conditions.check(), Ok(()));
+}
+
+const CLASSES: &str = "\
+classes:
+  - {name: shepherd, count: 2}
+  - {name: sheep}
+";
+
+#[test]
+fn classes_are_part_of_a_world_and_dealt_in_turn() {
+    let world = WorldFile::parse("world.yaml", CLASSES, &[3.0], &[3, 5]).expect("it is one");
+    assert_eq!(world.in_words(), "2 classes of robots");
+    assert_eq!(world.classes_of(5), [0, 1, 0, 1, 1]);
+    let all = WorldFile { classes: world.classes.clone(), ..self::world() };
+    assert_eq!(all.in_words(), "14 objects, 1 goal and 2 classes of robots");
+
+    let conditions = Conditions::resolve(&flockbot(), &settings(world.clone())).unwrap();
+
+    assert_eq!(conditions.bodies().classes, [0, 1, 0]);
+    let text = serde_json::to_string(&conditions).unwrap();
+    assert_eq!(serde_json::from_str::<Conditions>(&text).unwrap(), conditions);
+    let mut more = settings(world);
+    more.values.push((Axis::Robots, 2.0));
+    let error = Conditions::resolve(&flockbot(), &more).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "classes[0] of the world: classes with a `count` have 2 of the 2 robots, which leaves too few for 1 without one"
+    );
+    assert!(error.help().is_some_and(|help| help.starts_with("lower a `count`, or take more")));
+}
+
+#[test]
+fn classes_that_cannot_be_are_refused_with_line_reason_and_cure() {
+    for (from, to, expected, cure) in [
+        ("name: sheep", "nam: sheep", "world.yaml:3:6: unknown key `nam`", "the keys here are: "),
+        ("name: sheep", "name: Sheep", "world.yaml:3: `Sheep` is no name of a class", "call it"),
+        ("sheep}", "shepherd}", "world.yaml:3: `shepherd` is the name of two classes", "give one"),
+        (
+            "count: 2",
+            "count: 0",
+            "world.yaml:2: `count` is 0, expected a number from 1",
+            "leave out",
+        ),
+        (
+            "count: 2",
+            "count: 4",
+            "world.yaml:2: classes with a `count` have 4 of the 4 robots, which leaves too few for 1 without one",
+            "lower a `count`, or take more `robots`: each class has one or more",
+        ),
+        (
+            "sheep}",
+            "sheep, count: 1}",
+            "world.yaml:3: the classes have 3 robots together, and there are 5",
+            "leave `count` out of one class, which then has the others",
+        ),
+        (
+            CLASSES,
+            "classes:\n  - {name: a}\n  - {name: b}\n  - {name: c}\n  - {name: d}\n  - {name: e}\n",
+            "world.yaml:6: 5 classes of robots are more than the 4 robots",
+            "take fewer classes, or more `robots`",
+        ),
+    ] {
+        assert!(CLASSES.contains(from), "{from}");
+        let text = CLASSES.replace(from, to);
+        let error = WorldFile::parse("world.yaml", &text, &[3.0], &[5, 4]).unwrap_err();
+
+        assert!(error.to_string().starts_with(expected), "{error}");
+        assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
+    }
+}
+
+#[test]
+fn segregation_is_judged_where_classes_are_known_and_else_refused_by_name() {
+    let sorted =
+        behaviour("sorted", "segregated: {at_least: 0.9}, least_segregated: {at_least: 0.7}");
+    // Two classes by turns, of which the first is together and the second has one robot apart.
+    let poses = [0.0, 5.0, 0.2, 5.2, 0.4, 9.0].map(|x_m| Pose { x_m, y_m: 0.0, heading_rad: 0.0 });
+    let n_samples = samples_in(60.0, 0.1);
+    let run = Trajectory::of_poses(0.1, 6, poses.repeat(n_samples));
+    let bodies = Bodies { radius_m: Some(0.1), classes: vec![0, 1, 0, 1, 0, 1], ..Bodies::UNKNOWN };
+    let label = |bodies: &Bodies| label_with(&run, bodies, &sorted.rules());
+
+    let evidence = label(&bodies).expect("all is known").evidence;
+    let value = |key| Parameter::from_key(key).expect("it is in the table").of(&evidence);
+    assert!((value("segregated") - 5.0 / 6.0).abs() < 1e-12);
+    assert!((value("least_segregated") - 2.0 / 3.0).abs() < 1e-12);
+    let error = label(&Bodies { classes: Vec::new(), ..bodies.clone() }).unwrap_err().to_string();
+    assert_eq!(error, "segregated is of classes of robots, and there are none, or none is known");
+    let error = label(&Bodies { classes: vec![0, 1], ..bodies.clone() }).unwrap_err().to_string();
+    assert_eq!(error, "the classes of 2 robots are known, of 6, and segregated depends on them");
+    let error = label(&Bodies { radius_m: None, ..bodies }).unwrap_err();
+    assert!(matches!(error, JudgeError::UnknownRadius { .. }), "{error}");
 }

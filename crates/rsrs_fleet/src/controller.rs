@@ -62,6 +62,8 @@ pub struct Settings {
     pub controller: controller::Controller,
     /// Key of the draws of its transitions, if it has states.
     pub transition_key: Key,
+    /// Where it starts in a run, if it has states.
+    pub start: Memory,
     /// Whether commands carry the stamp of the simulator's clock (lockstep) or wall-clock time.
     pub stamp: Stamp,
     /// Whether it decides, or is being measured; in the digest of its parameters.
@@ -152,7 +154,7 @@ impl Controller {
             program: settings.controller.program(),
             digest: settings.controller.digest_with(settings.reaction),
             further: further(&settings),
-            memory: Memory::default(),
+            memory: settings.start,
             settings,
             bound: None,
             detections: VecDeque::new(),
@@ -312,7 +314,7 @@ impl Controller {
     fn decide(&mut self, found: Readings, now: Duration) -> Command {
         let is_of_run =
             self.settings.stamp == Stamp::Clock || self.state(now) == RobotState::Moving;
-        let mut start = Memory::default();
+        let mut start = self.settings.start;
         let memory = if is_of_run { &mut self.memory } else { &mut start };
         self.program.decide(found, memory, self.settings.transition_key)
     }
@@ -352,7 +354,7 @@ impl Controller {
         self.detections.clear();
         self.clocks.clear();
         self.further = further(&self.settings);
-        self.memory = Memory::default();
+        self.memory = self.settings.start;
     }
 
     fn state(&self, now: Duration) -> RobotState {
@@ -422,6 +424,7 @@ mod tests {
         let settings = Settings {
             controller: ControllerParameters::mirrored(0.15, 0.75).into(),
             transition_key: Key::from_bits(0),
+            start: Memory::default(),
             stamp,
             reaction: Reaction::ToDetections,
         };

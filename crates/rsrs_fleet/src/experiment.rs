@@ -26,8 +26,8 @@ pub struct ExperimentFile {
     /// commands over one detection).
     #[serde(default)]
     pub controller: Option<ControllerSource>,
-    /// Path of what is in the arena besides the robots, relative to this file (default: what is there in the sweep that its
-    /// cell is from, else nothing).
+    /// Path of what is in the arena besides the robots, and of which classes these are, relative to this file (default:
+    /// what is there in the sweep that its cell is from, else nothing).
     #[serde(default)]
     pub world: Option<WorldSource>,
     /// The cell to run; the command line may give another.

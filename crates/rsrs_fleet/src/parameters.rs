@@ -42,6 +42,8 @@ pub mod controller {
     pub const TABLE: &str = "table";
     /// Key of the draws of its transitions, of this run and robot.
     pub const TRANSITION_KEY: &str = "transition_key";
+    /// The class of its robot, whose start among the states is that of the table; empty where there are none.
+    pub const CLASS: &str = "class";
     /// Who holds the lease: [`LEASE_GATE`] or [`LEASE_CONTROLLER`].
     pub const LEASE: &str = "lease";
     /// The robot has a gate of ours in front of its wheels.

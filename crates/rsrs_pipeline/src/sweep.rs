@@ -459,6 +459,10 @@ fn explain(name: &str, cells: &[Cell], error: SweepError) -> anyhow::Error {
                     message,
                     "name a world that has some: `world: world.yaml` with `goals: [{place_m: [1, 0], radius_m: 0.3}]`",
                 ),
+                JudgeError::NoClasses { .. } => with_help(
+                    message,
+                    "name a world that has some: `world: world.yaml` with `classes: [{name: a}, {name: b}]`",
+                ),
                 JudgeError::NoArena { .. } => with_help(
                     message,
                     "give it one: `fixed: {arena_m: 3, walls: stop}`, of so many metres a side",

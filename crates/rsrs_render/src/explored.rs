@@ -129,6 +129,8 @@ pub fn draw(explored: &Explored) -> anyhow::Result<()> {
         explored.robot,
         if has_walls { "with" } else { "without" }
     );
+    let n_robots = explored.runs.first().map_or(0, |run| run.trajectory.n_robots);
+    let classes = explored.world.classes_of(n_robots);
     let pictures: Vec<TrajectoryPicture> = (1..)
         .zip(found.iter().zip(&explored.runs))
         .map(|(number, (found, run))| TrajectoryPicture {
@@ -140,6 +142,7 @@ pub fn draw(explored: &Explored) -> anyhow::Result<()> {
             names: &[],
             walls_m: has_walls.then_some(arena_m / 2.0),
             world: Some(&explored.world),
+            classes: &classes,
             title: format!("{number}: {}", found.name.replace('_', " ")),
             subtitle: format!("{} of runs; {}", percent(found.share), found.words),
             theme: Theme::Screen,

@@ -81,6 +81,7 @@ impl DrawnRun {
             names: &self.run.recorded.robots,
             walls_m: self.run.walls_m,
             world: Some(&self.run.bodies.world),
+            classes: &self.run.bodies.classes,
             title: title(&self.bag),
             subtitle: format!(
                 "{robots}, {duration_s:.0} s{simulated}; {label}{}",
@@ -272,6 +273,7 @@ pub fn film(
         names: &run.recorded().robots,
         walls_m: run.run.walls_m,
         world: Some(&run.run.bodies.world),
+        classes: &run.run.bodies.classes,
         title: run.simulated().map_or_else(|| title(bag), |mark| format!("{}, {mark}", title(bag))),
         captions: &run.phases(),
         speed: options.speed,

@@ -18,11 +18,11 @@ impl Controllers {
     /// The controllers at the start of a run, under conditions that were checked.
     pub fn new(conditions: &Conditions, seed: Seed) -> Self {
         let digest = conditions.controller.digest();
-        let robot = |robot| (Memory::default(), transition_key(seed, digest, robot));
-        Self {
-            program: conditions.controller.program(),
-            robots: (0..conditions.robots).map(robot).collect(),
-        }
+        let classes = conditions.world.class_names_of(conditions.robots).into_iter().enumerate();
+        let robot = |(robot, class)| {
+            (conditions.controller.start(class), transition_key(seed, digest, robot))
+        };
+        Self { program: conditions.controller.program(), robots: classes.map(robot).collect() }
     }
 
     /// Appends the command of each robot for what it reports; both have the shape `[n_robots]`.

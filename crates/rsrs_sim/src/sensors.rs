@@ -11,8 +11,11 @@
 //! around everything and hide nothing.
 //!
 //! *Nearest*, for a sensor that tells kinds from each other: of discs that one whose centre, less what is seen of it,
-//! is nearest, in the order robot, object, goal where they are as near; a disc is nearer than a wall at `w` if its
-//! centre is at most `w` and as much as of it is seen away. So a goal is nearest to who is in it.
+//! is nearest, in the order robot, object, goal where they are as near, and of robots the one of the lower number; a
+//! disc is nearer than a wall at `w` if its centre is at most `w` and as much as of it is seen away. So a goal is nearest
+//! to who is in it.
+//!
+//! A robot is *kin* to those of its class, and of the *other* ones to all else.
 //!
 //! All sensors look before any robot moves, with one draw for each sensor, robot and step: the first reading whose share
 //! of the row of the confusion table, added up in the order of the readings, is above it is reported, or none.
@@ -44,12 +47,13 @@ pub struct Sensors {
     arrived: Vec<Readings>,
 }
 
-/// Kinds of things that are discs, in the order in which they are nearest.
-const KINDS: [Detects; N_KINDS] = [Detects::Robot, Detects::Object, Detects::Goal];
-const N_KINDS: usize = 3;
+/// Kinds of discs, in the order in which they are nearest.
 const ROBOTS: usize = 0;
+const OBJECTS: usize = 1;
+const GOALS: usize = 2;
+const N_KINDS: usize = 3;
 
-/// A disc: its kind by place in [`KINDS`], and which of its kind.
+/// A disc: its kind, and which of its kind.
 type Disc = (usize, usize);
 
 /// Where all discs are.
@@ -72,10 +76,12 @@ struct Sensor {
     seen_m: [Vec<f32>; N_KINDS],
     wall: WallView,
     is_line: bool,
-    /// Which kinds hide things behind them.
-    is_hidden_by: [bool; N_KINDS],
-    /// Its reading of a kind, by place among its own.
-    of_kinds: [Option<usize>; N_KINDS],
+    /// Whether a disc hides things behind it; shape `[n_kinds][n_discs]`.
+    hides: [Vec<bool>; N_KINDS],
+    /// Its reading of a disc, by place among its own; likewise.
+    of_discs: [Vec<Option<usize>>; N_KINDS],
+    /// Whether all of them have the same reading, so that which disc is nearest is nothing to it.
+    is_of_one: bool,
     of_wall: Option<usize>,
     /// For each of its readings, and for nothing as the last: thresholds of a draw, one for each reading.
     confusion: Vec<Vec<u32>>,
@@ -97,10 +103,11 @@ impl Sensors {
             return None;
         }
         let robots = 0..conditions.robots;
+        let classes = conditions.world.classes_of(conditions.robots);
         let of_robot = |robot| {
             let sensors = conditions.robot_at(robot).sensors().into_iter().enumerate();
             let sensor = |(place, sensor): (usize, SimulatedSensor)| {
-                Sensor::new(&sensor, conditions, run.sensor_key(robot, place))
+                Sensor::new(&sensor, (conditions, &classes, robot), run.sensor_key(robot, place))
             };
             sensors.map(sensor).collect()
         };
@@ -191,25 +198,22 @@ impl Sensors {
         sensor: &Sensor,
         wall_m: Option<f32>,
     ) -> Option<usize> {
-        let mut kinds = (0..N_KINDS).filter(|kind| sensor.of_kinds[*kind].is_some());
-        let (first, second) = (kinds.next()?, kinds.next());
-        if second.is_none() {
-            let is_seen = (0..self.radii_m[first].len())
-                .any(|disc| self.seen(floor, frame, sensor, ((first, disc), wall_m)).is_some());
-            return sensor.of_kinds[first].filter(|_| is_seen);
-        }
         let mut nearest: Option<(f32, usize)> = None;
-        for kind in (0..N_KINDS).filter(|kind| sensor.of_kinds[*kind].is_some()) {
-            for disc in 0..self.radii_m[kind].len() {
+        for (kind, of_discs) in sensor.of_discs.iter().enumerate() {
+            for (disc, reading) in of_discs.iter().enumerate() {
+                let Some(reading) = *reading else { continue };
                 let edge_m = self.seen(floor, frame, sensor, ((kind, disc), wall_m));
                 if let Some(edge_m) = edge_m
                     && nearest.is_none_or(|(nearest_m, _)| edge_m < nearest_m)
                 {
-                    nearest = Some((edge_m, kind));
+                    if sensor.is_of_one {
+                        return Some(reading);
+                    }
+                    nearest = Some((edge_m, reading));
                 }
             }
         }
-        nearest.and_then(|(_, kind)| sensor.of_kinds[kind])
+        nearest.map(|(_, reading)| reading)
     }
 
     /// How far the edge of a disc is, in metres, if it is seen and nearer than the wall.
@@ -277,19 +281,21 @@ impl Sensors {
             (along_m2 > 0.0 && along_m2 < way2_m2)
                 && across_m2 * across_m2 <= radius_m * radius_m * way2_m2
         };
-        (0..N_KINDS)
-            .filter(|kind| sensor.is_hidden_by[*kind])
-            .any(|kind| (0..self.radii_m[kind].len()).any(|third| lies_across((kind, third))))
+        let hiding = sensor.hides.iter().enumerate().flat_map(|(kind, hides)| {
+            let discs = hides.iter().enumerate().filter(|(_, hides)| **hides);
+            discs.map(move |(disc, _)| (kind, disc))
+        });
+        hiding.into_iter().any(lies_across)
     }
 }
 
 impl Floor<'_> {
     /// Where a disc is, in metres.
     fn place(&self, (kind, disc): Disc) -> (f32, f32) {
-        match KINDS[kind] {
-            Detects::Object => (self.objects[0][disc], self.objects[1][disc]),
-            Detects::Goal => (self.goals_m[disc][0], self.goals_m[disc][1]),
-            Detects::Robot | Detects::Wall => (self.robots.x_m[disc], self.robots.y_m[disc]),
+        match kind {
+            ROBOTS => (self.robots.x_m[disc], self.robots.y_m[disc]),
+            OBJECTS => (self.objects[0][disc], self.objects[1][disc]),
+            _ => (self.goals_m[disc][0], self.goals_m[disc][1]),
         }
     }
 }
@@ -304,24 +310,53 @@ impl Frame {
 
 /// Radius of each disc of a kind, in metres; shape `[n_kinds][n_discs]`.
 fn radii_m(conditions: &Conditions) -> [Vec<f64>; N_KINDS] {
-    KINDS.map(|kind| match kind {
-        Detects::Object => conditions.world.each_object().map(|object| object.radius_m).collect(),
-        Detects::Goal => conditions.world.goals.iter().map(|goal| goal.radius_m).collect(),
-        Detects::Robot | Detects::Wall => {
-            (0..conditions.robots).map(|robot| conditions.robot_at(robot).radius_m).collect()
-        }
-    })
+    let mut radii_m = [const { Vec::new() }; N_KINDS];
+    radii_m[ROBOTS] =
+        (0..conditions.robots).map(|robot| conditions.robot_at(robot).radius_m).collect();
+    radii_m[OBJECTS] = conditions.world.each_object().map(|object| object.radius_m).collect();
+    radii_m[GOALS] = conditions.world.goals.iter().map(|goal| goal.radius_m).collect();
+    radii_m
+}
+
+/// Whether a disc is of a kind of thing, to a robot.
+fn is_a(thing: Detects, (kind, disc): Disc, (classes, robot): (&[usize], usize)) -> bool {
+    match thing {
+        Detects::Robot => kind == ROBOTS,
+        Detects::Kin => kind == ROBOTS && classes.get(disc) == classes.get(robot),
+        Detects::Other => kind == ROBOTS && classes.get(disc) != classes.get(robot),
+        Detects::Object => kind == OBJECTS,
+        Detects::Goal => kind == GOALS,
+        Detects::Wall => false,
+    }
+}
+
+/// Something of each disc; shape `[n_kinds][n_discs]`.
+fn each_disc<T>(radii_m: &[Vec<f64>; N_KINDS], of: impl Fn(Disc) -> T) -> [Vec<T>; N_KINDS] {
+    std::array::from_fn(|kind| (0..radii_m[kind].len()).map(|disc| of((kind, disc))).collect())
 }
 
 impl Sensor {
-    fn new(sensor: &SimulatedSensor, conditions: &Conditions, key: Key) -> Self {
+    /// A sensor of a robot.
+    ///
+    /// * `classes` — of all robots; shape `[n_robots]`, or empty where there are none.
+    fn new(
+        sensor: &SimulatedSensor,
+        (conditions, classes, robot): (&Conditions, &[usize], usize),
+        key: Key,
+    ) -> Self {
         let details = &sensor.details;
         let (sine, cosine) = libm::sincos(details.bearing_rad);
         let seen_m = |radius_m: &f64| seen_radius_m(sensor.sees, *radius_m);
         let radii_m = radii_m(conditions);
         let view = |radius_m: &f64| FieldOfView::of(&sensor.region, seen_m(radius_m));
         let readings = sensor.readings();
-        let of = |kind| readings.iter().position(|reading| reading.detects == kind);
+        let of = |disc| readings.iter().position(|it| is_a(it.detects, disc, (classes, robot)));
+        let of_discs = each_disc(&radii_m, of);
+        let hides =
+            |disc| details.hidden_by.iter().any(|thing| is_a(*thing, disc, (classes, robot)));
+        let mut found = of_discs.iter().flatten().flatten();
+        let first = found.next();
+        let is_of_one = found.all(|reading| Some(reading) == first);
         Self {
             key,
             bearing: (cosine as f32, sine as f32),
@@ -330,9 +365,10 @@ impl Sensor {
                 .map(|of_kind| of_kind.iter().map(|radius_m| seen_m(radius_m) as f32).collect()),
             wall: WallView::new(&sensor.region),
             is_line: matches!(sensor.region, Region::Cone { half_angle_rad: 0.0, .. }),
-            is_hidden_by: KINDS.map(|kind| details.hidden_by.contains(&kind)),
-            of_kinds: KINDS.map(of),
-            of_wall: of(Detects::Wall),
+            hides: each_disc(&radii_m, hides),
+            of_discs,
+            is_of_one,
+            of_wall: readings.iter().position(|reading| reading.detects == Detects::Wall),
             confusion: confusion(&readings),
         }
     }

@@ -40,6 +40,8 @@ pub struct Film<'a> {
     pub walls_m: Option<f64>,
     /// What is there besides robots, where that is known.
     pub world: Option<&'a WorldFile>,
+    /// The class of each robot; none if there are none.
+    pub classes: &'a [usize],
 }
 
 /// Kinds of film.

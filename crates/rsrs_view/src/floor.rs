@@ -4,7 +4,7 @@ use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::WorldFile;
 
-use crate::palette::INK;
+use crate::palette::{INK, lid};
 use crate::scale::label;
 use crate::svg::{Element, line_of_text, number, rectangle};
 use crate::text::{Weight, width_px};
@@ -86,7 +86,16 @@ pub fn not_finite(trajectory: &Trajectory) -> Option<(usize, usize, Pose)> {
 }
 
 /// A robot from above, with a line towards where it heads.
-pub fn robot(field: &Field, pose: Pose, radius_m: f64, stroke: &str) -> Element {
+///
+/// # Arguments
+///
+/// * `class` — its class, by place; its lid is white where there are none.
+pub fn robot(
+    field: &Field,
+    pose: Pose,
+    radius_m: f64,
+    (stroke, class): (&str, Option<usize>),
+) -> Element {
     let (x_px, y_px) = field.point(pose.x_m, pose.y_m);
     // A robot on a wide floor would vanish.
     let radius_px = (radius_m * field.px_per_m).max(3.0);
@@ -95,7 +104,7 @@ pub fn robot(field: &Field, pose: Pose, radius_m: f64, stroke: &str) -> Element 
         .at("cx", x_px)
         .at("cy", y_px)
         .at("r", radius_px)
-        .with("fill", "#ffffff")
+        .with("fill", &class.map_or_else(|| "#ffffff".to_owned(), |class| lid(class).hex()))
         .with("fill-opacity", "0.92");
     let heading = Element::new("line")
         .at("x1", x_px + radius_px * cosine)

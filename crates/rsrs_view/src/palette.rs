@@ -61,6 +61,23 @@ pub fn shade(phase: Phase, share: f64) -> Colour {
     Colour::from_linear(linear_of_oklab([lightness + (1.0 - amount), a, b]))
 }
 
+/// The lids of robots of a class, by its place; those of more classes than there are colours have them again.
+///
+/// # Source
+///
+/// The first three as those of [`hue`]; all are light enough for black letters.
+pub fn lid(class: usize) -> Colour {
+    Colour { rgb: LIDS[class % LIDS.len()] }
+}
+
+const LIDS: [[u8; 3]; 5] = [
+    [0x56, 0xb4, 0xe9],
+    [0xf0, 0xe4, 0x42],
+    [0xd5, 0x5e, 0x00],
+    [0xff, 0xff, 0xff],
+    [0x88, 0x88, 0x88],
+];
+
 /// A colour between two others, as far from the first as a share states.
 pub fn between(from: Colour, to: Colour, share: f64) -> Colour {
     let (one, other) = (oklab(linear(from)), oklab(linear(to)));
@@ -225,6 +242,23 @@ mod tests {
             let with_paler = closest(&matrix, &[1.0, 0.8, 0.6]);
             assert!(with_paler > 0.08, "{sight}: {with_paler}");
         }
+    }
+
+    #[test]
+    fn lids_of_classes_are_far_apart_for_every_eye() {
+        for (sight, matrix) in SIGHTS {
+            let seen = |class| {
+                let light = product(&matrix, linear(lid(class)));
+                oklab(light.map(|channel| channel.clamp(0.0, 1.0)))
+            };
+            for (one, other) in (0..LIDS.len()).flat_map(|it| (0..it).map(move |other| (it, other)))
+            {
+                let pairs = seen(one).into_iter().zip(seen(other));
+                let apart = pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+                assert!(apart > 0.12, "{sight}: {one} and {other} are {apart} apart");
+            }
+        }
+        assert_eq!(lid(LIDS.len()), lid(0));
     }
 
     #[test]

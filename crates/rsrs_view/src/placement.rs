@@ -118,7 +118,8 @@ pub fn svg(picture: &PlacementPicture) -> String {
         header(picture.theme, &picture.title, &[&picture.subtitle], MARGIN_PX, room_px);
     let corners_m = [-1.0, 1.0].map(|sign| (sign * half_x_m, sign * half_y_m));
     let field = Field::around(corners_m.into_iter(), picture.radius_m, header_px + 10.0);
-    let bodies = picture.robots.iter().map(|(_, pose)| robot(&field, *pose, picture.radius_m, INK));
+    let bodies =
+        picture.robots.iter().map(|(_, pose)| robot(&field, *pose, picture.radius_m, (INK, None)));
     let short: Vec<String> =
         picture.robots.iter().map(|(name, _)| short(name).to_owned()).collect();
     let poses: Vec<Pose> = picture.robots.iter().map(|(_, pose)| *pose).collect();

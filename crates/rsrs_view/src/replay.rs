@@ -309,7 +309,7 @@ mod tests {
         let mut conditions = flockbot_conditions();
         let world = "objects: [{places_m: [[0, 0], [0, 2]], radius_m: 0.1}]\n\
                      goals: [{place_m: [3, 0], radius_m: 0.5}]\n";
-        conditions.world = WorldFile::parse("world.yaml", world, &[15.0]).unwrap();
+        conditions.world = WorldFile::parse("world.yaml", world, &[15.0], &[]).unwrap();
         let mut trajectory = two_robots();
         trajectory.n_objects = 2;
         for sample in 0..5 {

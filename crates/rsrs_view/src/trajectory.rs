@@ -12,7 +12,7 @@ use crate::floor::{
     robot, scale_bar, short, tags, things, things_in_words, walls,
 };
 use crate::header::header;
-use crate::palette::INK;
+use crate::palette::{INK, lid};
 use crate::scale::label;
 use crate::svg::Element;
 use crate::theme::Theme;
@@ -46,6 +46,8 @@ pub struct TrajectoryPicture<'a> {
     pub walls_m: Option<f64>,
     /// What is there besides robots, where that is known.
     pub world: Option<&'a WorldFile>,
+    /// The class of each robot; none if there are none.
+    pub classes: &'a [usize],
     /// Where it is looked at.
     pub theme: Theme,
     /// The title; any text.
@@ -137,7 +139,8 @@ pub(crate) fn elements(
     let last = trajectory.poses_at(trajectory.n_samples() - 1);
     let robots = last.iter().enumerate().map(|(index, pose)| {
         let stroke = if picture.lost.contains(&index) { LOST } else { INK };
-        robot(&field, *pose, picture.radius_m, stroke)
+        let class = picture.classes.get(index).copied();
+        robot(&field, *pose, picture.radius_m, (stroke, class))
     });
     let names: Vec<String> = picture.names.iter().map(|name| short(name).to_owned()).collect();
     let (caption, bottom_px) = caption(picture, &rings, &field);
@@ -368,6 +371,7 @@ fn caption(
     if let Some(world) = picture.world {
         entries.extend(things_in_words(world, picture.trajectory.n_objects));
     }
+    entries.extend(lids(picture));
     let dashed = || stroke_mark(INK, 1.6).with("stroke-dasharray", RING_DASHES);
     match rings {
         [] => {}
@@ -390,6 +394,25 @@ fn caption(
     let top_px = field.top_px + field.height_px + 2.0;
     let (elements, bottom_px) = legend(&entries, (MARGIN_PX, top_px), CAPTION_ROOM_PX);
     (elements, bottom_px - 6.0)
+}
+
+/// The colours of classes with their names; of more classes than colours several share one.
+fn lids(picture: &TrajectoryPicture) -> Vec<(Element, String)> {
+    let classes = picture.world.filter(|_| !picture.classes.is_empty()).map(|it| &it.classes);
+    let mut entries: Vec<(String, Vec<String>)> = Vec::new();
+    for (place, class) in classes.into_iter().flatten().enumerate() {
+        let colour = lid(place).hex();
+        match entries.iter_mut().find(|(other, _)| *other == colour) {
+            Some((_, names)) => names.push(class.name.clone()),
+            None => entries.push((colour, vec![class.name.clone()])),
+        }
+    }
+    let entry = |(colour, names): (String, Vec<String>)| {
+        let mark = Element::new("circle").at("cx", 11.0).at("cy", 0.0).at("r", 5.0);
+        let mark = mark.with("fill", &colour).with("stroke", INK).at("stroke-width", 1.2);
+        (mark, format!("robots of class {}", and(&names)))
+    };
+    entries.into_iter().map(entry).collect()
 }
 
 fn in_words(n: usize) -> String {
@@ -460,6 +483,7 @@ mod tests {
             names: &[],
             walls_m: None,
             world: None,
+            classes: &[],
             title: "run".to_owned(),
             subtitle: String::new(),
             theme: Theme::Screen,

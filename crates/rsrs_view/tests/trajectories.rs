@@ -65,6 +65,7 @@ fn picture(trajectory: &Trajectory, phase: Option<Phase>) -> TrajectoryPicture<'
         names: &[],
         walls_m: None,
         world: None,
+        classes: &[],
         theme: Theme::Screen,
         title: "Nine Flockbots, one run".to_owned(),
         subtitle: "0.15 m/s · 0.75 rad/s · 300 s · seed 42".to_owned(),
@@ -202,6 +203,7 @@ fn a_ring_that_is_torn_stays_off_the_words() {
         names: &names(),
         walls_m: Some(1.3),
         world: None,
+        classes: &[],
         title: LONG_TITLE.to_owned(),
         ..picture(&torn, Some(Phase::SEMI_STABLE_MILLING))
     };
@@ -319,6 +321,7 @@ fn film_of(trajectory: &Trajectory) -> Film<'_> {
         names: &[],
         walls_m: Some(2.0),
         world: None,
+        classes: &[],
     }
 }
 

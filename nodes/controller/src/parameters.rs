@@ -8,9 +8,9 @@ use rsrs_core::robot::controller::{Command, Controller, ControllerParameters, Re
 use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_fleet::controller::{Controller as Node, Settings, Stamp};
 use rsrs_fleet::parameters::controller::{
-    CMD_VEL_TYPE, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, NODE, PERIOD, SPEED,
-    SPEED_MAX, STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED,
-    UNDETECTED_TURN_RATE,
+    CLASS, CMD_VEL_TYPE, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, NODE, PERIOD,
+    SPEED, SPEED_MAX, STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX,
+    UNDETECTED_SPEED, UNDETECTED_TURN_RATE,
 };
 use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_ros::parameters::{
@@ -18,7 +18,7 @@ use rsrs_ros::parameters::{
 };
 
 /// The names of all parameters of a controller.
-pub const NAMES: [&str; 14] = [
+pub const NAMES: [&str; 15] = [
     SPEED,
     UNDETECTED_SPEED,
     SPEED_MAX,
@@ -33,6 +33,7 @@ pub const NAMES: [&str; 14] = [
     PERIOD,
     TABLE,
     TRANSITION_KEY,
+    CLASS,
 ];
 
 /// Greatest safe values where no start value is given: those of the Flockbot.
@@ -128,6 +129,7 @@ pub fn declare(
     parameters.push(lease(robot, given.remove(LEASE))?);
     parameters.push(period(robot, given.remove(PERIOD))?);
     parameters.extend(of_table(robot, [given.remove(TABLE), given.remove(TRANSITION_KEY)])?);
+    parameters.push(class(robot, given.remove(CLASS))?);
     match given.into_keys().next() {
         Some(name) => Err(StartValueError::Unknown { robot: robot.to_owned(), name }),
         None => {
@@ -210,6 +212,19 @@ fn of_table(
         ),
         (Descriptor::new(TRANSITION_KEY, ParameterKind::Integer, draws), key),
     ])
+}
+
+/// The class of the robot: none until a runner sets it.
+fn class(
+    robot: &str,
+    given: Option<ParameterValue>,
+) -> Result<(Descriptor, ParameterValue), StartValueError> {
+    let given = given.unwrap_or_else(|| ParameterValue::String(String::new()));
+    if !matches!(given, ParameterValue::String(_)) {
+        return not_allowed(robot, CLASS, given, "a name");
+    }
+    let text = "Class of the robot, by which the table has its start; empty for none.";
+    Ok((Descriptor::new(CLASS, ParameterKind::String, text), given))
 }
 
 /// Refuses a table that cannot run, or commands more than the node's limits: `speed_max` and
@@ -334,9 +349,14 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
         Some(ParameterValue::Integer(bits)) => Key::from_bits(bits.cast_unsigned()),
         other => unreachable!("{TRANSITION_KEY} was declared as an integer, found {other:?}"),
     };
+    let start = match server.get(node, CLASS) {
+        Some(ParameterValue::String(class)) => controller.start(Some(&class)),
+        other => unreachable!("{CLASS} was declared as a string, found {other:?}"),
+    };
     Settings {
         controller,
         transition_key,
+        start,
         stamp: if from_clock { Stamp::Clock } else { Stamp::Wall },
         reaction: reaction(server, node),
     }

@@ -8,7 +8,7 @@ use rsrs_core::robot::controller::{Command, Controller, ControllerParameters, Re
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::LeaseHolder;
 use rsrs_fleet::parameters::controller::{
-    self, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, SPEED, SPEED_MAX,
+    self, CLASS, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, SPEED, SPEED_MAX,
     STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED,
     UNDETECTED_TURN_RATE,
 };
@@ -48,7 +48,8 @@ pub async fn read_back(
     robot: &str,
 ) -> Result<u64, String> {
     let lease = plan.lease_of(robot);
-    let names = [
+    let class = class(plan, robot);
+    let mut names = vec![
         SPEED,
         TURN_RATE,
         MIRRORED,
@@ -61,6 +62,7 @@ pub async fn read_back(
         TABLE,
         TRANSITION_KEY,
     ];
+    names.extend(class.as_ref().map(|_| CLASS));
     let values = client.get(&controller(robot), &names).await;
     match values.map_err(|error| error.to_string())?.as_slice() {
         [
@@ -75,6 +77,7 @@ pub async fn read_back(
             ParameterValue::Double(turn_rate_max_rad_s),
             ParameterValue::String(table),
             key @ ParameterValue::Integer(_),
+            found_class @ ..,
         ] => {
             check_lease(holder, lease)?;
             if lease == LeaseHolder::Controller {
@@ -92,6 +95,9 @@ pub async fn read_back(
             };
             if *key != transition_key(plan, robot) {
                 return Err(format!("`{TRANSITION_KEY}` is not the one that was set"));
+            }
+            if !found_class.iter().eq(class.as_ref()) {
+                return Err(format!("`{CLASS}` is not the one that was set"));
             }
             let reaction = if *is_constant { Reaction::Constant } else { Reaction::ToDetections };
             Ok(controller.digest_with(reaction))
@@ -185,6 +191,14 @@ fn transition_key(plan: &Plan, robot: &str) -> ParameterValue {
     ParameterValue::Integer(key.bits().cast_signed())
 }
 
+/// The class of a robot in a world that has some, as a parameter.
+fn class(plan: &Plan, robot: &str) -> Option<ParameterValue> {
+    let record = &plan.record;
+    let place = record.robots.iter().position(|name| name == robot)?;
+    let class = record.conditions.world.class_names_of(record.robots.len())[place]?;
+    Some(ParameterValue::String(class.to_owned()))
+}
+
 /// The table of a controller with states; empty for any other.
 fn table(controller: &Controller) -> ParameterValue {
     ParameterValue::String(match controller {
@@ -201,7 +215,7 @@ fn of_controller(plan: &Plan, robot: &str) -> Vec<(String, ParameterValue)> {
     let [detected, undetected] = controller.commands();
     let lockstep = plan.record.time == Time::Lockstep;
     let double = |name: &str, value| (name.to_owned(), ParameterValue::Double(value));
-    vec![
+    let mut values = vec![
         double(SPEED, detected.speed_m_s),
         double(TURN_RATE, detected.turn_rate_rad_s),
         (MIRRORED.to_owned(), ParameterValue::Bool(controller.undetected.is_none())),
@@ -210,7 +224,9 @@ fn of_controller(plan: &Plan, robot: &str) -> Vec<(String, ParameterValue)> {
         (STAMP_FROM_CLOCK.to_owned(), ParameterValue::Bool(lockstep)),
         (TABLE.to_owned(), table(set)),
         (TRANSITION_KEY.to_owned(), transition_key(plan, robot)),
-    ]
+    ];
+    values.extend(class(plan, robot).map(|class| (CLASS.to_owned(), class)));
+    values
 }
 
 fn of_simulator(plan: &Plan) -> Vec<(String, ParameterValue)> {

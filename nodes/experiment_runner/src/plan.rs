@@ -131,6 +131,7 @@ impl Plan {
         };
         let robots: Vec<FleetRobot> =
             fleet.first(n_robots).context(fleet_name.clone())?.into_iter().cloned().collect();
+        let names: Vec<String> = robots.iter().map(|robot| robot.name.clone()).collect();
         let profiles = Profiles::read(of_fleet, &robots, &fleet_path)?;
         let measured = &profiles.fleet.profile;
         starts.iter().try_for_each(|table| table.check(&robots))?;
@@ -145,10 +146,11 @@ impl Plan {
         profiles.check_limits(&conditions.controller).with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
         let backend = backend(request.backend, &robots);
+        world::refuse_unordered(&names, &conditions).with_context(|| fleet_name.clone())?;
         world::refuse_objects(backend, &conditions).with_context(|| name.clone())?;
         refuse_sensors(backend, &robots, &conditions).with_context(|| fleet_name.clone())?;
         let record = ExperimentRecord {
-            robots: robots.iter().map(|robot| robot.name.clone()).collect(),
+            robots: names,
             provenance: Provenance::new(&measured.digest(), &conditions),
             conditions,
             duration_s: experiment.duration_s,

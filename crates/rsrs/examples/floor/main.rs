@@ -328,6 +328,7 @@ fn draw(
         names: &[],
         walls_m: None,
         world: None,
+        classes: &[],
         title: "0.15 m/s, 0.75 rad/s on the stand-in's floor".to_owned(),
         subtitle: "the last 60 s drawn strongly".to_owned(),
         theme: Theme::Screen,

@@ -110,7 +110,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         None => None,
     };
     let world = match (&arguments.world, arguments.arena) {
-        (Some(file), Some(arena_m)) => Some(read_world(file, &[arena_m])?),
+        (Some(file), Some(arena_m)) => Some(read_world(file, &[arena_m], &[robots])?),
         _ => None,
     };
     let options = Options {

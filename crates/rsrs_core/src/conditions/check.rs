@@ -1,6 +1,7 @@
 //! Whether conditions make a world: every number against what it can mean.
 
 use super::{Conditions, GainDistribution, Placement, SimulatedRobot, StartsError, Walls, starts};
+use crate::document::{did_you_mean, nearest};
 use crate::help::Help;
 use crate::quantity::Bounds;
 use crate::robot::controller::state_machine::StateMachine;
@@ -11,7 +12,7 @@ use crate::robot::region::Region;
 use crate::robot::sensor::file::SensorEntry;
 use crate::robot::sensor::{self, Detects, SensorFlaw};
 use crate::robot::unicycle::Pose;
-use crate::world::{Object, WorldFlaw};
+use crate::world::{Object, WorldFile, WorldFlaw};
 
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
@@ -67,13 +68,23 @@ pub enum Impossible {
     /// A sensor cannot be.
     #[error(transparent)]
     Sensor(#[from] SensorFlaw),
-    /// A sensor of walls, objects or goals where there are none.
-    #[error("sensor `{name}` detects {}s, and there are none", kind.key())]
+    /// A sensor of walls, objects, goals or classes where there are none.
+    #[error("sensor `{name}` detects {}, and there are none", kind.all())]
     NothingToDetect {
         /// Name of its first reading.
         name: String,
         /// What there is nothing of.
         kind: Detects,
+    },
+    /// A controller's start of a class of robots that there is not.
+    #[error(
+        "controller.starts has class `{found}`, and no robot is of it{}", did_you_mean(nearest.as_deref())
+    )]
+    NoSuchClass {
+        /// The class.
+        found: String,
+        /// The class closest in spelling.
+        nearest: Option<String>,
     },
     /// What is in the arena besides robots cannot be, or not there.
     #[error(transparent)]
@@ -119,9 +130,17 @@ impl Help for Impossible {
             Self::NothingToDetect { kind: Detects::Wall, .. } => {
                 Some("give the arena walls, `walls: stop`, or leave the sensor out".to_owned())
             }
+            Self::NothingToDetect { kind: Detects::Kin | Detects::Other, .. } => Some(
+                "name a world with `classes: [{name: a}, {name: b}]`, as in `world: world.yaml`, or \
+                 leave the sensor out"
+                    .to_owned(),
+            ),
             Self::NothingToDetect { kind, .. } => Some(format!(
                 "name a world with `{}s`, as in `world: world.yaml`, or leave the sensor out",
                 kind.key()
+            )),
+            Self::NoSuchClass { found, .. } => Some(format!(
+                "name a world with `classes: [{{name: {found}}}, …]`, or leave it out of `starts`"
             )),
             Self::World(flaw) => flaw.help(),
             Self::StartsInObject { .. } => Some("move the robot, or the object".to_owned()),
@@ -161,7 +180,10 @@ impl Conditions {
         }
         match &self.controller {
             Controller::Parameters(parameters) => check_parameters(*parameters)?,
-            Controller::Machine(machine) => check_machine(machine)?,
+            Controller::Machine(machine) => {
+                check_machine(machine)?;
+                check_starts(machine, &self.world)?;
+            }
         }
         check_placement(self)?;
         check_world(self)?;
@@ -202,6 +224,18 @@ fn check_machine(machine: &StateMachine) -> Result<(), Impossible> {
     Ok(())
 }
 
+/// Whether the classes that start in states of their own are there.
+fn check_starts(machine: &StateMachine, world: &WorldFile) -> Result<(), Impossible> {
+    let names = || world.classes.iter().map(|class| class.name.as_str());
+    match machine.starts.keys().find(|found| !names().any(|name| name == *found)) {
+        None => Ok(()),
+        Some(found) => {
+            let nearest = nearest(found, names()).map(str::to_owned);
+            Err(Impossible::NoSuchClass { found: found.clone(), nearest })
+        }
+    }
+}
+
 fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {
     match conditions.placement {
         Placement::DiscFacingOut { radius_m } => {
@@ -226,6 +260,7 @@ fn check_world(conditions: &Conditions) -> Result<(), Impossible> {
     let world = &conditions.world;
     world.check()?;
     world.check_in(conditions.arena.side_m)?;
+    world.check_classes_of(conditions.robots)?;
     let placed = || world.each_object().filter_map(|object| Some((object, object.place_m?)));
     match &conditions.placement {
         Placement::Pair { .. } if world.n_objects() > 0 => Err(Impossible::TrialWithObjects),
@@ -296,7 +331,9 @@ fn check_sensors(robot: &SimulatedRobot, conditions: &Conditions) -> Result<(), 
                 Detects::Wall => conditions.arena.walls != Walls::None,
                 kind => conditions.world.has(*kind),
             };
-            let detected = Detects::ALL.into_iter().filter(|kind| sensor.details.detects(*kind));
+            let detected = Detects::ALL
+                .into_iter()
+                .filter(|kind| sensor.details.kinds().any(|it| it == *kind));
             if let Some(kind) = detected.into_iter().find(|kind| !is_there(kind)) {
                 return Err(Impossible::NothingToDetect { name: sensor.name, kind });
             }

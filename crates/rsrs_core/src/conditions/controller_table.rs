@@ -51,6 +51,9 @@ pub struct ControllerTable {
     pub numbers: BTreeMap<String, NamedNumber>,
     /// The rows; the state of the first one is the start.
     pub rows: Vec<TableRow>,
+    /// The states in which robots of classes start instead, by class: so each class has a controller of its own.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub starts: BTreeMap<String, String>,
 }
 
 /// A named number.
@@ -214,7 +217,8 @@ impl ControllerTable {
             Ok(Row { state: row.state.clone(), when: row.when.clone(), command, next })
         };
         let rows = self.rows.iter().enumerate().map(row).collect::<Result<_, TableFlaw>>()?;
-        Ok(StateMachine { rows, numbers: values, sensors: ReadingNames::default() })
+        let starts = self.starts.clone();
+        Ok(StateMachine { rows, numbers: values, starts, sensors: ReadingNames::default() })
     }
 }
 

@@ -129,7 +129,7 @@ impl RobotProfile {
 
 fn reach_m(sensors: &[SimulatedSensor], radius_m: f64) -> f64 {
     let reach_m = |sensor: &SimulatedSensor| sensor.region.reach_m(sensor.sees, radius_m);
-    let of_robots = sensors.iter().filter(|sensor| sensor.details.detects(Detects::Robot));
+    let of_robots = sensors.iter().filter(|sensor| sensor.details.kinds().any(Detects::is_robot));
     of_robots.map(reach_m).max_by(f64::total_cmp).unwrap_or_else(|| reach_m(&sensors[0]))
 }
 

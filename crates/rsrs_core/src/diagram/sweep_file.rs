@@ -50,7 +50,8 @@ pub struct SweepFile {
     /// Where the robots start, if not in a disc of `placement_radius_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<StartPlacement>,
-    /// Path of what is in the arena besides the robots, relative to the sweep file (default: nothing).
+    /// Path of what is in the arena besides the robots, and of which classes these are, relative to the sweep file
+    /// (default: nothing).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub world: Option<WorldSource>,
     /// A list of cells instead of a grid.
@@ -334,14 +335,24 @@ impl SweepFile {
 
     /// Sides of the arenas of all cells, in metres.
     pub fn arenas_m(&self) -> Vec<f64> {
-        let fixed = self.fixed.values.iter().find(|(axis, _)| *axis == Axis::Arena);
-        let swept = self.axes.0.iter().find(|(axis, _)| *axis == Axis::Arena);
-        let listed = || self.cells.iter().flatten().filter_map(|cell| cell.get(Axis::Arena));
+        let sides_m = self.values_on(Axis::Arena);
+        if sides_m.is_empty() { vec![ARENA_M] } else { sides_m }
+    }
+
+    /// How many robots the cells have.
+    pub fn numbers_of_robots(&self) -> Vec<usize> {
+        self.values_on(Axis::Robots).into_iter().map(|robots| robots as usize).collect()
+    }
+
+    /// The values that the cells have on an axis; empty where it is not given.
+    fn values_on(&self, wanted: Axis) -> Vec<f64> {
+        let fixed = self.fixed.values.iter().find(|(axis, _)| *axis == wanted);
+        let swept = self.axes.0.iter().find(|(axis, _)| *axis == wanted);
+        let listed = || self.cells.iter().flatten().filter_map(|cell| cell.get(wanted));
         match (swept, fixed) {
             (Some((_, values)), _) => values.0.clone(),
-            (None, Some((_, side_m))) => vec![*side_m],
-            (None, None) if listed().next().is_some() => listed().collect(),
-            (None, None) => vec![ARENA_M],
+            (None, Some((_, value))) => vec![*value],
+            (None, None) => listed().collect(),
         }
     }
 

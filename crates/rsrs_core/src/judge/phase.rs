@@ -265,6 +265,24 @@ pub enum JudgeError {
         /// The order parameter that a rule asks for.
         parameter: Parameter,
     },
+    /// Robots are of no classes.
+    #[error("{parameter} is of classes of robots, and there are none, or none is known")]
+    NoClasses {
+        /// The order parameter that a rule asks for.
+        parameter: Parameter,
+    },
+    /// Classes of other robots than these.
+    #[error(
+        "the classes of {found} robots are known, of {expected}, and {parameter} depends on them"
+    )]
+    UnknownClasses {
+        /// The order parameter that a rule asks for.
+        parameter: Parameter,
+        /// Robots whose class is known.
+        found: usize,
+        /// Robots that there are.
+        expected: usize,
+    },
     /// Nobody wrote down where the objects were.
     #[error("where the {expected} objects were is known of {found}, and {parameter} depends on it")]
     UnknownObjects {
@@ -386,6 +404,7 @@ fn at_any_reach(
     check(trajectory, rules.window)?;
     rules.check_known(bodies)?;
     check_objects(trajectory, bodies, rules)?;
+    check_classes(trajectory, bodies, rules)?;
     let window = JudgedWindow::of(trajectory, trajectory.n_samples(), bodies, rules).remove(0);
     Ok(Verdict {
         phase: window.phase,
@@ -549,6 +568,22 @@ fn check_objects(
     match rules.parameters().into_iter().find(is_of_objects) {
         Some(parameter) if found != expected => {
             Err(JudgeError::UnknownObjects { parameter, found, expected })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses rules that look at classes of robots which are those of others.
+fn check_classes(
+    trajectory: &Trajectory,
+    bodies: &Bodies,
+    rules: &Rules,
+) -> Result<(), JudgeError> {
+    let (found, expected) = (bodies.classes.len(), trajectory.n_robots);
+    let is_of_classes = |parameter: &Parameter| parameter.needs(Prerequisite::Classes);
+    match rules.parameters().into_iter().find(is_of_classes) {
+        Some(parameter) if found != expected => {
+            Err(JudgeError::UnknownClasses { parameter, found, expected })
         }
         _ => Ok(()),
     }

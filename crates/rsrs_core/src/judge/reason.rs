@@ -261,6 +261,7 @@ mod tests {
         reach_m: Some(0.9),
         arena_m: None,
         world: WorldFile::NOTHING,
+        classes: Vec::new(),
     };
 
     /// Nine robots on a ring, of which some leave along a line at a time.

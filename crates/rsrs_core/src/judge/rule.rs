@@ -186,6 +186,7 @@ impl Rules {
                 Some(Prerequisite::Arena) => return Err(JudgeError::NoArena { parameter }),
                 Some(Prerequisite::Objects) => return Err(JudgeError::NoObjects { parameter }),
                 Some(Prerequisite::Goals) => return Err(JudgeError::NoGoals { parameter }),
+                Some(Prerequisite::Classes) => return Err(JudgeError::NoClasses { parameter }),
                 Some(_) => return Err(JudgeError::UnknownRadius { parameter }),
                 None => {}
             }

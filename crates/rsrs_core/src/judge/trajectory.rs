@@ -45,12 +45,20 @@ pub struct Bodies {
     /// What is there besides the robots.
     #[serde(default, skip_serializing_if = "WorldFile::is_empty")]
     pub world: WorldFile,
+    /// The class of each robot, by place among those of the world; shape `[n_robots]`, or empty where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub classes: Vec<usize>,
 }
 
 impl Bodies {
     /// Nothing is known.
-    pub const UNKNOWN: Self =
-        Self { radius_m: None, reach_m: None, arena_m: None, world: WorldFile::NOTHING };
+    pub const UNKNOWN: Self = Self {
+        radius_m: None,
+        reach_m: None,
+        arena_m: None,
+        world: WorldFile::NOTHING,
+        classes: Vec::new(),
+    };
 
     /// What is known of robots with this sensor, in no arena.
     ///

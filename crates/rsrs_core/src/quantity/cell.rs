@@ -80,6 +80,11 @@ impl Cell {
         self.values.iter().find(|(other, _)| *other == axis).map(|(_, value)| *value)
     }
 
+    /// How many robots it has, if it has a value for that.
+    pub fn robots(&self) -> Option<usize> {
+        self.get(Axis::Robots).map(|robots| robots as usize)
+    }
+
     /// Axes and values in order.
     pub fn iter(&self) -> impl Iterator<Item = (Axis, f64)> + '_ {
         self.values.iter().copied()

@@ -8,7 +8,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use state_machine::{Answers, Program, StateMachine};
+use state_machine::{Answers, Memory, Program, StateMachine};
 
 use crate::digest::Digest;
 use crate::numerals::{counted, rounded};
@@ -174,6 +174,18 @@ impl Controller {
         match self {
             Self::Parameters(_) => ReadingNames::default(),
             Self::Machine(machine) => machine.sensors.clone(),
+        }
+    }
+
+    /// Where a robot of a class starts, or one of none.
+    ///
+    /// # Panics
+    ///
+    /// As [`StateMachine::start`].
+    pub fn start(&self, class: Option<&str>) -> Memory {
+        match self {
+            Self::Parameters(_) => Memory::default(),
+            Self::Machine(machine) => machine.start(class),
         }
     }
 

@@ -7,7 +7,6 @@ mod readings;
 use std::collections::BTreeMap;
 use std::fmt;
 
-use serde::de::{self, Deserializer};
 use serde::{Deserialize, Serialize};
 
 use crate::robot::profile::{RobotProfile, Sensing};
@@ -19,12 +18,18 @@ pub use readings::{FurtherReadings, MOST_READINGS, ReadingNames, Readings};
 pub const DETECTION: &str = "detection";
 
 /// A kind of thing that sensors detect.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Detects {
-    /// Another robot.
+    /// Another robot, of whatever class.
     #[default]
     Robot,
+    /// Another robot of its own class.
+    Kin,
+    /// A robot of another class.
+    Other,
     /// A wall of the arena: wherever the region reaches it.
     Wall,
     /// An object of the world.
@@ -35,12 +40,15 @@ pub enum Detects {
 
 impl Detects {
     /// All kinds.
-    pub const ALL: [Self; 4] = [Self::Robot, Self::Wall, Self::Object, Self::Goal];
+    pub const ALL: [Self; 6] =
+        [Self::Robot, Self::Kin, Self::Other, Self::Wall, Self::Object, Self::Goal];
 
     /// Its name in files.
     pub fn key(self) -> &'static str {
         match self {
             Self::Robot => "robot",
+            Self::Kin => "kin",
+            Self::Other => "other",
             Self::Wall => "wall",
             Self::Object => "object",
             Self::Goal => "goal",
@@ -51,9 +59,38 @@ impl Detects {
     pub fn one(self) -> &'static str {
         match self {
             Self::Robot => "a robot",
+            Self::Kin => "a robot of its own class",
+            Self::Other => "a robot of another class",
             Self::Wall => "a wall",
             Self::Object => "an object",
             Self::Goal => "a goal",
+        }
+    }
+
+    /// All of its kind, in words: `walls`.
+    pub fn all(self) -> &'static str {
+        match self {
+            Self::Robot => "robots",
+            Self::Kin => "robots of its own class",
+            Self::Other => "robots of other classes",
+            Self::Wall => "walls",
+            Self::Object => "objects",
+            Self::Goal => "goals",
+        }
+    }
+
+    /// Whether it is some robots or all of them.
+    pub fn is_robot(self) -> bool {
+        matches!(self, Self::Robot | Self::Kin | Self::Other)
+    }
+
+    /// What is of this kind and of another one as well: the narrower one of both.
+    pub fn shared_with(self, other: Self) -> Option<Self> {
+        match (self, other) {
+            (Self::Robot, narrower) | (narrower, Self::Robot) if narrower.is_robot() => {
+                Some(narrower)
+            }
+            _ => (self == other).then_some(self),
         }
     }
 
@@ -66,20 +103,6 @@ impl Detects {
 impl fmt::Display for Detects {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(self.key())
-    }
-}
-
-impl<'de> Deserialize<'de> for Detects {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let found = String::deserialize(deserializer)?;
-        let known = Self::ALL.into_iter().find(|kind| kind.key() == found);
-        known.ok_or_else(|| match found.as_str() {
-            "kin" | "other" => de::Error::custom(format!(
-                "no world has robots of several kinds yet, so none is `{found}`, expected `robot`, `wall`, \
-                 `object` or `goal`"
-            )),
-            _ => de::Error::unknown_variant(&found, &["robot", "wall", "object", "goal"]),
-        })
     }
 }
 
@@ -145,9 +168,9 @@ impl SensorDetails {
         1 + self.or.len()
     }
 
-    /// Whether one of its readings is of this kind.
-    pub fn detects(&self, kind: Detects) -> bool {
-        self.detects == kind || self.or.iter().any(|reading| reading.detects == kind)
+    /// What its readings are of, the first one first.
+    pub fn kinds(&self) -> impl Iterator<Item = Detects> + '_ {
+        std::iter::once(self.detects).chain(self.or.iter().map(|reading| reading.detects))
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Deserialize;
 use serde_saphyr::Spanned;
 
-use super::{Goal, Object, ObjectGroup, WorldFile};
+use super::{Goal, Object, ObjectGroup, RobotClass, WorldFile};
 use crate::document;
 use crate::document::file_error::FileError;
 use crate::help::Help;
@@ -21,6 +21,8 @@ pub enum Place {
     Objects(usize),
     /// At a goal, from 0.
     Goal(usize),
+    /// At a class of robots, from 0.
+    Class(usize),
 }
 
 /// What is wrong with a world, and where.
@@ -37,7 +39,7 @@ pub struct WorldFlaw {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WorldProblem {
     /// It is as none.
-    #[error("there are neither objects nor goals in it")]
+    #[error("there are no objects, no goals and no classes in it")]
     Nothing,
     /// Both a number and places, or neither.
     #[error("objects need exactly one of `count` and `places_m`")]
@@ -94,6 +96,48 @@ pub enum WorldProblem {
         /// By the density of the closest packing.
         at_most: usize,
     },
+    /// A class whose name cannot be one.
+    #[error(
+        "`{found}` is no name of a class: expected small letters, digits and `_`, a letter first"
+    )]
+    ClassName {
+        /// The name.
+        found: String,
+    },
+    /// Two classes of one name.
+    #[error("`{found}` is the name of two classes")]
+    SameClass {
+        /// The name.
+        found: String,
+    },
+    /// A class for which no robot is left.
+    #[error("{classes} classes of robots are more than the {robots} robots")]
+    TooManyClasses {
+        /// Classes.
+        classes: usize,
+        /// Robots of the swarm.
+        robots: usize,
+    },
+    /// Counts of all classes that are not those of all robots.
+    #[error("the classes have {counted} robots together, and there are {robots}")]
+    ClassCounts {
+        /// Robots of all classes.
+        counted: usize,
+        /// Robots of the swarm.
+        robots: usize,
+    },
+    /// Counts of some classes that leave none for each of the others.
+    #[error(
+        "classes with a `count` have {counted} of the {robots} robots, which leaves too few for {sharing} without one"
+    )]
+    TooFewLeft {
+        /// Robots of classes with a count.
+        counted: usize,
+        /// Classes without one.
+        sharing: usize,
+        /// Robots of the swarm.
+        robots: usize,
+    },
 }
 
 /// Why a file is no world.
@@ -105,6 +149,7 @@ impl fmt::Display for Place {
             Self::Whole => write!(out, "the world"),
             Self::Objects(group) => write!(out, "objects[{group}] of the world"),
             Self::Goal(goal) => write!(out, "goals[{goal}] of the world"),
+            Self::Class(class) => write!(out, "classes[{class}] of the world"),
         }
     }
 }
@@ -113,21 +158,32 @@ impl Help for WorldProblem {
     fn help(&self) -> Option<String> {
         Some(match self {
             Self::Nothing => {
-                "give `objects: [{count: 20, radius_m: 0.05}]` or `goals: [{place_m: [1, 0], radius_m: 0.3}]`, \
-                 or leave `world:` out where it is named"
+                "give `objects: [{count: 20, radius_m: 0.05}]`, `goals: [{place_m: [1, 0], radius_m: 0.3}]` or \
+                 `classes: [{name: a}, {name: b}]`, or leave `world:` out where it is named"
                     .to_owned()
             }
             Self::CountOrPlaces => {
                 "give `count: 20` to have them placed at random, or `places_m: [[x, y], …]`".to_owned()
             }
             Self::OutOfRange { key: "radius_m", .. } => "give a length in metres".to_owned(),
-            Self::OutOfRange { key: "count", .. } => "leave the group out".to_owned(),
+            Self::OutOfRange { key: "count", .. } => "leave out what there is none of".to_owned(),
             Self::OutOfRange { .. } => return None,
             Self::Outside { .. } => {
                 "move it, or widen `arena_m`; the origin is the middle of the arena".to_owned()
             }
             Self::Overlap { .. } => "move one of them".to_owned(),
             Self::TooMany { .. } => "take fewer or smaller ones, or widen `arena_m`".to_owned(),
+            Self::ClassName { .. } => "call it `sheep`, or `a`".to_owned(),
+            Self::SameClass { .. } => "give one of them another name".to_owned(),
+            Self::TooManyClasses { .. } => {
+                "take fewer classes, or more `robots`: each class has one or more".to_owned()
+            }
+            Self::ClassCounts { .. } => {
+                "leave `count` out of one class, which then has the others".to_owned()
+            }
+            Self::TooFewLeft { .. } => {
+                "lower a `count`, or take more `robots`: each class has one or more".to_owned()
+            }
         })
     }
 }
@@ -138,7 +194,7 @@ impl Help for WorldFlaw {
     }
 }
 
-/// Most objects of a group; more are a mistake.
+/// Most objects of a group or robots of a class; more are a mistake.
 const MOST_OBJECTS: Bounds = Bounds { least: 1.0, most: 1e4 };
 /// Friction; dimensionless.
 const FRICTION: Bounds = Bounds { least: 0.0, most: MOST_FRICTION };
@@ -157,6 +213,8 @@ struct Lines {
     objects: Vec<Spanned<ObjectGroup>>,
     #[serde(default)]
     goals: Vec<Spanned<Goal>>,
+    #[serde(default)]
+    classes: Vec<Spanned<RobotClass>>,
 }
 
 impl WorldFile {
@@ -165,11 +223,17 @@ impl WorldFile {
     /// # Arguments
     ///
     /// * `arenas_m` — sides of the arenas that it is to be in, in metres.
+    /// * `robots` — numbers of robots that are to be in it.
     ///
     /// # Errors
     ///
     /// [`WorldError`], the first problem found.
-    pub fn parse(file: &str, text: &str, arenas_m: &[f64]) -> Result<Self, WorldError> {
+    pub fn parse(
+        file: &str,
+        text: &str,
+        arenas_m: &[f64],
+        robots: &[usize],
+    ) -> Result<Self, WorldError> {
         let world: Self = document::parse(file, text)?;
         let refuse = |flaw: WorldFlaw| {
             let WorldFlaw { place, problem } = flaw;
@@ -178,6 +242,7 @@ impl WorldFile {
                     Place::Whole => 1,
                     Place::Objects(group) => lines.objects.get(group)?.defined.line(),
                     Place::Goal(goal) => lines.goals.get(goal)?.defined.line(),
+                    Place::Class(class) => lines.classes.get(class)?.defined.line(),
                 })
             })
         };
@@ -187,6 +252,7 @@ impl WorldFile {
         }
         world.check().map_err(refuse)?;
         arenas_m.iter().try_for_each(|side_m| world.check_in(*side_m)).map_err(refuse)?;
+        robots.iter().try_for_each(|robots| world.check_classes_of(*robots)).map_err(refuse)?;
         Ok(world)
     }
 
@@ -205,7 +271,46 @@ impl WorldFile {
             within("radius_m", goal.radius_m, RADIUS).map_err(flaw)?;
             check_place("place_m", goal.place_m).map_err(flaw)?;
         }
+        for (place, RobotClass { name, count }) in self.classes.iter().enumerate() {
+            let flaw = |problem| WorldFlaw { place: Place::Class(place), problem };
+            let found = name.clone();
+            if !document::is_name(name) {
+                return Err(flaw(WorldProblem::ClassName { found }));
+            }
+            if self.classes[..place].iter().any(|other| other.name == *name) {
+                return Err(flaw(WorldProblem::SameClass { found }));
+            }
+            let count = count.map_or(Ok(()), |count| within("count", count as f64, MOST_OBJECTS));
+            count.map_err(flaw)?;
+        }
         self.check_apart()
+    }
+
+    /// Whether the classes of a checked world are those of so many robots, each with one or more of them.
+    ///
+    /// # Errors
+    ///
+    /// [`WorldFlaw`], the first problem found.
+    pub fn check_classes_of(&self, robots: usize) -> Result<(), WorldFlaw> {
+        let classes = self.classes.len();
+        if classes > robots {
+            let problem = WorldProblem::TooManyClasses { classes, robots };
+            return Err(WorldFlaw { place: Place::Class(robots), problem });
+        }
+        let (counted, sharing) = (self.counted_robots(), self.n_sharing_classes());
+        let problem = if sharing == 0 {
+            if classes == 0 || counted == robots {
+                return Ok(());
+            }
+            WorldProblem::ClassCounts { counted, robots }
+        } else {
+            if counted.saturating_add(sharing) <= robots {
+                return Ok(());
+            }
+            WorldProblem::TooFewLeft { counted, sharing, robots }
+        };
+        let last = self.classes.iter().rposition(|class| class.count.is_some()).unwrap_or_default();
+        Err(WorldFlaw { place: Place::Class(last), problem })
     }
 
     /// Whether a checked world can be in a square arena of this side, in metres.

@@ -155,6 +155,7 @@ impl LeaseGate {
 #[cfg(test)]
 mod tests {
     use rsrs_core::draw::Key;
+    use rsrs_core::robot::controller::state_machine::Memory;
     use rsrs_core::robot::controller::{self, ControllerParameters, Reaction};
 
     use super::super::{Controller, Settings, Stamp};
@@ -166,6 +167,7 @@ mod tests {
     const SETTINGS: Settings = Settings {
         controller: controller::Controller::Parameters(ControllerParameters::mirrored(0.15, 0.75)),
         transition_key: Key { low: 0, high: 0 },
+        start: Memory { state: 0, periods: 0, count: 0 },
         stamp: Stamp::Wall,
         reaction: Reaction::ToDetections,
     };

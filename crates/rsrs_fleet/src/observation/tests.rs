@@ -341,7 +341,8 @@ fn a_recorded_run_in_lockstep_has_no_silent_robots_and_one_in_real_time_has() {
 fn no_phase_is_shown_where_objects_decide_on_it_which_nobody_observes() {
     let mut record = record();
     let world = "objects: [{count: 3, radius_m: 0.05}]";
-    record.conditions.world = WorldFile::parse("world.yaml", world, &[15.0]).expect("it is one");
+    record.conditions.world =
+        WorldFile::parse("world.yaml", world, &[15.0], &[]).expect("it is one");
     let heap = "name: heap\nwords: {noun: a heap, swarm: a heaping swarm, verb: [heap, heaps, heaped]}\n\
                 phases: [{key: in_a_heap}, {key: not_in_a_heap}]\n\
                 rules: [{phase: in_a_heap, when: {objects_clustered: {at_least: 0.5}}}]\n\

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rsrs_core::draw::Key;
+use rsrs_core::robot::controller::state_machine::Memory;
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
 use rsrs_fleet::e_stop::Locks;
@@ -140,6 +141,7 @@ fn new_controller(robot: usize, scenario: &Scenario, now_ms: u64) -> Controller 
     let settings = Settings {
         controller: DEFAULTS.into(),
         transition_key: Key::from_bits(0),
+        start: Memory::default(),
         stamp,
         reaction: Reaction::ToDetections,
     };

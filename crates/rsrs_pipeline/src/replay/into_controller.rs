@@ -125,6 +125,13 @@ pub fn replay_into_controller(
         let first = Seed { seed: 0, replicate: 0 };
         transition_key(run.unwrap_or(first), digest, place.unwrap_or_default())
     };
+    // And so is its start among the states.
+    let start = |robot: &str| {
+        let record = record.as_ref()?;
+        let place = record.robots.iter().position(|name| name == robot)?;
+        let classes = record.conditions.world.class_names_of(record.robots.len());
+        Some(controller.start(classes[place]))
+    };
     let (mut recorded, running) = collect(bag).with_context(|| name.clone())?;
     if let Controller::Machine(machine) = &controller {
         for recorded in recorded.values_mut() {
@@ -135,8 +142,8 @@ pub fn replay_into_controller(
         .into_iter()
         .filter(|(_, recorded)| !recorded.detections.is_empty() && !recorded.commands.is_empty())
         .map(|(robot, recorded)| {
-            let key = key(&robot);
-            compare(robot, &recorded, running, (&program, key))
+            let (key, start) = (key(&robot), start(&robot).unwrap_or_default());
+            compare(robot, &recorded, running, (&program, key, start))
         })
         .collect();
     if robots.is_empty() {
@@ -235,7 +242,7 @@ fn compare(
     robot: String,
     recorded: &Recorded,
     running: Running,
-    (program, key): (&Program, Key),
+    (program, key, start): (&Program, Key, Memory),
 ) -> RobotReplay {
     let is_running = |at_ns: u64| (running.0..=running.1).contains(&at_ns);
     let slack_ns = period_ns(&recorded.detections) / 4;
@@ -248,7 +255,7 @@ fn compare(
         first: None,
     };
     let mut is_answered = vec![false; recorded.detections.len()];
-    let mut memory = Memory::default();
+    let mut memory = start;
     // Detections before the run are of none.
     let mut n_decided = recorded.detections.partition_point(|(at_ns, _)| *at_ns < running.0);
     for &(at_ns, command) in recorded.commands.iter().filter(|(at_ns, _)| is_running(*at_ns)) {

@@ -111,6 +111,7 @@ fn order_parameters(page: &mut String) {
             (Prerequisite::Arena, "arena"),
             (Prerequisite::Objects, "objects"),
             (Prerequisite::Goals, "goals"),
+            (Prerequisite::Classes, "classes of robots"),
         ];
         let needs: Vec<&str> =
             needs.iter().filter(|(what, _)| it.needs(*what)).map(|(_, words)| *words).collect();

@@ -83,7 +83,8 @@ impl ResolvedSweep {
         }
         if let Some(WorldSource::File(path)) = &sweep.world {
             let world =
-                read_world(&beside.join(path), &sweep.arenas_m()).map_err(named(name, "world"))?;
+                read_world(&beside.join(path), &sweep.arenas_m(), &sweep.numbers_of_robots())
+                    .map_err(named(name, "world"))?;
             sweep.world = Some(WorldSource::Read(world));
         }
         sweep.harsher = Harsher::from(sweep.factors(&profile));
@@ -179,14 +180,14 @@ pub fn read_controller(path: &Path, profile: &RobotProfile) -> anyhow::Result<Co
     ControllerTable::parse(&name, &read_text(path)?, profile).map_err(helped)
 }
 
-/// Reads what is in arenas of these sides, in metres, besides robots.
+/// Reads what is in arenas of these sides, in metres, besides so many robots.
 ///
 /// # Errors
 ///
 /// If the file cannot be read, or describes no world that can be there.
-pub fn read_world(path: &Path, arenas_m: &[f64]) -> anyhow::Result<WorldFile> {
+pub fn read_world(path: &Path, arenas_m: &[f64], robots: &[usize]) -> anyhow::Result<WorldFile> {
     let name = path.display().to_string();
-    WorldFile::parse(&name, &read_text(path)?, arenas_m).map_err(helped)
+    WorldFile::parse(&name, &read_text(path)?, arenas_m, robots).map_err(helped)
 }
 
 /// What swarms are judged for, by its name or the path of its file, as people type it.

@@ -3,6 +3,7 @@
 mod acceptance;
 mod batch;
 mod blocks;
+mod classes;
 mod contact;
 mod controlled;
 mod controllers;

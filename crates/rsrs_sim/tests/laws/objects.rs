@@ -474,6 +474,7 @@ fn clustering() -> Conditions {
     let world = WorldFile {
         objects: vec![anywhere(12, OBJECT_M, 0.2)],
         goals: vec![Goal { place_m: [0.5, 0.5], radius_m: 0.3 }],
+        ..WorldFile::NOTHING
     };
     let mut conditions = flockbots(0.15, 0.75, &HARSHER);
     conditions.robots = 4;

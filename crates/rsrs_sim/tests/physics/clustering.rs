@@ -86,6 +86,7 @@ fn e_pucks() -> Conditions {
             row(&[], nothing),
         ],
         numbers: [].into(),
+        starts: [].into(),
         sensors: conditions.robot.reading_names(),
     });
     conditions.check().expect("they make a world");

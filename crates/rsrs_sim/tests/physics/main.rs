@@ -13,6 +13,7 @@ mod measured;
 mod mills;
 mod neutral;
 mod ring;
+mod segregation;
 mod support;
 mod swarms;
 mod swarmsim;

@@ -106,7 +106,8 @@ impl<'a> Frames<'a> {
         let first = sample_at(trajectory, time_s - tail_s);
         let robots = trajectory.poses_at(sample).iter().enumerate().map(|(index, pose)| {
             let stroke = if lost.contains(&index) { LOST } else { INK };
-            robot(&self.field, *pose, radius_m, stroke)
+            let class = self.film.classes.get(index).copied();
+            robot(&self.field, *pose, radius_m, (stroke, class))
         });
         let bottom_px = self.height_px - 10.0;
         let before = self.film.captions.partition_point(|(from_s, _)| *from_s <= time_s + 1e-9);

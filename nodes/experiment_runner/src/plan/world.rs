@@ -1,9 +1,10 @@
-//! What is in the arena besides the robots: the file that an experiment names, or that of the sweep that its cell is from.
+//! What is in the arena besides the robots, and of which classes these are: the file that an experiment names, or that of the sweep that its cell is from.
 
 use std::path::Path;
 
 use rsrs_core::conditions::{ARENA_M, Conditions};
 use rsrs_core::help::{Help, Helpful};
+use rsrs_core::natural_order::natural_key;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::world::{WorldFile, WorldSource};
 use rsrs_fleet::experiment::ExperimentFile;
@@ -43,9 +44,50 @@ pub fn read(
     }
     let (name, text) = read_file(&beside.join(path))?;
     let arena_m = cell.get(Axis::Arena).unwrap_or(ARENA_M);
-    let world = WorldFile::parse(&name, &text, &[arena_m]).map_err(Helpful::from)?;
+    let robots: Vec<usize> = cell.robots().into_iter().collect();
+    let world = WorldFile::parse(&name, &text, &[arena_m], &robots).map_err(Helpful::from)?;
     experiment.world = Some(WorldSource::Read(world));
     Ok(Some(text))
+}
+
+/// Robots that bags have in another order than the fleet, in which they are dealt to their classes.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "robots are dealt to {found} in the order of the fleet, and {robot} is listed after {before}"
+)]
+struct Unordered {
+    found: String,
+    robot: String,
+    before: String,
+}
+
+impl Help for Unordered {
+    fn help(&self) -> Option<String> {
+        Some(
+            "list the robots in the order of their names, `robot_2` before `robot_10`: so anybody who knows the names \
+             knows the classes"
+                .to_owned(),
+        )
+    }
+}
+
+/// Refuses robots of several classes that are not in the order of their names.
+///
+/// # Errors
+///
+/// If they are not.
+pub fn refuse_unordered(robots: &[String], conditions: &Conditions) -> anyhow::Result<()> {
+    if conditions.world.classes.is_empty() {
+        return Ok(());
+    }
+    match robots.windows(2).find(|pair| natural_key(&pair[0]) > natural_key(&pair[1])) {
+        None => Ok(()),
+        Some(pair) => {
+            let found = conditions.world.in_words();
+            let (before, robot) = (pair[0].clone(), pair[1].clone());
+            Err(Helpful::from(Unordered { found, robot, before }).into())
+        }
+    }
 }
 
 /// Objects whose poses nobody publishes.

@@ -15,7 +15,7 @@ use crate::help::Help;
 use crate::numerals::rounded;
 use crate::quantity::{Bounds, Number, NumberUnit};
 use crate::robot::controller::state_machine::{Row, StateMachine, Transition};
-use crate::robot::controller::structure::{Flaw, check_thoroughly};
+use crate::robot::controller::structure::{Flaw, check_thoroughly, unknown_state};
 use crate::robot::controller::{Command, Controller};
 use crate::robot::profile::RobotProfile;
 use crate::robot::sensor::ReadingNames;
@@ -27,6 +27,8 @@ pub enum Place {
     Row(usize),
     /// At a named number.
     Number(String),
+    /// At the start of a class.
+    Start(String),
 }
 
 /// What is wrong with a table, and where.
@@ -137,6 +139,7 @@ impl fmt::Display for Place {
         match self {
             Self::Row(place) => write!(out, "row {} of the controller", place + 1),
             Self::Number(name) => write!(out, "number `{name}` of the controller"),
+            Self::Start(class) => write!(out, "start of class `{class}` of the controller"),
         }
     }
 }
@@ -181,7 +184,10 @@ impl Help for Flaw {
                 "put it before them, or leave it out: of the rows of a state the first that matches counts".to_owned()
             }
             Self::Unreachable { state } => {
-                format!("let a row's `next` lead to `{state}`, or leave its rows out")
+                format!(
+                    "let a row's `next` lead to `{state}`, or a class of robots start there, as in \
+                     `starts: {{CLASS: {state}}}`, or leave its rows out"
+                )
             }
             Self::UnknownState { found, .. } => {
                 format!("a state is there once a row has it: `state: {found}`")
@@ -206,6 +212,8 @@ impl Help for TableFlaw {
 struct Lines {
     #[serde(default)]
     numbers: BTreeMap<String, Spanned<IgnoredAny>>,
+    #[serde(default)]
+    starts: BTreeMap<String, Spanned<IgnoredAny>>,
     rows: Vec<Spanned<IgnoredAny>>,
 }
 
@@ -223,6 +231,7 @@ impl ControllerTable {
                 Some(match &place {
                     Place::Row(place) => lines.rows.get(*place)?.defined.line(),
                     Place::Number(name) => lines.numbers.get(name)?.defined.line(),
+                    Place::Start(class) => lines.starts.get(class)?.defined.line(),
                 })
             })
         };
@@ -263,6 +272,12 @@ impl ControllerTable {
     /// [`TableFlaw`], the first problem found.
     pub fn check_rows(&self, sensors: &ReadingNames) -> Result<(), TableFlaw> {
         let outline = StateMachine { sensors: sensors.clone(), ..self.outline() };
+        let states = outline.states();
+        let unknown = self.starts.iter().find(|(_, start)| !states.contains(&start.as_str()));
+        if let Some((class, start)) = unknown {
+            let problem = unknown_state(start, &states).into();
+            return Err(TableFlaw { place: Place::Start(class.clone()), problem });
+        }
         check_thoroughly(&outline)
             .map_err(|(place, flaw)| TableFlaw { place: Place::Row(place), problem: flaw.into() })
     }
@@ -351,7 +366,8 @@ impl ControllerTable {
                 .collect(),
         };
         let rows = self.rows.iter().map(row).collect();
-        StateMachine { rows, numbers: BTreeMap::new(), sensors: ReadingNames::default() }
+        let (numbers, starts) = (BTreeMap::new(), self.starts.clone());
+        StateMachine { rows, numbers, starts, sensors: ReadingNames::default() }
     }
 }
 

@@ -7,7 +7,7 @@ use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-use super::cluster::clustered_objects;
+use super::cluster::{clustered_by_class, clustered_objects};
 use super::geometry::{Vector, centroid, distance_m2};
 use super::parameter::{Parameter, Prerequisite};
 use super::sums::Samples;
@@ -17,7 +17,7 @@ use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::world::{Goal, WorldFile};
 
 /// How many there are.
-pub const N_ASKED: usize = 9;
+pub const N_ASKED: usize = 11;
 
 /// The values of those that were asked for; in files under their names, beside the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -106,6 +106,14 @@ pub const AT_GOAL: Measure = Measure { of: at_goal, is_of_headings: false, adds_
 pub const GOAL_DISTANCE: Measure =
     Measure { of: goal_distance_m, is_of_headings: false, adds_up: false };
 
+/// `-γ(t)` of P. Mitrano et al., "A minimalistic approach to segregation in robot swarms", MRS 2019, without the weight of
+/// time that their cost has.
+pub const SEGREGATED: Measure = Measure { of: segregated, is_of_headings: false, adds_up: false };
+
+/// The same without its mean over classes.
+pub const LEAST_SEGREGATED: Measure =
+    Measure { of: least_segregated, is_of_headings: false, adds_up: false };
+
 /// A window of one world, by itself.
 struct Look<'a> {
     period_s: f64,
@@ -119,6 +127,8 @@ struct Look<'a> {
     radius_m: f64,
     /// What is there besides the robots.
     world: &'a WorldFile,
+    /// Of each robot; empty where there are none.
+    classes: &'a [usize],
     /// Of each object, in metres.
     objects_radius_m: Vec<f64>,
     /// Where objects are, in metres, sample by sample, object by object.
@@ -142,10 +152,12 @@ pub fn measured<S: Samples>(
         return found;
     }
     let has_objects = samples.n_objects() == bodies.world.n_objects();
+    let has_classes = samples.poses_at(window.start).len() == bodies.classes.len();
     let is_measured = |it: &Parameter| {
         asked.contains(it)
             && it.lacks(bodies).is_none()
             && (has_objects || !it.needs(Prerequisite::Objects))
+            && (has_classes || !it.needs(Prerequisite::Classes))
     };
     let all = Parameter::all().filter_map(|it| Some((it, it.asked()?)));
     let mut look: Option<Look> = None;
@@ -197,6 +209,7 @@ impl<'a> Look<'a> {
             arena_m: bodies.arena_m.unwrap_or(f64::NAN),
             radius_m: bodies.radius_m.unwrap_or(f64::NAN),
             world,
+            classes: &bodies.classes,
             objects_radius_m: world.each_object().map(|object| object.radius_m).collect(),
             objects: objects().map(|[x_m, y_m]| (*x_m, *y_m)).collect(),
         }
@@ -207,6 +220,11 @@ impl<'a> Look<'a> {
         let samples = vectors.chunks_exact(self.n_robots);
         let n_samples = samples.len() as f64;
         samples.map(of).sum::<f64>() / n_samples
+    }
+
+    /// Of each class.
+    fn clustered_by_class(&self) -> Vec<f64> {
+        clustered_by_class(self.radius_m, self.classes, &self.places)
     }
 
     /// How far a place is from the nearest goal, in metres; 0 in it.
@@ -280,6 +298,15 @@ fn at_goal(look: &Look) -> f64 {
 fn goal_distance_m(look: &Look) -> f64 {
     let distances_m = look.places.iter().map(|place| look.outside_goals_m(*place));
     distances_m.sum::<f64>() / look.places.len() as f64
+}
+
+fn segregated(look: &Look) -> f64 {
+    let shares = look.clustered_by_class();
+    shares.iter().sum::<f64>() / shares.len() as f64
+}
+
+fn least_segregated(look: &Look) -> f64 {
+    look.clustered_by_class().into_iter().fold(f64::INFINITY, f64::min)
 }
 
 fn coverage(look: &Look) -> f64 {

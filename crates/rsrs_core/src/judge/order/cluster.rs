@@ -1,4 +1,4 @@
-//! Clusters: robots between which no other one fits, and objects likewise.
+//! Clusters: robots between which no other one fits, objects likewise, and robots of one class that are near each other.
 
 use std::ops::Range;
 
@@ -62,6 +62,38 @@ pub fn clustered_objects(period_s: f64, radii_m: &[f64], objects: &[Vector<f64>]
     shares / n_looks
 }
 
+/// How far apart the bodies of two robots of one cluster of their class are at most, in metres: `ε` of the source.
+const KIN_APART_M: f64 = 0.05;
+
+/// For each class the share of its robots in its largest cluster, a mean over samples.
+///
+/// # Arguments
+///
+/// * `radius_m` — radius of the bodies, in metres.
+/// * `classes` — of each robot; none is without a robot.
+/// * `robots` — where they are, in metres, sample by sample; not empty.
+///
+/// # Source
+///
+/// `K_i(t) / k_i` of P. Mitrano, J. Burklund, M. Giancola and C. Pinciroli, "A minimalistic approach to segregation in
+/// robot swarms", MRS 2019: two robots of a class are connected if their centres are at most `2r + ε` apart.
+pub fn clustered_by_class(radius_m: f64, classes: &[usize], robots: &[Vector<f64>]) -> Vec<f64> {
+    let near_m = 2.0 * radius_m + KIN_APART_M;
+    let are_near =
+        |one: &Vector<f64>, other: &Vector<f64>| distance_m2(*one, *other) <= near_m * near_m;
+    let n_classes = classes.iter().max().map_or(0, |last| last + 1);
+    let (mut shares, samples) = (vec![0.0; n_classes], robots.chunks_exact(classes.len()));
+    let n_samples = samples.len() as f64;
+    for places in samples {
+        for (class, share) in shares.iter_mut().enumerate() {
+            let of_class = places.iter().zip(classes).filter(|(_, it)| **it == class);
+            let kin: Vec<Vector<f64>> = of_class.map(|(place, _)| *place).collect();
+            *share += largest(&kin, are_near) as f64 / kin.len() as f64;
+        }
+    }
+    shares.into_iter().map(|share| share / n_samples).collect()
+}
+
 /// How many the largest cluster has.
 fn largest<T: Copy>(places: &[T], are_near: impl Fn(&T, &T) -> bool) -> usize {
     let mut others: Vec<T> = places.to_vec();
@@ -116,6 +148,19 @@ mod tests {
 
         assert!((share(0.039) - 2.0 / 3.0).abs() < 1e-12);
         assert!((share(0.041) - 1.0 / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn robots_of_a_class_are_one_cluster_if_they_are_at_most_5_cm_apart() {
+        let shares = |gap_m: f64| {
+            // The second class stands between the robots of the first, and one of the third is away.
+            let places =
+                [(0.0, 0.0), (0.1, 0.2), (0.0, 0.5), (0.2 + gap_m, 0.0), (2.0, 0.0), (3.0, 0.0)];
+            clustered_by_class(0.1, &[0, 1, 2, 0, 1, 2], &places)
+        };
+
+        assert_eq!(shares(0.0499), [1.0, 0.5, 0.5]);
+        assert_eq!(shares(0.0501), [0.5, 0.5, 0.5]);
     }
 
     #[test]

@@ -28,6 +28,8 @@ pub enum Prerequisite {
     Objects,
     /// Goals.
     Goals,
+    /// Classes of robots.
+    Classes,
 }
 
 /// A row of the table.
@@ -232,6 +234,23 @@ const TABLE: &[Row] = &[
         needs: &[Prerequisite::Goals],
         value: Value::Asked(asked::GOAL_DISTANCE),
     },
+    Row {
+        key: "segregated",
+        unit: "",
+        words: "share of the robots of a class in its largest cluster, a mean over classes: two of one cluster are at \
+                most 5 cm apart",
+        most: 1.0,
+        needs: &[Prerequisite::Classes, Prerequisite::Radius],
+        value: Value::Asked(asked::SEGREGATED),
+    },
+    Row {
+        key: "least_segregated",
+        unit: "",
+        words: "the same of the class of which it is least",
+        most: 1.0,
+        needs: &[Prerequisite::Classes, Prerequisite::Radius],
+        value: Value::Asked(asked::LEAST_SEGREGATED),
+    },
 ];
 
 /// Those before it are fields.
@@ -333,6 +352,7 @@ impl Parameter {
             Prerequisite::Arena => bodies.arena_m.is_none(),
             Prerequisite::Objects => bodies.world.n_objects() == 0,
             Prerequisite::Goals => bodies.world.goals.is_empty(),
+            Prerequisite::Classes => bodies.classes.is_empty(),
             Prerequisite::Commands | Prerequisite::Reach => false,
         };
         self.row().needs.iter().copied().find(is_unknown)

@@ -13,11 +13,14 @@ use crate::robot::sensor::{DETECTION, ReadingNames, Readings};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StateMachine {
-    /// The first one's state is the start.
+    /// The first one's state is the start, but of robots of a class that has its own.
     pub rows: Vec<Row>,
     /// The named numbers that are in the rows, for what reads them off: the axes of a sweep.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub numbers: BTreeMap<String, f64>,
+    /// The states in which robots of classes start, by class; others start in that of the first row.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub starts: BTreeMap<String, String>,
     /// What its robots report; left out where `detection` is all.
     #[serde(default, skip_serializing_if = "ReadingNames::is_detection")]
     pub sensors: ReadingNames,
@@ -95,11 +98,27 @@ impl StateMachine {
     /// This is what decides whether a table is the controller of the paper, and runs where that does.
     pub fn as_parameters(&self) -> Option<ControllerParameters> {
         let mut readings = self.rows.iter().flat_map(|row| row.when.keys());
-        if self.states().len() != 1 || readings.any(|name| name != DETECTION) {
+        if self.states().len() != 1
+            || !self.starts.is_empty()
+            || readings.any(|name| name != DETECTION)
+        {
             return None;
         }
         let command = |is_detected: bool| Some(self.row(0, is_detected.into())?.command);
         Some(ControllerParameters::of(command(true)?, command(false)?))
+    }
+
+    /// Where a robot of a class starts, or one of none.
+    ///
+    /// # Panics
+    ///
+    /// If a class starts in a state that there is not: conditions that were checked have no such machine.
+    pub fn start(&self, class: Option<&str>) -> Memory {
+        let Some(start) = class.and_then(|class| self.starts.get(class)) else {
+            return Memory::default();
+        };
+        let state = self.states().iter().position(|state| state == start);
+        Memory { state: state.expect("the states of starts were checked"), ..Memory::default() }
     }
 
     /// The row for a state, by its place among [`Self::states`], and what is reported.

@@ -37,7 +37,9 @@ pub enum Flaw {
         state: String,
     },
     /// A state in which no robot comes.
-    #[error("state `{state}` is never reached: no `next` leads to it from the first row's state")]
+    #[error(
+        "state `{state}` is never reached: no `next` leads to it from the first row's state, or from one of `starts`"
+    )]
     Unreachable {
         /// The state.
         state: String,
@@ -99,7 +101,14 @@ pub fn check(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
             }
         }
     }
-    Ok(())
+    let unknown = machine.starts.values().find(|start| !states.contains(&start.as_str()));
+    unknown.map_or(Ok(()), |found| Err((0, unknown_state(found, &states))))
+}
+
+/// A state that there is not.
+pub(crate) fn unknown_state(found: &str, states: &[&str]) -> Flaw {
+    let nearest = nearest(found, states.iter().copied()).map(str::to_owned);
+    Flaw::UnknownState { found: found.to_owned(), nearest }
 }
 
 /// Whether all that a machine has can happen: what cannot is a slip of who wrote it.
@@ -121,7 +130,8 @@ pub fn check_thoroughly(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
             return Err((place, Flaw::NeverHappens { state: state.to_owned() }));
         }
     }
-    let reached = reached(rows, &rows[0].state);
+    let starts = machine.starts.values().chain([&rows[0].state]);
+    let reached = reached(rows, starts.map(String::as_str).collect());
     match rows.iter().position(|row| !reached.contains(&row.state.as_str())) {
         Some(place) => Err((place, Flaw::Unreachable { state: rows[place].state.clone() })),
         None => Ok(()),
@@ -136,10 +146,7 @@ fn check_names(row: &Row, states: &[&str], names: &ReadingNames) -> Result<(), F
         return Err(Flaw::UnknownSensor { found: found.clone(), nearest, known });
     }
     let unknown = row.next.iter().find(|next| !states.contains(&next.state.as_str()));
-    unknown.map_or(Ok(()), |Transition { state: found, .. }| {
-        let nearest = nearest(found, states.iter().copied()).map(str::to_owned);
-        Err(Flaw::UnknownState { found: found.clone(), nearest })
-    })
+    unknown.map_or(Ok(()), |Transition { state: found, .. }| Err(unknown_state(found, states)))
 }
 
 /// Where a transition leads that comes behind one that always happens.
@@ -159,9 +166,8 @@ fn matches_some(machine: &StateMachine, place: usize) -> bool {
     names.cases().any(|case| row.is_for(case, names) && !is_taken(case))
 }
 
-/// The states to which transitions lead, step by step, from the start.
-fn reached<'a>(rows: &'a [Row], start: &'a str) -> Vec<&'a str> {
-    let mut reached = vec![start];
+/// The states to which transitions lead, step by step, from the starts.
+fn reached<'a>(rows: &'a [Row], mut reached: Vec<&'a str>) -> Vec<&'a str> {
     let mut looked_at = 0;
     while let Some(state) = reached.get(looked_at).copied() {
         looked_at += 1;

@@ -35,7 +35,7 @@ pub struct SensorEntry {
     /// By how much the region is turned about the robot's centre, in radians (default: 0, ahead); left is positive.
     #[serde(default, skip_serializing_if = "super::is_zero")]
     pub bearing_rad: f64,
-    /// What hides things behind it (default: nothing): `robot`, `wall`, `object` and `goal`.
+    /// What hides things behind it (default: nothing): `robot`, `kin`, `other`, `wall`, `object` and `goal`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hidden_by: Vec<Detects>,
     /// Probability of a detection when something is in the region.
@@ -120,10 +120,13 @@ impl SensorEntry {
             if !is_name(&reading.name) {
                 return Err(SensorProblem::Name { found: reading.name.clone() });
             }
-            let before = readings[..place].iter().find(|other| other.detects == reading.detects);
-            if let Some(first) = before {
-                let [first, second] = [first, reading].map(|reading| reading.name.clone());
-                return Err(SensorProblem::Kinds { first, second, kind: reading.detects.key() });
+            let mut before = readings[..place].iter();
+            let shared = |other: &Reading| {
+                Some((other.name.clone(), reading.detects.shared_with(other.detects)?))
+            };
+            if let Some((first, kind)) = before.find_map(shared) {
+                let second = reading.name.clone();
+                return Err(SensorProblem::Kinds { first, second, kind: kind.key() });
             }
             check_row(reading, &readings)?;
         }

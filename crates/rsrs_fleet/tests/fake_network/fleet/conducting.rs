@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::Reaction;
+use rsrs_core::robot::controller::state_machine::Memory;
 use rsrs_fleet::controller::Settings;
 use rsrs_fleet::message::{LeaseState, RobotState};
 use rsrs_fleet::preflight::{Expected, Graph};
@@ -233,6 +234,7 @@ impl Fleet {
                 let settings = Settings {
                     controller: WANTED.into(),
                     transition_key: Key::from_bits(0),
+                    start: Memory::default(),
                     stamp: stamp(self.scenario.body),
                     reaction: Reaction::ToDetections,
                 };

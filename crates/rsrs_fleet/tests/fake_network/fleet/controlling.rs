@@ -1,6 +1,7 @@
 //! Controllers, with the parameters that runs set and meddlers try to.
 
 use rsrs_core::draw::Key;
+use rsrs_core::robot::controller::state_machine::Memory;
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Action, Event, Settings};
 use rsrs_fleet::runner::Target;
@@ -146,6 +147,7 @@ impl Fleet {
         let settings = Settings {
             controller: parameters.into(),
             transition_key: Key::from_bits(0),
+            start: Memory::default(),
             stamp: stamp(self.scenario.body),
             reaction: Reaction::ToDetections,
         };

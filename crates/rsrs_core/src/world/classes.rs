@@ -1,0 +1,99 @@
+//! Classes of robots: which robot is of which.
+//!
+//! By its number alone, so that everybody who knows the file and how many robots there are knows it: they are dealt to
+//! the classes in turn, in the order of their numbers, as in P. Mitrano et al., MRS 2019.
+
+use serde::{Deserialize, Serialize};
+
+use super::WorldFile;
+
+/// Robots of one class: they tell each other from all others by sensors of `kin` and `other`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RobotClass {
+    /// What people call it: small letters, digits and `_`, a letter first.
+    pub name: String,
+    /// How many robots it has; classes without it share the others equally, the first ones having one more where that
+    /// is not possible.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+}
+
+impl WorldFile {
+    /// How many robots each class has; shape `[n_classes]`.
+    pub fn class_sizes(&self, n_robots: usize) -> Vec<usize> {
+        let counted = self.counted_robots();
+        let n_sharing = self.n_sharing_classes();
+        let rest = n_robots.saturating_sub(counted);
+        let mut sharing = 0..n_sharing;
+        let mut share = || {
+            let place = sharing.next().expect("one for each class without a count");
+            rest / n_sharing + usize::from(place < rest % n_sharing)
+        };
+        self.classes.iter().map(|class| class.count.unwrap_or_else(&mut share)).collect()
+    }
+
+    /// The name of the class of each robot, by place; `None` where there are no classes. Shape `[n_robots]`.
+    pub fn class_names_of(&self, n_robots: usize) -> Vec<Option<&str>> {
+        let classes = self.classes_of(n_robots);
+        let name = |robot: usize| Some(self.classes[*classes.get(robot)?].name.as_str());
+        (0..n_robots).map(name).collect()
+    }
+
+    /// How many robots classes with a count have together.
+    pub(super) fn counted_robots(&self) -> usize {
+        self.classes.iter().filter_map(|class| class.count).fold(0, usize::saturating_add)
+    }
+
+    /// How many classes share the others.
+    pub(super) fn n_sharing_classes(&self) -> usize {
+        self.classes.iter().filter(|class| class.count.is_none()).count()
+    }
+
+    /// The class of each robot, by place; shape `[n_robots]`, or empty where there are no classes.
+    ///
+    /// Robots are dealt to the classes in turn, and a class that has all of its robots is passed over. The world was
+    /// checked for as many robots ([`Self::check_classes_of`]).
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use rsrs_core::world::{RobotClass, WorldFile};
+    ///
+    /// let class = |name: &str, count| RobotClass { name: name.to_owned(), count };
+    /// let classes = vec![class("shepherd", Some(1)), class("sheep", None)];
+    /// let world = WorldFile { classes, ..WorldFile::NOTHING };
+    /// assert_eq!(world.classes_of(4), [0, 1, 1, 1]);
+    /// ```
+    pub fn classes_of(&self, n_robots: usize) -> Vec<usize> {
+        let mut left = self.class_sizes(n_robots);
+        let mut classes = Vec::with_capacity(n_robots);
+        while left.iter().any(|left| *left > 0) {
+            for (class, left) in left.iter_mut().enumerate().filter(|(_, left)| **left > 0) {
+                *left -= 1;
+                classes.push(class);
+            }
+        }
+        classes.truncate(n_robots);
+        classes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn world(counts: &[Option<usize>]) -> WorldFile {
+        let class = |count: &Option<usize>| RobotClass { name: "red".to_owned(), count: *count };
+        WorldFile { classes: counts.iter().map(class).collect(), ..WorldFile::NOTHING }
+    }
+
+    #[test]
+    fn classes_without_a_count_share_the_robots_and_are_dealt_in_turn() {
+        assert_eq!(world(&[None, None, None]).class_sizes(10), [4, 3, 3]);
+        assert_eq!(world(&[None, None, None]).classes_of(10), [0, 1, 2, 0, 1, 2, 0, 1, 2, 0]);
+        assert_eq!(world(&[Some(5), None, None]).classes_of(8), [0, 1, 2, 0, 1, 0, 0, 0]);
+        assert_eq!(world(&[Some(1), Some(3)]).classes_of(4), [0, 1, 1, 1]);
+        assert_eq!(world(&[]).classes_of(4), [0; 0]);
+    }
+}

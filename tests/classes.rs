@@ -1,0 +1,211 @@
+//! Several classes of robots: from the sweep to the label, over ROS 2, and compared.
+
+use std::path::{Path, PathBuf};
+
+use crate::command::{code, json, repository, rsrs as typed, stderr, stdout};
+use crate::fleet::experiment;
+use crate::processes::{confined_rsrs, run_in_lockstep};
+use crate::recorded::{assert_commands_of_replicate, assert_digests_of_replicate, record_of};
+
+/// A sensor that tells kin from others.
+const SENSORS: &str = "\
+sensors:
+  - one_of:
+      - {name: detection, detects: kin, true_positive: 0.95, false_positive: 0.02, taken_for: {other: 0.03}}
+      - {name: other, detects: other, true_positive: 0.96, false_positive: 0.02}
+    cone: {half_angle_rad: 0.3, range_m: 1.5}
+    hidden_by: [robot]
+";
+
+/// Towards kin, and around where another one is; robots of class b wait a while before.
+const TABLE: &str = "\
+numbers:
+  search_rad_s: {value: 1.5, from: 0.2, to: 2}
+starts: {b: idle}
+rows:
+  - {state: go, when: {detection: true}, command: {speed_m_s: 0.15, turn_rate_rad_s: 0.7}}
+  - {state: go, when: {other: true}, command: {speed_m_s: 0, turn_rate_rad_s: 1.8}}
+  - {state: go, command: {speed_m_s: 0.05, turn_rate_rad_s: $search_rad_s}}
+  - {state: idle, when: {other: true}, command: {speed_m_s: 0.03, turn_rate_rad_s: -1.5}}
+  - {state: idle, command: {speed_m_s: 0.02, turn_rate_rad_s: 1.2}, next: {state: go, probability: 0.005}}
+";
+
+const CLASSES: &str = "\
+classes:
+  - {name: a}
+  - {name: b, count: 2}
+";
+
+const SORTING: &str = "\
+name: sorting
+words: {noun: sorting, swarm: a swarm that sorts itself, verb: [sort, sorts, sorted]}
+phases: [{key: sorted}, {key: mixed}]
+rules: [{phase: sorted, when: {segregated: {at_least: 0.4}, least_segregated: {at_least: 0.2}}}]
+otherwise: mixed
+";
+
+const SWEEP: &str = "\
+profile: profiles/flockbot.yaml
+controller: sort.yaml
+behaviour: sorting.yaml
+world: classes.yaml
+axes: {robots: [5, 6]}
+fixed: {placement_radius_m: 0.825, arena_m: 3, walls: clamp}
+harsher: none
+replicates: 16
+duration_s: 70
+seed: 7
+";
+
+fn write(folder: &Path, files: &[(&str, &str)]) {
+    for (name, text) in files {
+        std::fs::write(folder.join(name), text).expect("the folder is writable");
+    }
+}
+
+/// A sweep of such robots, and an experiment whose cell is from it.
+fn files(folder: &Path, more: &[(&str, &str)]) -> PathBuf {
+    write(
+        folder,
+        &[
+            ("sort.yaml", TABLE),
+            ("classes.yaml", CLASSES),
+            ("sorting.yaml", SORTING),
+            ("sweep.yaml", SWEEP),
+        ],
+    );
+    let path = repository().join("launch_configs/profiles/flockbot.yaml");
+    let text = std::fs::read_to_string(path).expect("it is shipped");
+    let sensing = text.find("sensing:").expect("it has a sensor");
+    let end = text.find("computation:").expect("it has a period");
+    let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
+    let changes = [(usual, "from: ../out"), (&text[sensing..end], SENSORS)];
+    experiment(folder, 70, &[&changes, more].concat())
+}
+
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = typed(folder, arguments);
+    assert_eq!(code(&output), 0, "{arguments:?}: {}{}", stdout(&output), stderr(&output));
+    stdout(&output)
+}
+
+#[test]
+fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    let file = files(here, &[]);
+    done(here, &["sweep", "sweep.yaml", "-o", "out"]);
+    let kept = std::fs::read_to_string(here.join("out/sweep.yaml")).expect("it is there");
+    assert!(kept.contains("name: b") && kept.contains("count: 2"), "{kept}");
+    done(here, &["choose", "out", "--confirm", "50", "-o", "out/choice.json"]);
+
+    let path = here.join("bag");
+    let output = run_in_lockstep(&file, &path);
+
+    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
+    let (bag, record) = record_of(&path);
+    let (robots, world) = (record.conditions.robots, &record.conditions.world);
+    assert_eq!(world.in_words(), "2 classes of robots");
+    assert_eq!(world.classes_of(robots)[..4], [0, 1, 0, 1]);
+    assert_digests_of_replicate(&bag, &record);
+    assert_commands_of_replicate(&bag, &record);
+    let labelled = typed(here, &["label", "bag", "--format", "json"]);
+    assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
+    let label = &json(&labelled)[0];
+    assert!(label["evidence"]["segregated"].is_f64(), "{label:#}");
+    assert!(done(here, &["replay", "bag", "--into", "controller"]).contains(" 0 different"));
+
+    let compare = ["compare", "out", "--bags", "bag", "--margin", "0.3", "--format", "json"];
+    let compared = json(&typed(here, &compare));
+    assert_eq!(compared["cells"][0]["real"]["sorted"], 1, "{compared:#}");
+}
+
+#[test]
+fn a_simulated_episode_has_the_label_of_its_bag_and_lids_in_the_colours_of_its_classes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    files(here, &[]);
+    done(here, &["sweep", "sweep.yaml", "-o", "out"]);
+    let episode = ["episode", "out", "--cell", "robots=6", "--replicate", "1", "-o", "run"];
+    let episode = done(here, &[&episode[..], &["--format", "json"]].concat());
+    let episode: serde_json::Value = serde_json::from_str(&episode).expect("it is JSON");
+
+    let labelled = json(&typed(here, &["label", "run", "--format", "json"]))[0].clone();
+    done(here, &["draw", "run", "-o", "run.svg"]);
+    done(here, &["film", "run", "-o", "run.gif", "--rate", "30", "--width", "120"]);
+
+    assert_eq!(labelled["evidence"], episode["evidence"], "the bag has what the simulator saw");
+    assert!(labelled["evidence"]["least_segregated"].is_f64(), "{labelled:#}");
+    let svg = std::fs::read_to_string(here.join("run.svg")).expect("it was drawn");
+    for (class, colour, robots) in [("a", "#56b4e9", 4), ("b", "#f0e442", 2)] {
+        let found = svg.matches(&format!("fill=\"{colour}\"")).count();
+        assert_eq!(found, robots + 1, "each robot of class {class}, and the legend");
+        assert!(svg.contains(&format!("robots of class {class}")));
+    }
+}
+
+#[test]
+fn classes_that_are_nobodys_and_sensors_of_no_classes_are_refused_with_their_cure() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    files(here, &[]);
+    let refused = |text: &str| {
+        write(here, &[("new.yaml", text)]);
+        let output = typed(here, &["sweep", "new.yaml", "-o", "new"]);
+        assert_ne!(code(&output), 0);
+        stderr(&output)
+    };
+
+    let text = refused(&SWEEP.replace("robots: [5, 6]", "robots: [5, 2]"));
+    let expected = "classes.yaml:3: classes with a `count` have 2 of the 2 robots, which leaves too few for 1 without one";
+    assert!(text.contains(expected) && text.contains("help: lower a `count`"), "{text}");
+    let without = SWEEP.replace("world: classes.yaml\n", "");
+    let text = refused(&without);
+    let expected = "controller.starts has class `b`, and no robot is of it";
+    assert!(
+        text.contains(expected) && text.contains("help: name a world with `classes:"),
+        "{text}"
+    );
+    let rows = TABLE.lines().filter(|line| !line.contains("idle"));
+    write(here, &[("sort.yaml", &rows.collect::<Vec<_>>().join("\n"))]);
+    let text = refused(&without);
+    let expected = "sensor `detection` detects robots of its own class, and there are none";
+    assert!(
+        text.contains(expected) && text.contains("help: name a world with `classes:"),
+        "{text}"
+    );
+    let plain = repository().join("launch_configs/profiles/flockbot.yaml");
+    std::fs::copy(plain, here.join("plain.yaml")).expect("it is shipped");
+    let text = refused(
+        &SWEEP
+            .replace("profiles/flockbot.yaml", "plain.yaml")
+            .replace("controller: sort.yaml\n", "")
+            .replace("world: classes.yaml\n", "")
+            .replace("fixed: {", "fixed: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, "),
+    );
+    assert!(text.contains("segregated is of classes of robots, and there are none"), "{text}");
+    assert!(text.contains("help: name a world that has some: `world: world.yaml`"), "{text}");
+}
+
+#[test]
+fn a_fleet_that_is_not_in_the_order_of_its_names_has_no_classes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let cell = "cell: {robots: 5, arena_m: 3}\ncontroller: ../sort.yaml\nworld: ../classes.yaml";
+    let swapped = [
+        ("from: ../out", cell),
+        ("  robot_1: {", "  robot_0: {"),
+        ("  robot_2: {", "  robot_1: {"),
+        ("  robot_0: {", "  robot_2: {"),
+    ];
+    let file = files(folder.path(), &swapped);
+
+    let mut command = confined_rsrs();
+    command.arg("run").arg(&file).args(["--interface", "127.0.0.1"]);
+    let output = command.output().expect("the program was built for this test");
+
+    assert!(!output.status.success(), "{}", stdout(&output));
+    let expected = "robots are dealt to 2 classes of robots in the order of the fleet, and robot_1 is listed \
+                    after robot_2";
+    let text = stderr(&output);
+    assert!(text.contains(expected) && text.contains("in the order of their names"), "{text}");
+}
