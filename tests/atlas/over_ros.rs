@@ -21,6 +21,8 @@ struct Entry {
     /// The sweep of it.
     sweep: &'static str,
     n_robots: usize,
+    /// How long each run is, in seconds: five times what is judged of it, or what all of a run may be judged from.
+    duration_s: &'static str,
     /// What stands in the place of a line of the sweep, by its key.
     lines: &'static [(&'static str, &'static str)],
     /// A world in the place of its own, called `small.yaml`.
@@ -31,14 +33,12 @@ struct Entry {
 /// That of the sweeps; a run with another one is compared with them.
 const SEED: u64 = 1;
 
-/// How long each run is, in seconds: five times what is judged of it.
-const DURATION: &str = "50";
-
-const ENTRIES: [Entry; 2] = [
+const ENTRIES: [Entry; 3] = [
     Entry {
         folder: "gauci_aggregation",
         sweep: "forty.yaml",
         n_robots: 10,
+        duration_s: "50",
         lines: &[
             ("fixed", "{robots: 10, arena_m: 40, walls: none}"),
             ("placement", "{kind: box_facing_any_way, width_m: 0.5, height_m: 0.5}"),
@@ -50,6 +50,7 @@ const ENTRIES: [Entry; 2] = [
         folder: "gauci_clustering",
         sweep: "trials.yaml",
         n_robots: 3,
+        duration_s: "50",
         lines: &[
             ("fixed", "{robots: 3, arena_m: 1, walls: clamp}"),
             ("placement", "{kind: box_facing_any_way, width_m: 0.9, height_m: 0.9}"),
@@ -57,6 +58,19 @@ const ENTRIES: [Entry; 2] = [
         ],
         world: Some("objects: [{count: 4, radius_m: 0.05}]\n"),
         n_objects: 4,
+    },
+    Entry {
+        folder: "mitrano_segregation",
+        sweep: "beam_angle.yaml",
+        n_robots: 8,
+        duration_s: "60",
+        lines: &[
+            ("axes", "{half_angle_rad: [0.3491]}"),
+            ("fixed", "{robots: 8, arena_m: 2, walls: clamp}"),
+            ("placement", "{kind: box_facing_any_way, width_m: 1.5, height_m: 1.5}"),
+        ],
+        world: None,
+        n_objects: 0,
     },
 ];
 
@@ -73,7 +87,8 @@ fn write_files(place: &Path, entry: &Entry) {
         fs::write(place.join(name), text).expect("the folder is writable");
     };
     let mut text = fs::read_to_string(place.join(entry.sweep)).expect("the entry has it");
-    for (key, value) in entry.lines.iter().chain(&[("replicates", "2"), ("duration_s", DURATION)]) {
+    let all = [("replicates", "2"), ("duration_s", entry.duration_s)];
+    for (key, value) in entry.lines.iter().chain(&all) {
         let before = format!("{key}: {}", value_of(&text, key));
         text = text.replace(&before, &format!("{key}: {value}"));
     }
@@ -97,9 +112,10 @@ fn write_files(place: &Path, entry: &Entry) {
         write(
             &format!("experiment_{seed}.yaml"),
             &format!(
-                "fleet: fleet.yaml\nfrom: out\nplacement: {}\nduration_s: {DURATION}\nseed: {seed}\nsimulator: \
+                "fleet: fleet.yaml\nfrom: out\nplacement: {}\nduration_s: {}\nseed: {seed}\nsimulator: \
                  {{time: lockstep, profile: measured}}\n",
                 value_of(&text, "placement"),
+                entry.duration_s,
             ),
         );
     }
