@@ -65,7 +65,7 @@ const ENTRIES: [Entry; 3] = [
         n_robots: 8,
         duration_s: "60",
         lines: &[
-            ("axes", "{half_angle_rad: [0.3491]}"),
+            ("axes", "{half_angle_rad: [0.2618]}"),
             ("fixed", "{robots: 8, arena_m: 2, walls: clamp}"),
             ("placement", "{kind: box_facing_any_way, width_m: 1.5, height_m: 1.5}"),
         ],
