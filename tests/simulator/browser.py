@@ -152,8 +152,8 @@ def check_copies(page):
     page.locator("#up").select_option("robots")
     settled(page, "document.getElementById('sweep').textContent.includes('cells: [{')")
     text = page.evaluate("document.getElementById('sweep').textContent")
-    assert "{placement_radius_m: 0.4, robots: 2.0}" in text, text
-    assert "{placement_radius_m: 0.4, robots: 22.0}" not in text, text
+    assert "{placement_radius_m: 0.4, robots: 2}" in text, text
+    assert "{placement_radius_m: 0.4, robots: 22}" not in text, text
     page.locator("#copy-sweep").click()
     settled(page, "document.getElementById('copied').textContent !== ''")
 
