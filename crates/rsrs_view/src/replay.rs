@@ -292,10 +292,13 @@ mod tests {
     }
 
     fn replay(every: usize) -> Replay {
-        let trajectory = two_robots();
+        of_two_robots(&two_robots(), &flockbot_conditions(), every)
+    }
+
+    fn of_two_robots(trajectory: &Trajectory, conditions: &Conditions, every: usize) -> Replay {
         Replay::of(&Shown {
-            trajectory: &trajectory,
-            conditions: &flockbot_conditions(),
+            trajectory,
+            conditions,
             robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
             samples: 0..5,
             every,
@@ -316,15 +319,7 @@ mod tests {
             trajectory.objects_m.extend([[0.0, 0.1 * f64::from(sample)], [0.0, 2.0]]);
         }
 
-        let replay = Replay::of(&Shown {
-            trajectory: &trajectory,
-            conditions: &conditions,
-            robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
-            samples: 0..5,
-            every: 2,
-            ring: None,
-            lost: Vec::new(),
-        });
+        let replay = of_two_robots(&trajectory, &conditions, 2);
 
         let world = replay.world.as_ref().unwrap();
         assert_eq!(world.radii_m, [0.1, 0.1]);
@@ -348,15 +343,7 @@ mod tests {
         conditions.robot.region = Region::Cone { half_angle_rad: 0.0, range_m: 20.0 };
         let trajectory = two_robots();
 
-        let replay = Replay::of(&Shown {
-            trajectory: &trajectory,
-            conditions: &conditions,
-            robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
-            samples: 0..5,
-            every: 2,
-            ring: None,
-            lost: Vec::new(),
-        });
+        let replay = of_two_robots(&trajectory, &conditions, 2);
 
         assert!(replay.half_side_m < 1.5, "{} m for robots 1 m apart", replay.half_side_m);
     }

@@ -18,3 +18,4 @@ mod support;
 mod swarms;
 mod swarmsim;
 mod tables;
+mod ternary;
