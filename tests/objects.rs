@@ -296,7 +296,7 @@ fn a_search_has_a_world_and_a_report_shows_it() {
     };
 
     let without = explore(&["--arena", "2.6"]);
-    let found = explore(&["--arena", "2.6", "--world", "things.yaml"]);
+    let found = explore(&["--arena", "2.6", "--world-file", "things.yaml"]);
     let report = typed(here, &["report", "out", "-o", "report.html"]);
 
     assert_eq!(code(&without), 1);

@@ -43,7 +43,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "forward")]
     controller: Option<PathBuf>,
     /// What is in the arena besides robots: a world's file.
-    #[arg(long, value_name = "FILE", requires = "arena")]
+    #[arg(long = "world-file", value_name = "FILE", requires = "arena")]
     world: Option<PathBuf>,
     /// Number of robots (default: that of `fleet.yaml` beside the profile, or 9).
     #[arg(long, value_name = "N")]
