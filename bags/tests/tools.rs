@@ -19,7 +19,7 @@ use rsrs_msgs::rcl_interfaces::{
     ParameterEvent, ParameterValue, SetParametersResult,
 };
 use rsrs_msgs::rosgraph_msgs::Clock;
-use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
+use rsrs_msgs::rsrs::{EStopLock, EStopLocks, Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::sensor_msgs::{CompressedImage, LaserScan, Range};
 use rsrs_msgs::std_msgs::{self, Bool, ColorRGBA, Header};
 use rsrs_msgs::tf2_msgs::TFMessage;
@@ -116,6 +116,8 @@ fn one_of_each(writer: &mut BagWriter) {
         RobotStatus,
         WorldDigest,
         Recorded,
+        EStopLock,
+        EStopLocks,
     );
 }
 

@@ -128,6 +128,7 @@ fn echo_of_topic<'a>(
         rcl_interfaces::Log,
         rcl_interfaces::ParameterEvent,
         rosgraph_msgs::Clock,
+        rsrs::EStopLocks,
         rsrs::Recorded,
         rsrs::RobotStatus,
         rsrs::RunLease,
