@@ -6,16 +6,10 @@ use rsrs_core::judge::phase::{Phase, Verdict, label};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_core::world::WorldFile;
+
+use crate::judge::FLOCKBOT;
 
 const PERIOD_S: f64 = 0.13;
-const FLOCKBOT: Bodies = Bodies {
-    radius_m: Some(0.075),
-    reach_m: Some(0.75),
-    arena_m: None,
-    world: WorldFile::NOTHING,
-    classes: Vec::new(),
-};
 
 /// Nine robots on a ring, each at a radius of its own that is a function of robot and time.
 fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory {

@@ -89,12 +89,12 @@ fn is_long() -> bool {
     std::env::var_os("RSRS_LONG_TESTS").is_some()
 }
 
-/// Errors of both kinds, in campaigns over a grid of what simulated and real robots do.
 /// For who runs the long test with `--nocapture`.
 fn say(line: &str) {
     writeln!(std::io::stdout(), "{line}").expect("somebody reads");
 }
 
+/// Errors of both kinds, in campaigns over a grid of what simulated and real robots do.
 #[test]
 fn either_verdict_is_wrong_in_at_most_5_of_100_campaigns_whatever_robots_do() {
     let (n_campaigns, shares, few): (u64, &[f64], &[u64]) = if is_long() {
@@ -191,6 +191,7 @@ fn what_is_not_known_of_simulated_robots_costs_few_runs() {
         assert!(mean <= most_runs, "{n_cells} cells, margin {margin}: {mean}");
     }
 }
+
 #[test]
 fn the_interval_of_kappa_covers_the_truth_in_95_of_100_campaigns() {
     // Two judges who agree on a share of the runs and else draw a phase each.

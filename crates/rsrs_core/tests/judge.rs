@@ -12,7 +12,7 @@ use rsrs_core::world::WorldFile;
 
 const PERIOD_S: f64 = 0.13;
 const SPEED_M_S: f64 = 0.15;
-const FLOCKBOT: Bodies = Bodies {
+pub const FLOCKBOT: Bodies = Bodies {
     radius_m: Some(0.075),
     reach_m: Some(0.75),
     arena_m: None,

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::phase::{self, Verdict};
+use rsrs_core::judge::phase::Verdict;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::profile::Sees;
 use rsrs_core::robot::region::Region;
@@ -12,7 +12,7 @@ use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 
-use crate::support::{HARSHER, PERFECT, flockbots};
+use crate::support::{HARSHER, PERFECT, flockbots, judged_by_reference};
 
 fn batch(unit: VectorUnit) -> Batch {
     Batch::on(unit).expect("an available unit")
@@ -40,12 +40,6 @@ fn strays(conditions: &Conditions, seed: u64, n_steps: u64) -> Vec<(VectorUnit, 
         }
     }
     strays
-}
-
-fn judged_by_reference(conditions: &Conditions, seed: Seed, duration_s: f64) -> Verdict {
-    let trajectory = run_episode(conditions, seed, duration_s).expect("the robots fit");
-    let rules = conditions.behaviour.rules();
-    phase::label_with(&trajectory, &conditions.bodies(), &rules).expect("long enough")
 }
 
 /// Every number to the bit, as `==` would take plus zero for minus zero.

@@ -2,19 +2,18 @@
 
 use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::phase;
 use rsrs_core::robot::controller::state_machine::{Row, StateMachine};
 use rsrs_core::robot::controller::{Command, Controller};
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::{Detects, Reading, SensorDetails};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::{RobotClass, WorldFile};
-use rsrs_sim::batch::{Batch, runs_in_lanes};
+use rsrs_sim::batch::runs_in_lanes;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::world::World;
 
-use crate::support::{HARSHER, PERFECT, flockbots};
+use crate::support::{HARSHER, PERFECT, assert_judged_alike, flockbots};
 
 const SEED: Seed = Seed { seed: 1, replicate: 0 };
 
@@ -138,15 +137,7 @@ fn sensors_of_classes_are_swept_in_the_reference_world_and_judged_alike() {
     let conditions = segregating();
     assert!(!runs_in_lanes(&conditions, 120.0));
 
-    let verdicts = Batch::new().judge(&conditions, 1, 0..3, 120.0).expect("they fit");
-
-    for (replicate, verdict) in (0..).zip(verdicts) {
-        let run = run_episode(&conditions, Seed { seed: 1, replicate }, 120.0).expect("they fit");
-        let rules = conditions.behaviour.rules();
-        let expected = phase::label_with(&run, &conditions.bodies(), &rules).expect("it is long");
-        assert_eq!(verdict.phase, expected.phase);
-        assert_eq!(verdict.evidence, expected.evidence);
-    }
+    assert_judged_alike(&conditions, 3);
 }
 
 #[test]
@@ -156,14 +147,7 @@ fn classes_that_no_sensor_tells_apart_are_judged_in_lanes_as_by_the_definition()
     conditions.behaviour = Behaviour::parse("sort.yaml", SORT).expect("it is one");
     assert!(runs_in_lanes(&conditions, 120.0));
 
-    let verdicts = Batch::new().judge(&conditions, 1, 0..20, 120.0).expect("they fit");
-
-    for (replicate, verdict) in (0..).zip(verdicts) {
-        let run = run_episode(&conditions, Seed { seed: 1, replicate }, 120.0).expect("they fit");
-        let rules = conditions.behaviour.rules();
-        let expected = phase::label_with(&run, &conditions.bodies(), &rules).expect("it is long");
-        assert_eq!(verdict.evidence, expected.evidence, "{replicate}");
-    }
+    assert_judged_alike(&conditions, 20);
 }
 
 #[test]

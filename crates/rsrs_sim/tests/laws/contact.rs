@@ -1,12 +1,11 @@
 //! The laws of contact: bodies that stop each other, push each other, or pass through each other.
 
-use crate::support::{Crowd, HARSHER, PERFECT, flockbots};
+use crate::support::{Crowd, HARSHER, PERFECT, assert_judged_alike, flockbots};
 use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
-use rsrs_core::judge::phase;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_sim::batch::{Batch, runs_in_lanes};
+use rsrs_sim::batch::runs_in_lanes;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::pushing::SLACK;
@@ -271,15 +270,7 @@ fn what_does_not_stop_is_left_to_the_reference_and_judged_alike() {
     for contact in [ContactModel::Push, ContactModel::None] {
         conditions.robot.contact = contact;
         assert!(!runs_in_lanes(&conditions, 120.0), "{contact:?}");
-        let verdicts = Batch::new().judge(&conditions, 1, 0..3, 120.0).expect("they fit");
-        for (replicate, verdict) in (0..).zip(verdicts) {
-            let run =
-                run_episode(&conditions, Seed { seed: 1, replicate }, 120.0).expect("they fit");
-            let rules = conditions.behaviour.rules();
-            let expected =
-                phase::label_with(&run, &conditions.bodies(), &rules).expect("it is long");
-            assert_eq!(verdict.phase, expected.phase);
-        }
+        assert_judged_alike(&conditions, 3);
         let digests = episode_digests(&conditions, SEED, 10.0).expect("they fit");
         assert_eq!(digests, episode_digests(&conditions, SEED, 10.0).expect("they fit"));
     }

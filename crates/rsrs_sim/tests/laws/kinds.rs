@@ -1,14 +1,13 @@
 //! Worlds with robots that have a profile of their own.
 
-use crate::support::{PERFECT, flockbots};
+use crate::support::{PERFECT, assert_judged_alike, flockbots};
 use rsrs_core::conditions::{Conditions, Placement, SimulatedRobot};
-use rsrs_core::judge::phase;
 use rsrs_core::robot::controller::{Command, decide};
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_sim::batch::{Batch, runs_in_lanes};
+use rsrs_sim::batch::runs_in_lanes;
 use rsrs_sim::draw::Seed;
-use rsrs_sim::episode::{episode_digests, run_episode};
+use rsrs_sim::episode::episode_digests;
 use rsrs_sim::world::World;
 
 const SEED: Seed = Seed { seed: 1, replicate: 0 };
@@ -129,14 +128,7 @@ fn robots_that_differ_are_judged_by_the_reference_and_not_in_lanes() {
     conditions = with_own(conditions, 2, |robot| robot.speed_gain.mean = 0.4);
     assert!(!runs_in_lanes(&conditions, 120.0));
 
-    let judged = Batch::new().judge(&conditions, 1, 0..2, 120.0).unwrap();
-
-    let rules = conditions.behaviour.rules();
-    for (replicate, verdict) in judged.iter().enumerate() {
-        let seed = Seed { seed: 1, replicate: replicate as u64 };
-        let run = run_episode(&conditions, seed, 120.0).unwrap();
-        assert_eq!(*verdict, phase::label_with(&run, &conditions.bodies(), &rules).unwrap());
-    }
+    assert_judged_alike(&conditions, 2);
 }
 
 #[test]

@@ -2,21 +2,20 @@
 
 use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::phase;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::{Detects, Reading, Readings, SensorDetails};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::{Goal, ObjectGroup, WorldFile};
-use rsrs_sim::batch::{Batch, runs_in_lanes};
+use rsrs_sim::batch::runs_in_lanes;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::pushing::SLACK;
 use rsrs_sim::world::World;
 use rsrs_testing::draw::Draw;
 
-use crate::support::{Crowd, HARSHER, PERFECT, flockbots};
+use crate::support::{Crowd, HARSHER, PERFECT, assert_judged_alike, flockbots};
 
 const SEED: Seed = Seed { seed: 1, replicate: 0 };
 const ROBOT_M: f64 = 0.075;
@@ -512,16 +511,9 @@ fn worlds_with_objects_are_swept_in_the_reference_world_and_judged_alike() {
     plain.world = conditions.world.clone();
     assert!(!runs_in_lanes(&plain, 120.0));
 
-    let verdicts = Batch::new().judge(&conditions, 1, 0..3, 120.0).expect("they fit");
-
-    for (replicate, verdict) in (0..).zip(verdicts) {
-        let run = run_episode(&conditions, Seed { seed: 1, replicate }, 120.0).expect("they fit");
-        let rules = conditions.behaviour.rules();
-        let expected = phase::label_with(&run, &conditions.bodies(), &rules).expect("it is long");
-        assert_eq!(verdict.phase, expected.phase);
-        assert_eq!(verdict.evidence, expected.evidence);
-        assert_eq!(run.objects_m.len(), 12 * run.n_samples());
-    }
+    assert_judged_alike(&conditions, 3);
+    let run = run_episode(&conditions, SEED, 10.0).expect("they fit");
+    assert_eq!(run.objects_m.len(), 12 * run.n_samples());
     let digests = episode_digests(&conditions, SEED, 10.0).expect("they fit");
     assert_eq!(digests, episode_digests(&conditions, SEED, 10.0).expect("they fit"));
 }
@@ -538,14 +530,7 @@ fn goals_are_judged_in_lanes_as_by_the_definition() {
     conditions.behaviour =
         Behaviour::parse("there.yaml", &text.replace("heap", "there")).expect("it is one");
 
-    let verdicts = Batch::new().judge(&conditions, 1, 0..20, 120.0).expect("they fit");
-
-    for (replicate, verdict) in (0..).zip(verdicts) {
-        let run = run_episode(&conditions, Seed { seed: 1, replicate }, 120.0).expect("they fit");
-        let rules = conditions.behaviour.rules();
-        let expected = phase::label_with(&run, &conditions.bodies(), &rules).expect("it is long");
-        assert_eq!(verdict.evidence, expected.evidence, "{replicate}");
-    }
+    assert_judged_alike(&conditions, 20);
 }
 
 /// The state of robots and objects in a crowd after 200 steps: it changes only when the world does.

@@ -4,7 +4,11 @@
 use std::sync::atomic::AtomicBool;
 
 use rsrs_core::conditions::{Conditions, GainDistribution};
+use rsrs_core::judge::phase::{self, Verdict};
 use rsrs_core::robot::controller::{Command, ControllerParameters};
+use rsrs_sim::batch::Batch;
+use rsrs_sim::draw::Seed;
+use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::{Runs, Swept, Watch, sweep};
 
 use rsrs_testing::conditions::flockbot_conditions;
@@ -39,6 +43,23 @@ pub fn flockbots(speed_m_s: f64, turn_rate_rad_s: f64, imperfection: &Imperfecti
 pub fn quietly(conditions: &[Conditions], runs: Runs) -> Swept {
     let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false) };
     sweep(conditions, runs, watch).expect("the robots fit and the runs are long enough")
+}
+
+/// What the judge says of a run in the reference world.
+pub fn judged_by_reference(conditions: &Conditions, seed: Seed, duration_s: f64) -> Verdict {
+    let trajectory = run_episode(conditions, seed, duration_s).expect("the robots fit");
+    let rules = conditions.behaviour.rules();
+    phase::label_with(&trajectory, &conditions.bodies(), &rules).expect("long enough")
+}
+
+/// Holds that runs of two minutes are judged, wherever they are simulated, as those of the reference are.
+pub fn assert_judged_alike(conditions: &Conditions, replicates: u64) {
+    let verdicts = Batch::new().judge(conditions, 1, 0..replicates, 120.0).expect("they fit");
+    assert_eq!(verdicts.len() as u64, replicates);
+    for (replicate, verdict) in (0..).zip(verdicts) {
+        let expected = judged_by_reference(conditions, Seed { seed: 1, replicate }, 120.0);
+        assert_eq!(verdict, expected, "{replicate}");
+    }
 }
 
 /// A crowd in which all robots drive anywhere, step by step.
