@@ -54,7 +54,7 @@ fn milling_is_found_from_nothing() {
 fn what_differs_is_found_and_has_names() {
     let place = tempfile::tempdir().expect("a temporary folder");
 
-    let found = explore(place.path(), "all", &[]);
+    let found = explore(place.path(), "all", &["--walls", "clamp"]);
 
     assert_eq!(code(&found), 0, "{}", stderr(&found));
     let found = json(&found);
@@ -62,10 +62,18 @@ fn what_differs_is_found_and_has_names() {
     let surely = |entry: &&Value| entry["share_low"].as_f64().is_some_and(|low| low > 0.5);
     let names: BTreeSet<&str> =
         entries.iter().filter(surely).filter_map(|entry| entry["name"].as_str()).collect();
-    for name in ["milling", "aggregation", "dispersal", "wall_following"] {
+    for name in
+        ["milling", "aggregation", "dispersal", "wall_following", "rotating_crowd", "no_order"]
+    {
         assert!(names.contains(name), "no {name} among {names:?}");
     }
     for entry in entries {
+        assert!(entry["share"].as_f64().is_some_and(|share| share >= 0.5), "{entry:#}");
+        assert_eq!(entry["brown_class"].is_null(), entry["name"] == "other", "{entry:#}");
+        let rotation = entry["order_parameters"]["rotation"].as_f64().expect("everybody has it");
+        let rotates = ["milling", "wall_following", "rotating_crowd"]
+            .contains(&entry["name"].as_str().expect("a name"));
+        assert!(!rotates || rotation >= 0.6, "{entry:#}");
         let is_judged = ["milling", "aggregation", "dispersal"]
             .contains(&entry["name"].as_str().expect("a name"));
         assert_eq!(entry["sweep"].is_string(), is_judged, "{entry:#}");
@@ -151,7 +159,7 @@ fn a_search_is_refused_where_it_makes_no_sense() {
         ("small", ["--controllers", "20"], 1, "is that of another search"),
         ("new", ["--controllers", "0"], 2, "expected a whole number from 1 to 1,000,000"),
         ("new", ["--robots", "0"], 1, "no robots, expected at least 1"),
-        ("new", ["--robots", "500"], 1, "do not fit"),
+        ("new", ["--arena", "0.3"], 1, "do not fit"),
         ("new", ["--duration", "20"], 1, "expected at least 60 s"),
         ("new", ["--arena", "-1"], 1, "arena_m is -1, expected a number from"),
     ] {
@@ -227,7 +235,7 @@ fn what_is_found_is_run_in_other_worlds_however_far_robots_see() {
         if let Some(sweep) = entry["sweep"].as_str() {
             let sweep = place.path().join("found").join(sweep);
             let text = std::fs::read_to_string(sweep).expect("it is there");
-            assert!(text.contains("placement_radius_m: 1.8"), "{text}");
+            assert!(text.contains("placement_radius_m: 0.825"), "{text}");
         }
     }
 }

@@ -423,7 +423,7 @@ def explore(
     behaviour: str | None = None,
     robots: int | None = None,
     arena_m: float | None = None,
-    walls: str = "clamp",
+    walls: str = "stop",
     forward: bool = False,
     controllers: int = 2000,
     replicates: int = 16,

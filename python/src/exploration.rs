@@ -86,7 +86,7 @@ const MOST_CONTROLLERS: usize = 1_000_000;
 /// robots
 ///     Number of robots; that of `fleet.yaml` beside the profile, or 9, if not given.
 /// arena_m
-///     Side of the square arena, in metres; six times a robot's reach if not given.
+///     Side of the square arena, in metres; 22 radii of a robot's body times the root of their number if not given.
 /// walls
 ///     What happens at its border: "none", "clamp" (robots slide along it) or "stop".
 /// forward
@@ -99,7 +99,7 @@ const MOST_CONTROLLERS: usize = 1_000_000;
 ///     Seed of the search and of its runs, below 2^63.
 #[pyfunction]
 #[pyo3(name = "explore")]
-#[pyo3(signature = (profile, output, *, behaviour=None, robots=None, arena_m=None, walls="clamp",
+#[pyo3(signature = (profile, output, *, behaviour=None, robots=None, arena_m=None, walls="stop",
                     forward=false, controllers=2000, replicates=16, duration_s=300.0,
                     seed=1, threads=None, progress=None))]
 pub fn explore_all(

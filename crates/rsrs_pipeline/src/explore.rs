@@ -12,6 +12,7 @@ mod settings;
 mod space;
 mod trial;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::conditions::Walls;
@@ -43,7 +44,7 @@ pub struct Options<'a> {
     pub world: Option<&'a WorldFile>,
     /// Number of robots; at least 1.
     pub robots: usize,
-    /// Side of the square arena, in metres; `None` is six times a robot's reach.
+    /// Side of the square arena, in metres; `None` is that of 500 squares of a body's radius for each robot.
     pub arena_m: Option<f64>,
     /// What happens at its border.
     pub walls: Walls,
@@ -118,10 +119,14 @@ pub struct ShownRun {
 /// A controller, and what a swarm that has it does.
 #[derive(Clone, Debug, Serialize)]
 pub struct FoundController {
-    /// What it is called: a behaviour, `wall_following`, or `other`.
+    /// What it is called: a behaviour, `wall_following`, `rotating_crowd`, `no_order`, or `other`.
     pub name: String,
+    /// The class of D. S. Brown et al. (DARS 2018) that it is, under their name; `None` for `other`.
+    pub brown_class: Option<&'static str>,
     /// What it looks like, in words.
     pub words: String,
+    /// The mean of each order parameter over the fresh runs that show it.
+    pub order_parameters: BTreeMap<&'static str, f64>,
     /// In fewer words.
     pub niche: Niche,
     /// The controller.

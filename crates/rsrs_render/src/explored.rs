@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::rule::Parameter;
 use rsrs_core::numerals::percent;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Controller;
@@ -29,6 +30,7 @@ pub fn text(explored: &Explored) -> Words {
     let mut words = Words::from(format!("{robot}: {n_controllers} controllers were tried"));
     for (number, found) in (1..).zip(found) {
         words = words.below(format!("\n{number:>3}. {}", line(found)));
+        words = words.below(format!("     {}", order_parameters(found)));
         words = words.below(format!("     {}", elsewhere(found)));
         for line in commands(found) {
             words = words.below(format!("     {line}"));
@@ -50,16 +52,39 @@ pub fn text(explored: &Explored) -> Words {
     words
 }
 
-/// `milling: 98 % of 200 runs (95 to 99 %); circling, within reach of each other`.
+/// `milling (cyclic pursuit)`, and what it looks like where it has no name.
+fn heading(found: &FoundController) -> String {
+    let FoundController { name, brown_class, words, .. } = found;
+    let name = name.replace('_', " ");
+    match brown_class.map(|class| class.replace('_', " ")) {
+        _ if name == "other" => words.clone(),
+        Some(class) if class != name => format!("{name} ({class})"),
+        _ => name,
+    }
+}
+
+/// `milling (cyclic pursuit): 98 % of 200 fresh runs (95 % interval 95 % to 99 %); circling, within ...`.
 fn line(found: &FoundController) -> String {
     let FoundController { name, words, share, share_low, share_high, n_replicates, .. } = found;
-    format!(
-        "{}: {} of {n_replicates} fresh runs (95 % interval {} to {}); {words}",
-        name.replace('_', " "),
+    let line = format!(
+        "{}: {} of {n_replicates} fresh runs (95 % interval {} to {})",
+        heading(found),
         percent(*share),
         percent(*share_low),
         percent(*share_high)
-    )
+    );
+    if name == "other" { line } else { format!("{line}; {words}") }
+}
+
+/// Those that tell most about what it looks like, on average over the runs that show it:
+/// `rotation 0.93, circliness 0.85, mean radius 0.71 m, clustered 0.22, blocked 0.01`.
+fn order_parameters(found: &FoundController) -> String {
+    let shown = ["rotation", "circliness", "mean_radius_m", "clustered", "blocked"];
+    let value = |key: &str| {
+        let value = Parameter::from_key(key)?.with_unit(*found.order_parameters.get(key)?);
+        Some(format!("{} {value}", key.trim_end_matches("_m").replace('_', " ")))
+    };
+    shown.into_iter().filter_map(value).collect::<Vec<_>>().join(", ")
 }
 
 /// `as measured 96 %; with robots that push each other 12 %, surely fewer`.
@@ -143,8 +168,8 @@ pub fn draw(explored: &Explored) -> anyhow::Result<()> {
             walls_m: has_walls.then_some(arena_m / 2.0),
             world: Some(&explored.world),
             classes: &classes,
-            title: format!("{number}: {}", found.name.replace('_', " ")),
-            subtitle: format!("{} of runs; {}", percent(found.share), found.words),
+            title: format!("{number}: {}", heading(found)),
+            subtitle: format!("{} of runs; {}", percent(found.share), order_parameters(found)),
             theme: Theme::Screen,
         })
         .collect();
@@ -168,7 +193,7 @@ pub fn draw(explored: &Explored) -> anyhow::Result<()> {
 
 /// Below a picture.
 fn caption(found: &FoundController, folder: &Path) -> Vec<String> {
-    let mut lines = vec![line(found), elsewhere(found)];
+    let mut lines = vec![line(found), order_parameters(found), elsewhere(found)];
     lines.extend(commands(found));
     lines.push(found.sweep.as_ref().map_or_else(no_sweep, |sweep| {
         let sweep = folder.join(sweep);

@@ -48,11 +48,11 @@ pub struct Arguments {
     /// Number of robots (default: that of `fleet.yaml` beside the profile, or 9).
     #[arg(long, value_name = "N")]
     robots: Option<usize>,
-    /// Side of the square arena, in metres (default: six times a robot's reach).
+    /// Side of the square arena, in metres (default: 22 radii of a robot's body times the root of their number).
     #[arg(long, value_name = "M")]
     arena: Option<f64>,
-    /// What happens at its border: `clamp` lets robots slide along it.
-    #[arg(long, value_enum, default_value = "clamp")]
+    /// What happens at its border: robots seldom slide along real walls, as with `clamp`.
+    #[arg(long, value_enum, default_value = "stop")]
     walls: WallKind,
     /// Search controllers that never drive backward only.
     #[arg(long)]

@@ -422,8 +422,12 @@ fn unlike_armed(
     }
     let armed = is_of_run && status.state == RobotState::Armed;
     (!armed).then(|| {
+        let reason = match status.stop_reason.as_str() {
+            "" => String::new(),
+            reason => format!(" ({reason})"),
+        };
         let found = format!(
-            "{} in epoch {}, expected armed in epoch {}",
+            "{} in epoch {}{reason}, expected armed in epoch {}",
             status.state, status.epoch, binding.epoch
         );
         (found, is_of_run && has_lapsed)

@@ -10,14 +10,13 @@ use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::numerals::percent;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::harsher::Harsher;
-use rsrs_core::statistics::share::Share;
 use rsrs_core::world::WorldSource;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::confirmation_seed;
 
 use super::folder::{CONTROLLER, Folder, PROFILE, WORLD};
-use super::trial::{self, Elsewhere, Laboratory, Name, Trial};
+use super::trial::{self, Elsewhere, Laboratory, Name, Shown, Trial};
 use super::{CONFIRM, Explored, FoundController, Options, ShownRun};
 use crate::files::write_file;
 
@@ -43,18 +42,24 @@ pub fn write(
     for trial in trials {
         confirmed.push(confirm(laboratory, trial, seed, options)?);
     }
+    // What fewer than half of the fresh runs show is nothing to go by, unless it was searched for.
+    confirmed
+        .retain(|it: &Confirmed| options.wanted.is_some() || it.shown.share.value() >= trial::MOST);
     // What has a name comes first, and of one name the surest.
     confirmed.sort_by(|one, other| {
-        one.trial.name.cmp(&other.trial.name).then(other.share.hits.cmp(&one.share.hits))
+        one.trial
+            .name
+            .cmp(&other.trial.name)
+            .then(other.shown.share.hits.cmp(&one.shown.share.hits))
     });
     confirmed.truncate(MOST);
     let folder = site.path.join(SWEEPS);
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("cannot make {}", folder.display()))?;
     let (mut found, mut runs) = (Vec::new(), Vec::new());
-    for (index, Confirmed { trial, share, shown }) in confirmed.into_iter().enumerate() {
+    for (index, Confirmed { trial, shown }) in confirmed.into_iter().enumerate() {
         let elsewhere = laboratory.elsewhere(&trial, seed, options)?;
-        let mut entry = describe(&trial, share, elsewhere);
+        let mut entry = describe(&trial, &shown, elsewhere);
         let mut phase = None;
         if let Name::Behaviour(behaviour) = trial.name {
             let name = format!("{:02}_{}.yaml", index + 1, trial.name.key());
@@ -64,7 +69,7 @@ pub fn write(
             entry.sweep = Some(sweep);
             phase = Some(behaviour.wanted());
         }
-        let seed = Seed { seed, replicate: shown.unwrap_or(0) };
+        let seed = Seed { seed, replicate: shown.first.unwrap_or(0) };
         let conditions = laboratory.judged_for(&trial)?;
         runs.push(ShownRun {
             trajectory: run_episode(&conditions, seed, options.duration_s)?,
@@ -90,9 +95,7 @@ pub fn write(
 /// A controller with what fresh runs show.
 struct Confirmed {
     trial: Trial,
-    share: Share,
-    /// The first of the fresh runs that shows it.
-    shown: Option<u64>,
+    shown: Shown,
 }
 
 /// Runs a controller on fresh seeds. One that does what it was called in less than half of them is
@@ -103,20 +106,23 @@ fn confirm(
     seed: u64,
     options: &Options,
 ) -> anyhow::Result<Confirmed> {
-    let (mut share, mut shown) = laboratory.confirm(&trial, (seed, CONFIRM), options)?;
-    if share.value() < trial::MOST && trial.name != Name::Other && options.wanted.is_none() {
+    let mut shown = laboratory.confirm(&trial, (seed, CONFIRM), options)?;
+    if shown.share.value() < trial::MOST && trial.name != Name::Other && options.wanted.is_none() {
         trial.name = Name::Other;
-        (share, shown) = laboratory.confirm(&trial, (seed, CONFIRM), options)?;
+        shown = laboratory.confirm(&trial, (seed, CONFIRM), options)?;
     }
-    Ok(Confirmed { trial, share, shown })
+    Ok(Confirmed { trial, shown })
 }
 
-fn describe(trial: &Trial, share: Share, elsewhere: Elsewhere) -> FoundController {
+fn describe(trial: &Trial, shown: &Shown, elsewhere: Elsewhere) -> FoundController {
     let Elsewhere { as_measured, contact, with_contact } = elsewhere;
+    let share = shown.share;
     let interval = share.interval();
     FoundController {
         name: trial.name.key().to_owned(),
+        brown_class: trial.name.brown_class(),
         words: trial.niche.in_words(),
+        order_parameters: shown.means.iter().map(|(it, mean)| (it.key(), *mean)).collect(),
         niche: trial.niche,
         controller: trial.controller.clone(),
         number: trial.number,
@@ -142,7 +148,7 @@ fn sweep_text(
     let (axes, mut values) = axes(laboratory, trial);
     values.push((Axis::Robots, options.robots as f64));
     values.push((Axis::Arena, laboratory.arena_m));
-    values.extend(laboratory.placement_m.map(|radius_m| (Axis::PlacementRadius, radius_m)));
+    values.push((Axis::PlacementRadius, laboratory.placement_m));
     let sweep = SweepFile {
         profile: format!("../{PROFILE}"),
         controller: laboratory

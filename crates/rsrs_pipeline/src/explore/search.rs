@@ -64,8 +64,8 @@ fn surest(tried: &Tried, wanted: Behaviour) -> anyhow::Result<Vec<Trial>> {
     for trial in nearest {
         let trial = Trial { name: Name::Behaviour(wanted), ..trial.clone() };
         let runs = (seed, RUNS_AGAIN);
-        let (share, _) = tried.laboratory.confirm(&trial, runs, tried.options)?;
-        shares.push((share.hits, trial));
+        let shown = tried.laboratory.confirm(&trial, runs, tried.options)?;
+        shares.push((shown.share.hits, trial));
     }
     shares.sort_by_key(|(hits, _)| Reverse(*hits));
     let mut surest: Vec<Trial> = Vec::new();

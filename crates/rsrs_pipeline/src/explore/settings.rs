@@ -28,6 +28,8 @@ pub struct Settings {
     pub arena_m: f64,
     /// What happens at its border.
     pub walls: Walls,
+    /// Radius of the disc in which robots start, in metres.
+    pub placement_radius_m: f64,
     /// Whether robots may drive backward.
     pub backward: bool,
     /// Runs of each controller.
@@ -50,6 +52,7 @@ impl Settings {
             robots: options.robots,
             arena_m: laboratory.arena_m,
             walls: options.walls,
+            placement_radius_m: laboratory.placement_m,
             backward: options.directions == Directions::Both,
             replicates: options.replicates,
             duration_s: options.duration_s,

@@ -3,15 +3,14 @@
 use rsrs_core::conditions::{Conditions, ConditionsError, Settings};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::rule::{Needs, Rules};
+use rsrs_core::judge::rule::{Needs, Parameter, Rules};
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_core::robot::region::Region;
 use rsrs_core::statistics::share::Share;
-use rsrs_sim::exploration::niche::{Extent, Motion, Niche, Rotation};
+use rsrs_sim::exploration::niche::{Clusters, Extent, Motion, Niche, Rotation};
 use rsrs_sim::exploration::space::{ControllerSpace, Point};
 use rsrs_sim::sweep::{ReplicateOutcome, Runs, Swept, Watch, check, sweep};
 use serde::{Deserialize, Serialize};
@@ -40,7 +39,13 @@ pub struct Trial {
     pub fitness: f64,
 }
 
-/// What people call what a swarm does.
+/// What people call what a swarm does. The first of these that most runs show counts, but that who goes along
+/// the walls is called so before anything else.
+///
+/// # Source
+///
+/// The classes of D. S. Brown et al., DARS 2018, who call cyclic pursuit what is [`Behaviour::MILLING`] here;
+/// the bounds are ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Name {
@@ -48,6 +53,10 @@ pub enum Name {
     Behaviour(Behaviour),
     /// Robots go along the walls.
     WallFollowing,
+    /// Headings circle the centroid of a crowd that is no ring.
+    RotatingCrowd,
+    /// Robots are about, alone and free.
+    NoOrder,
     /// Nothing that has a name.
     Other,
 }
@@ -58,10 +67,49 @@ impl Name {
         match self {
             Self::Behaviour(behaviour) => behaviour.key(),
             Self::WallFollowing => "wall_following",
+            Self::RotatingCrowd => "rotating_crowd",
+            Self::NoOrder => "no_order",
             Self::Other => "other",
         }
     }
+
+    /// The class of Brown et al. that it is, under their name.
+    pub fn brown_class(self) -> Option<&'static str> {
+        match self {
+            Self::Behaviour(Behaviour::MILLING) => Some("cyclic_pursuit"),
+            Self::Behaviour(Behaviour::AGGREGATION) => Some("aggregation"),
+            Self::Behaviour(Behaviour::DISPERSAL) => Some("dispersal"),
+            Self::Behaviour(_) | Self::Other => None,
+            Self::WallFollowing => Some("wall_following"),
+            Self::RotatingCrowd => Some("milling"),
+            Self::NoOrder => Some("random"),
+        }
+    }
+
+    /// Whether a run shows it; `None` for behaviours, which judge for themselves.
+    fn shown_in(self, niche: Niche, evidence: &OrderParameters) -> Option<bool> {
+        let goes_round = niche.motion == Motion::Free && niche.extent != Extent::AtWalls;
+        match self {
+            Self::Behaviour(_) | Self::Other => None,
+            Self::WallFollowing => Some(
+                niche.extent == Extent::AtWalls
+                    && niche.rotation == Rotation::Full
+                    && niche.motion == Motion::Free,
+            ),
+            Self::RotatingCrowd => {
+                Some(goes_round && evidence.rotation >= CROWD_ROTATES && evidence.circliness < RING)
+            }
+            Self::NoOrder => Some(
+                goes_round && niche.rotation == Rotation::None && niche.clusters == Clusters::Loose,
+            ),
+        }
+    }
 }
+
+/// A crowd rotates from this rotation on, ...
+const CROWD_ROTATES: f64 = 0.6;
+/// ... unless it is a ring, which is from this circliness on.
+const RING: f64 = 0.5;
 
 /// Where controllers are tried: the robots, made worse, in their arena.
 pub struct Laboratory {
@@ -71,22 +119,23 @@ pub struct Laboratory {
     pub space: Space,
     /// Side of the arena, in metres.
     pub arena_m: f64,
-    /// Radius of the disc in which robots start where it is not that of their range, in metres: they fit
-    /// into the arena, however far they see.
-    pub placement_m: Option<f64>,
+    /// Radius of the disc in which robots start, in metres.
+    pub placement_m: f64,
     measured: RobotProfile,
     simulated: RobotProfile,
     settings: Settings,
     runs: Runs,
 }
 
-/// Side of the arena over the reach of a robot: with room to disperse, and walls to meet.
-const ARENA_OVER_REACH: f64 = 6.0;
+/// Area of the arena for each robot, in squares of its radius: with room to disperse, and walls to meet, between
+/// the 333 of D. S. Brown et al. (DARS 2018) and the 730 of M. Gauci et al. (IJRR 2014).
+const ARENA_OVER_RADIUS_2: f64 = 500.0;
 
-/// Radius of the disc in which robots start over the side of the arena, at most: not at its walls ...
+/// Radius of the disc in which robots start, for the root of their number, over their own: the paper's Flockbots
+/// (`sec:micromacro`) start in a disc of 0.825 m.
+const PLACEMENT_OVER_RADIUS: f64 = 11.0 / 3.0;
+/// ... and over the side of the arena, at most: not at its walls.
 const PLACEMENT_OVER_ARENA: f64 = 0.4;
-/// ... and usually over their range.
-const PLACEMENT_OVER_RANGE: f64 = 1.1;
 
 /// Fresh runs of robots that do something else when they touch, which are simulated one at a time.
 const CONFIRM_CONTACT: u64 = 40;
@@ -102,6 +151,16 @@ pub struct Elsewhere {
     pub with_contact: Share,
 }
 
+/// Which of a controller's runs show what it was found for.
+pub struct Shown {
+    /// How many.
+    pub share: Share,
+    /// The number of the first of them.
+    pub first: Option<u64>,
+    /// The mean over them of each order parameter that all of them have.
+    pub means: Vec<(Parameter, f64)>,
+}
+
 /// A share of runs from which on a controller is called by what they show.
 pub const MOST: f64 = 0.5;
 
@@ -113,15 +172,18 @@ impl Laboratory {
     /// If the robots or the options make no world.
     pub fn new(measured: &RobotProfile, options: &Options) -> anyhow::Result<Self> {
         let simulated = Harsher::default().factors(measured).apply(measured)?;
-        let (region, reach_m) = (Region::of(&simulated.sensing), simulated.reach_m());
+        let across_m = simulated.body.radius_m * (options.robots.max(1) as f64).sqrt();
         let arena_m = options.arena_m.unwrap_or_else(|| {
-            // A side that a person would write.
-            (ARENA_OVER_REACH * reach_m * 10.0).round() / 10.0
+            // A side that a person would write, and in which there is room for the least of robots.
+            ((ARENA_OVER_RADIUS_2.sqrt() * across_m * 10.0).round() / 10.0).max(0.1)
         });
-        let most_m = PLACEMENT_OVER_ARENA * arena_m;
-        let placement_m = (PLACEMENT_OVER_RANGE * region.range_m() > most_m).then_some(most_m);
-        let mut values = vec![(Axis::Robots, options.robots as f64), (Axis::Arena, arena_m)];
-        values.extend(placement_m.map(|radius_m| (Axis::PlacementRadius, radius_m)));
+        let placement_m = (PLACEMENT_OVER_RADIUS * across_m).min(PLACEMENT_OVER_ARENA * arena_m);
+        let placement_m = (placement_m * 1e3).round() / 1e3;
+        let values = vec![
+            (Axis::Robots, options.robots as f64),
+            (Axis::Arena, arena_m),
+            (Axis::PlacementRadius, placement_m),
+        ];
         let settings = Settings {
             values,
             walls: options.walls,
@@ -236,7 +298,7 @@ impl Laboratory {
     ///
     /// # Returns
     ///
-    /// The runs that do, and the number of the first of them among the fresh ones.
+    /// How many of them do, and what those show.
     ///
     /// # Errors
     ///
@@ -246,7 +308,7 @@ impl Laboratory {
         trial: &Trial,
         fresh: (u64, u64),
         options: &Options,
-    ) -> anyhow::Result<(Share, Option<u64>)> {
+    ) -> anyhow::Result<Shown> {
         self.shown_by(&self.simulated, trial, fresh, options)
     }
 
@@ -269,7 +331,7 @@ impl Laboratory {
         let mut others = self.simulated.clone();
         (others.body.contact, others.body.contact_friction) = (contact, None);
         let shown_by = |robots, replicates| {
-            self.shown_by(robots, trial, (seed, replicates), options).map(|(share, _)| share)
+            self.shown_by(robots, trial, (seed, replicates), options).map(|shown| shown.share)
         };
         Ok(Elsewhere {
             as_measured: shown_by(&self.measured, CONFIRM)?,
@@ -284,18 +346,23 @@ impl Laboratory {
         trial: &Trial,
         (seed, replicates): (u64, u64),
         options: &Options,
-    ) -> anyhow::Result<(Share, Option<u64>)> {
+    ) -> anyhow::Result<Shown> {
         let conditions = self.judged_of(robots, trial)?;
         let runs = Runs { seed, replicates, ..self.runs };
         let swept = finished(sweep(std::slice::from_ref(&conditions), runs, unseen(options))?)?;
-        let shows = |outcome: &&ReplicateOutcome| match trial.name {
-            Name::Behaviour(behaviour) => outcome.phase == behaviour.wanted(),
-            Name::WallFollowing => follows_wall(Niche::of(&conditions, &outcome.evidence)),
-            Name::Other => Niche::of(&conditions, &outcome.evidence) == trial.niche,
+        let shows = |outcome: &&ReplicateOutcome| {
+            let niche = Niche::of(&conditions, &outcome.evidence);
+            match trial.name {
+                Name::Behaviour(behaviour) => outcome.phase == behaviour.wanted(),
+                name => name.shown_in(niche, &outcome.evidence).unwrap_or(niche == trial.niche),
+            }
         };
-        let hits = swept.outcomes.iter().filter(shows).count() as u64;
-        let first = swept.outcomes.iter().find(shows).map(|outcome| outcome.replicate);
-        Ok((Share { hits, n: replicates }, first))
+        let showing: Vec<&ReplicateOutcome> = swept.outcomes.iter().filter(shows).collect();
+        Ok(Shown {
+            share: Share { hits: showing.len() as u64, n: replicates },
+            first: showing.first().map(|outcome| outcome.replicate),
+            means: means(&showing),
+        })
     }
 
     /// The world of a controller, judged for what it was found to do.
@@ -349,23 +416,33 @@ fn name(conditions: &Conditions, outcomes: &[ReplicateOutcome]) -> Name {
         let shows = |outcome: &&ReplicateOutcome| rules.phase(&outcome.evidence) == rules.wanted;
         outcomes.iter().filter(shows).count() as f64 / outcomes.len() as f64
     };
-    let shown = Behaviour::all().find(|behaviour| share(&behaviour.rules()) > MOST);
-    let follows = outcomes
-        .iter()
-        .filter(|outcome| follows_wall(Niche::of(conditions, &outcome.evidence)))
-        .count() as f64;
+    let is_called = |name: &Name| {
+        let shows = |outcome: &&ReplicateOutcome| {
+            let niche = Niche::of(conditions, &outcome.evidence);
+            name.shown_in(niche, &outcome.evidence) == Some(true)
+        };
+        outcomes.iter().filter(shows).count() as f64 / outcomes.len() as f64 > MOST
+    };
     // Robots that go along the walls have no neighbours for most of the time, but they do more.
-    if follows / outcomes.len() as f64 > MOST {
+    if is_called(&Name::WallFollowing) {
         return Name::WallFollowing;
     }
-    shown.map_or(Name::Other, Name::Behaviour)
+    let behaviour = Behaviour::all().find(|behaviour| share(&behaviour.rules()) > MOST);
+    let other = || [Name::RotatingCrowd, Name::NoOrder].into_iter().find(is_called);
+    behaviour.map(Name::Behaviour).or_else(other).unwrap_or(Name::Other)
 }
 
-/// Whether robots go around along the walls.
-fn follows_wall(niche: Niche) -> bool {
-    niche.extent == Extent::AtWalls
-        && niche.rotation == Rotation::Full
-        && niche.motion == Motion::Free
+/// The mean over some runs of each order parameter that all of them have.
+fn means(outcomes: &[&ReplicateOutcome]) -> Vec<(Parameter, f64)> {
+    if outcomes.is_empty() {
+        return Vec::new();
+    }
+    let mean = |parameter: Parameter| {
+        let values: Option<Vec<f64>> =
+            outcomes.iter().map(|outcome| parameter.value(&outcome.evidence)).collect();
+        Some((parameter, values?.iter().sum::<f64>() / outcomes.len() as f64))
+    };
+    Parameter::all().filter_map(mean).collect()
 }
 
 /// How near runs are to a behaviour, from 0 to 1: half for the share of them that are in its wanted

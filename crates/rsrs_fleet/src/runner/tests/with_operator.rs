@@ -129,7 +129,9 @@ fn a_robot_whose_hardware_fails_in_the_countdown_ends_the_run() {
     bench.beat();
     bench.beat();
 
-    assert!(bench.problems()[0].starts_with("robot_2: did not arm: stopped"));
+    let problem = &bench.problems()[0];
+    assert!(problem.starts_with("robot_2: did not arm: stopped"), "{problem}");
+    assert!(problem.contains(" (armed for run of another, waiting for the start), "), "{problem}");
 }
 
 #[test]
