@@ -173,10 +173,12 @@ fn robots_that_mill_more_often_support_the_claim_in_most_campaigns() {
 
 #[test]
 fn what_is_not_known_of_simulated_robots_costs_few_runs() {
-    let n_campaigns = if is_long() { 1000 } else { 100 };
-    for (seed, n_cells, n_simulated, margin, most_runs) in
-        [(41, 1, 1000, 0.25, 28.0), (42, 1, 1000, 0.1, 170.0), (43, 9, 100, 0.1, 220.0)]
-    {
+    for (seed, n_cells, n_simulated, margin, most_runs, n_campaigns) in [
+        (41, 1, 1000, 0.25, 28.0, 100),
+        (42, 1, 1000, 0.1, 170.0, 100),
+        (43, 9, 100, 0.1, 220.0, 30),
+    ] {
+        let n_campaigns = if is_long() { 1000 } else { n_campaigns };
         let cells = vec![Truth { b_s: 0.87, b_r: 0.87 }; n_cells];
         let looks = Looks { cells: &cells, n_simulated, n_runs: 1000, margin };
         let mut random = ChaCha8Rng::seed_from_u64(seed);

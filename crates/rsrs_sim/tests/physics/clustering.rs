@@ -10,7 +10,7 @@ use rsrs_core::world::{ObjectGroup, WorldFile};
 use serde_json::json;
 
 use crate::support::perfect_flockbots;
-use crate::ternary::{RUNS, Wheels, assert_as_in_python, controller, ours, reading};
+use crate::ternary::{Wheels, assert_as_in_python, controller, n_runs, ours, reading};
 
 const WHEELS: Wheels = Wheels { most_m_s: 0.128, axle_m: 0.051 };
 const ROBOT_M: f64 = 0.037;
@@ -58,7 +58,7 @@ fn objects_are_clustered_as_in_another_world_that_shares_no_code() {
     let conditions = e_pucks();
     let commands = commands();
     let described = json!({
-        "robots": ROBOTS, "objects": OBJECTS, "runs": RUNS, "robot_m": ROBOT_M,
+        "robots": ROBOTS, "objects": OBJECTS, "runs": n_runs(), "robot_m": ROBOT_M,
         "object_m": OBJECT_M, "box_m": BOX_M, "side_m": SIDE_M, "period_s": PERIOD_S,
         "range_m": RANGE_M, "times_s": TIMES_S,
         "speeds_m_s": commands.map(|it| it.speed_m_s),

@@ -19,10 +19,7 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 
-use crate::support::{count, perfect_flockbots};
-
-/// With this variable set, there are so many runs that 5 points are no chance.
-const LONG: &str = "RSRS_LONG_TESTS";
+use crate::support::{count, or_if_long, perfect_flockbots};
 
 /// Greatest speed of a wheel in metres per second, distance of the wheels and radius of the body in metres,
 /// and control period in seconds.
@@ -147,9 +144,9 @@ fn assert_agree(what: &str, ours: &[u64], theirs: &[u64], runs: u64) {
 
 #[test]
 fn published_aggregation_is_that_of_an_independent_simulator() {
-    let is_long = std::env::var_os(LONG).is_some();
-    for (robots, runs, long_runs) in [(10, 200, 2000), (20, 60, 1000), (50, 8, 200)] {
-        let runs = if is_long { long_runs } else { runs };
+    // So many in the long test that 5 points are no chance.
+    for (robots, runs, long_runs) in [(10, 80, 2000), (20, 24, 1000), (50, 4, 200)] {
+        let runs = or_if_long(runs, long_runs);
         let conditions = e_pucks(robots, FAR_M, ContactModel::Push);
 
         let ours = ours(&conditions, runs, &TIMES_S);
@@ -162,7 +159,7 @@ fn published_aggregation_is_that_of_an_independent_simulator() {
 
 #[test]
 fn the_range_from_which_robots_gather_is_that_of_an_independent_simulator() {
-    let runs = if std::env::var_os(LONG).is_some() { 1000 } else { 60 };
+    let runs = or_if_long(20, 1000);
     for range_m in [0.5, 0.75, 1.0, 1.5, 2.0, 3.0] {
         let conditions = e_pucks(10, range_m, ContactModel::Push);
 

@@ -132,10 +132,10 @@ def judge(window, speed):
 
 
 def main():
-    runs = 400
     draw = np.random.default_rng(20261122)
     lines, wrong = [], 0
     for cell in json.load(open(sys.argv[1])):
+        runs = cell["runs_there"]
         phases = judge(simulate(draw, cell, runs), cell["speed"])
         for phase in PHASES:
             here, there = (phases == phase).mean(), cell["counts"][phase] / cell["runs"]

@@ -14,10 +14,13 @@ use serde_json::{Map, Value, json};
 use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::python;
 
+use crate::support::or_if_long;
+
 /// Speed in m/s and turning rate in rad/s: mills, borders of mills, and what is none.
 const CELLS: [(f64, f64); 6] =
     [(0.15, 0.75), (0.05, 0.25), (0.30, 0.50), (0.20, 1.25), (0.10, 2.0), (0.25, 0.75)];
 
+/// Runs of ours, which take little.
 const REPLICATES: u64 = 2000;
 
 /// The Flockbot made worse, and as measured: standard deviation of the gains, detections where
@@ -43,6 +46,7 @@ fn another_world_and_another_judge_find_the_same_phases() {
                 "speed": speed, "turn": turn, "gain_mean": gain.mean, "gain_sd": gain_sd,
                 "true_positive": true_positive, "false_positive": false_positive,
                 "runs": REPLICATES,
+                "runs_there": or_if_long(120, 400),
             });
             cells.push(described.as_object().expect("it is one").clone());
         }

@@ -11,7 +11,7 @@ use rsrs_core::world::{RobotClass, WorldFile};
 use serde_json::json;
 
 use crate::support::perfect_flockbots;
-use crate::ternary::{RUNS, Wheels, assert_as_in_python, controller, ours, reading};
+use crate::ternary::{Wheels, assert_as_in_python, controller, n_runs, ours, reading};
 
 const WHEELS: Wheels = Wheels { most_m_s: 0.2, axle_m: 0.14 };
 const ROBOT_M: f64 = 0.085;
@@ -62,7 +62,7 @@ fn classes_segregate_as_in_another_world_that_shares_no_code() {
     let conditions = foot_bots();
     let commands = commands();
     let described = json!({
-        "robots": ROBOTS, "classes": CLASSES, "runs": RUNS, "robot_m": ROBOT_M, "box_m": BOX_M,
+        "robots": ROBOTS, "classes": CLASSES, "runs": n_runs(), "robot_m": ROBOT_M, "box_m": BOX_M,
         "side_m": SIDE_M, "period_s": PERIOD_S, "half_angle_rad": HALF_ANGLE_RAD,
         "range_m": RANGE_M, "apart_m": APART_M, "times_s": TIMES_S,
         "speeds_m_s": commands.map(|it| it.speed_m_s),

@@ -13,7 +13,13 @@ use rsrs_sim::episode::run_episode;
 use rsrs_testing::python;
 use serde_json::Value;
 
-pub const RUNS: u64 = 40;
+use crate::support::or_if_long;
+
+/// Runs here, and in Python.
+pub fn n_runs() -> u64 {
+    or_if_long(16, 100)
+}
+
 /// By how much two means may differ besides chance.
 const POINTS: f64 = 0.02;
 
@@ -65,7 +71,7 @@ pub fn controller(
     })
 }
 
-/// Mean and standard error of an order parameter at each time, over [`RUNS`].
+/// Mean and standard error of an order parameter at each time, over [`n_runs`].
 pub fn ours(conditions: &Conditions, key: &str, times_s: [f64; 4]) -> Vec<(f64, f64)> {
     let parameter = Parameter::from_key(key).expect("it is in the table");
     let (bodies, period_s) = (conditions.bodies(), conditions.period_s);
@@ -77,8 +83,8 @@ pub fn ours(conditions: &Conditions, key: &str, times_s: [f64; 4]) -> Vec<(f64, 
             parameter.of(&OrderParameters::with(&run, sample..sample + 1, &bodies, &[parameter]))
         })
     };
-    let runs: Vec<[f64; 4]> = (0..RUNS).map(of_run).collect();
-    let n = RUNS as f64;
+    let runs: Vec<[f64; 4]> = (0..n_runs()).map(of_run).collect();
+    let n = n_runs() as f64;
     (0..times_s.len())
         .map(|time| {
             let mean = runs.iter().map(|run| run[time]).sum::<f64>() / n;
