@@ -46,6 +46,7 @@ mod pages;
 mod pipeline;
 mod placing;
 mod pose_sources;
+mod predictors;
 mod processes;
 mod protocol;
 mod recorded;

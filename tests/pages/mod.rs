@@ -38,7 +38,17 @@ pub const REASONS: [(&str, &[&str]); 7] = [
     ("as-root", &["systemctl ", "ip link ", "nft "]),
     ("installs", &["cargo install ", "pip install ", "rustup target "]),
     ("on-a-cluster", &["SBATCH", "rsrs merge "]),
-    ("takes-long", &["cargo run ", "cargo test ", "reproduce.py", "mujoco/run.sh", ".ci/atlas "]),
+    (
+        "takes-long",
+        &[
+            "cargo run ",
+            "cargo test ",
+            "reproduce.py",
+            "mujoco/run.sh",
+            "floors/compare.py",
+            ".ci/atlas ",
+        ],
+    ),
     ("publishes", &["twine upload ", "cargo publish ", "podman build "]),
 ];
 
