@@ -142,7 +142,7 @@ def predict(programs, floor, folder):
         "widening": pseudo["widening"],
         "n_drives": validation["n_trials"],
         "n_drives_within_reach": validation["n_inside"],
-        "is_within_reach": validation["is_contained"],
+        "p_value": validation["p_value"],
     }
 
 

@@ -72,10 +72,9 @@ def tables(results):
         "|---|---|---|---|",
     ]
     for floor in results["floors"]:
-        is_so = "is harsher" if floor["is_within_reach"] else "is not harsher"
         lines.append(
             f"| {floor['name']} | {floor['cells'][0]['n_runs']} | {floor['n_simulated']} "
-            f"| {floor['n_drives_within_reach']} of {floor['n_drives']}: the simulated robot {is_so} |"
+            f"| {floor['n_drives_within_reach']} of {floor['n_drives']}, p = {floor['p_value']:.2f} |"
         )
     lines += [
         "",
