@@ -1,6 +1,6 @@
 """Judges controllers that others have labelled by eye, as they move in those others' own simulator.
 
-Connor-Mattson/RobotSwarmSimulator has 121 genomes in `data/diffdrivegenomes`, each labelled with one of the six
+Connor-Mattson/RobotSwarmSimulator has 124 genomes in `data/diffdrivegenomes`, each labelled with one of the six
 classes of D. S. Brown et al. (DARS 2018). Every one runs twice, with 30 robots, in the simulator of that repository
 (`novel_swarms`), and `rsrs.judge` labels what their robots did for aggregation and for dispersal:
 

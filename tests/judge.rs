@@ -133,3 +133,33 @@ fn a_tracker_leaves_at_least_98_of_100_settled_labels_as_they_are() {
         }
     }
 }
+
+/// Rows of the table of `docs/judge_by_eye.md` about the labels of others, from the phases of their runs.
+#[test]
+fn what_the_judges_say_of_the_labels_of_others_is_counted() {
+    let page = crate::pages::text_of("docs/judge_by_eye.md");
+    let found = crate::pages::text_of("docs/judge_by_others.csv");
+    let rows: Vec<Vec<&str>> =
+        found.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    assert!(rows.len() > 1000, "{} rows", rows.len());
+
+    for label in ["aggregation", "dispersal", "cyclic", "milling", "wall-following", "random"] {
+        let count = |ticks: &str, behaviour: &str, reach_m: &str, phase: Option<&str>| {
+            let is_one = |row: &&Vec<&str>| {
+                (row[0], row[3], row[4], row[5]) == (label, ticks, behaviour, reach_m)
+                    && phase.is_none_or(|phase| row[6] == phase)
+            };
+            rows.iter().filter(is_one).count()
+        };
+        let gathered = |ticks| count(ticks, "aggregation", "0.75", Some("aggregated"));
+        let runs = count("1200", "aggregation", "0.75", None);
+        let mut cells = vec![label.to_owned(), runs.to_string(), gathered("1200").to_string()];
+        let long = count("3600", "aggregation", "0.75", None);
+        cells.push(if long == 0 { String::new() } else { gathered("3600").to_string() });
+        for reach_m in ["0.2", "0.3", "0.4", "0.5", "0.75"] {
+            cells.push(count("1200", "dispersal", reach_m, Some("spread_out")).to_string());
+        }
+        let row = format!("| {} |", cells.join(" | ")).replace("|  |", "| |");
+        assert!(page.contains(&row), "the page lacks {row}");
+    }
+}
