@@ -18,6 +18,7 @@ import itertools
 import json
 import os
 import platform
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -87,6 +88,8 @@ def measure(programs, floor, folder):
 
     if (folder / "profile.yaml").exists():
         return
+    # What an interrupted call left.
+    shutil.rmtree(folder / "trials", ignore_errors=True)
     programs.rsrs(
         folder,
         f"measure plan --quiet --robots {MEASURED_ROBOTS} --speed 0.05,0.25 --commands 3 --track 1 --precision 0.05 "

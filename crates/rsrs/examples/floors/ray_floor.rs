@@ -1,9 +1,9 @@
 //! A floor that shares nothing with the simulator, not even its controller or its draws.
 //!
-//! Bodies are solid, and push each other. Wheels are driven by motors with inertia, that lag, are limited in what
-//! they give, and lose some of it to friction. A sensor casts rays, of which each ends at the first body. What goes wrong lasts:
-//! a wheel slips for a while, a sensor is blind or sees ghosts for a while, and each robot decides by a clock of
-//! its own, that jitters. Time goes on in steps of 5 ms, in double precision.
+//! Bodies are solid, and push each other. Wheels are driven by motors that lag, are limited in what they give, and
+//! lose some of it to friction. A sensor casts rays, of which each ends at the first body. What goes wrong lasts: a
+//! wheel slips for a while, and a sensor is blind or sees ghosts for a while. Each robot decides by a clock of its
+//! own, which jitters. Time goes on in steps of 5 ms, in double precision.
 //!
 //! All numbers were chosen before anything was run on it.
 
