@@ -132,7 +132,7 @@ impl Niche {
         };
         let motion = match self.motion {
             Motion::Free => "",
-            Motion::Blocked => ", blocking each other",
+            Motion::Blocked => ", blocked for much of the time",
         };
         format!("{rotation}, {extent}{clusters}{motion}")
     }
