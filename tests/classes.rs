@@ -133,6 +133,7 @@ fn a_simulated_episode_has_the_label_of_its_bag_and_lids_in_the_colours_of_its_c
     let labelled = json(&typed(here, &["label", "run", "--format", "json"]))[0].clone();
     done(here, &["draw", "run", "-o", "run.svg"]);
     done(here, &["film", "run", "-o", "run.gif", "--rate", "30", "--width", "120"]);
+    done(here, &["report", "out", "-o", "report.html"]);
 
     assert_eq!(labelled["evidence"], episode["evidence"], "the bag has what the simulator saw");
     assert!(labelled["evidence"]["least_segregated"].is_f64(), "{labelled:#}");
@@ -142,6 +143,11 @@ fn a_simulated_episode_has_the_label_of_its_bag_and_lids_in_the_colours_of_its_c
         assert_eq!(found, robots + 1, "each robot of class {class}, and the legend");
         assert!(svg.contains(&format!("robots of class {class}")));
     }
+    let html = std::fs::read_to_string(here.join("report.html")).expect("it is written");
+    assert!(
+        html.contains(r##""names":["a","b"],"lids":["#56b4e9","#f0e442"]"##),
+        "in replays, too"
+    );
 }
 
 #[test]

@@ -203,6 +203,28 @@ fn a_world_goes_from_the_sweep_to_a_labelled_and_drawn_episode() {
 }
 
 #[test]
+fn the_only_cell_of_a_sweep_needs_no_name_and_its_only_run_does_not_settle_anything() {
+    let folder = swept();
+    let here = folder.path();
+    let single = SWEEP.replace("robots: [3, 4]", "robots: [3]");
+    let single = single.replace("replicates: 4", "replicates: 1").replace(": 70", ": 120");
+    write(here, &[("single.yaml", &single)]);
+    let swept = typed(here, &["sweep", "single.yaml", "-o", "single"]);
+
+    let only = ["episode", "single", "--replicate", "0", "-o", "only", "--format", "json"];
+    let only = typed(here, &only);
+    let of_two = typed(here, &["episode", "out", "--replicate", "0", "-o", "of_two"]);
+
+    assert_eq!((code(&swept), code(&only)), (0, 0), "{}{}", stderr(&swept), stderr(&only));
+    assert_eq!(json(&only)["cell"]["robots"], 3.0);
+    assert!(json(&only)["settling"].is_null(), "{}", stdout(&only));
+    let svg = std::fs::read_to_string(here.join("single/diagram.svg")).expect("it was drawn");
+    assert!(svg.contains("objects"), "what is in the world is stated: {svg}");
+    assert_eq!(code(&of_two), 1);
+    assert!(stderr(&of_two).contains("no cell is named"), "{}", stderr(&of_two));
+}
+
+#[test]
 fn another_world_is_another_sweep() {
     let folder = swept();
     let here = folder.path();
@@ -279,16 +301,59 @@ fn a_file_that_a_sweep_names_and_that_is_not_there_is_named_with_its_key() {
 }
 
 #[test]
-fn a_search_has_a_world_and_a_report_shows_it() {
+fn a_file_that_an_experiment_names_and_that_is_not_there_is_named_with_its_key() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = files(folder.path(), "virtual");
+    let text = std::fs::read_to_string(&file).expect("it was written");
+
+    for (key, name) in
+        [("controller", "push.yaml"), ("behaviour", "heap.yaml"), ("world", "things.yaml")]
+    {
+        std::fs::write(&file, text.replace(name, "nowhere.yaml")).expect("the folder is writable");
+        let path = file.to_str().expect("the path is text");
+        let output = typed(folder.path(), &["run", path, "-o", "bag"]);
+
+        assert_eq!(code(&output), 1, "{}", stdout(&output));
+        let expected = format!("the file that `{key}` names cannot be read\n");
+        let text = stderr(&output);
+        assert!(text.contains(&expected) && text.contains("nowhere.yaml"), "{text}");
+    }
+}
+
+#[test]
+fn a_search_that_finds_nothing_does_not_say_that_it_did() {
     let folder = swept();
-    let here = folder.path();
+    let never = CLUSTERS.replace("{at_least: 0.5}", "{at_least: 1}");
+    write(folder.path(), &[("never.yaml", &never)]);
+    let asked = ["explore", "robots.yaml", "--controller", "numbered.yaml", "-o", "gallery"];
+    let few = ["--controllers", "4", "--replicates", "2", "--duration", "60", "--robots", "3"];
+    let world = ["--behaviour", "never.yaml", "--arena", "2.6", "--world-file", "things.yaml"];
+    write(folder.path(), &[("numbered.yaml", &numbered())]);
+
+    let output = typed(folder.path(), &[&asked[..], &few, &world].concat());
+
+    assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
+    let text = stdout(&output);
+    assert!(text.contains("nearest to heaping: 0.0 % of 200 fresh runs"), "{text}");
+    assert!(text.contains("next: the same command with `--controllers 20`"), "{text}");
+    let page = std::fs::read_to_string(folder.path().join("gallery/gallery.html"));
+    assert!(page.expect("it is written").contains("nearest to heaping"));
+}
+
+/// The table with a number to search.
+fn numbered() -> String {
     let numbered = TABLE.replace(
         "speed_m_s: 0.2, turn_rate_rad_s: 0.0",
         "speed_m_s: $push_m_s, turn_rate_rad_s: 0.0",
     );
-    let numbered =
-        format!("numbers: {{push_m_s: {{value: 0.2, from: 0.05, to: 0.25}}}}\n{numbered}");
-    write(here, &[("numbered.yaml", &numbered)]);
+    format!("numbers: {{push_m_s: {{value: 0.2, from: 0.05, to: 0.25}}}}\n{numbered}")
+}
+
+#[test]
+fn a_search_has_a_world_and_a_report_shows_it() {
+    let folder = swept();
+    let here = folder.path();
+    write(here, &[("numbered.yaml", &numbered())]);
     let explore = |more: &[&str]| {
         let asked = ["explore", "robots.yaml", "--controller", "numbered.yaml", "-o", "gallery"];
         let few = ["--controllers", "6", "--replicates", "2", "--duration", "60", "--robots", "3"];

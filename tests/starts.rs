@@ -248,7 +248,7 @@ fn whether_cells_are_settled_is_reported_by_sweep_choose_and_episode() {
     assert_eq!(code(&episode), 0, "{}", stderr(&episode));
     let printed = stdout(&episode);
     assert!(
-        printed.contains("of 200 runs change their phase in the last third, after 400 s"),
+        printed.contains("of 50 runs change their phase in the last third, after 400 s"),
         "{printed}"
     );
 }

@@ -215,6 +215,13 @@ fn what_is_written_wrong_is_refused_with_its_line_and_a_cure() {
             "",
         ),
         (
+            "numbers:\n  turn_rad_s: {value: .nan, from: 0, to: 2}\nrows:\n  - {command: {speed_m_s: 0, \
+             turn_rate_rad_s: $turn_rad_s}}\n"
+                .to_owned(),
+            "controller.yaml:2: `turn_rad_s.value` is NaN, expected a number from 0 to 2",
+            "",
+        ),
+        (
             "rows:\n  - {command: {speed_m_s: 0.4, turn_rate_rad_s: 1}}\n".to_owned(),
             "controller.yaml:2: speed_m_s is 0.4, beyond the robots' limits: expected 0.02 to 0.3 m/s",
             "`actuation.speed.limits_m_s`",

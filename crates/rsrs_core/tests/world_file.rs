@@ -125,7 +125,7 @@ fn a_world_that_cannot_be_is_refused_with_line_reason_and_cure() {
         (
             "count: 12",
             "count: 2000",
-            "world.yaml:2: 2000 objects of radius 0.05 m do not fit into the arena of 3 m: at most \
+            "world.yaml:2: 2,000 objects of radius 0.05 m do not fit into the arena of 3 m: at most \
              1039 ever do",
             "take fewer or smaller ones, or widen `arena_m`",
         ),

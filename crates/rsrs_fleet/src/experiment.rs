@@ -221,6 +221,9 @@ impl Help for ExperimentError {
             Self::Cell { source: CellRefused::Capability { .. }, .. } => {
                 Some("put capabilities into the robots' profile and sweep them there".to_owned())
             }
+            Self::Cell { source: CellRefused::Missing { axis }, .. } => {
+                Some(format!("give it in `cell`, as `{axis}: …`, or have the cell `from:` a sweep"))
+            }
             Self::Cell { .. } | Self::OutOfRange { .. } | Self::Record { .. } => None,
         }
     }

@@ -142,9 +142,9 @@ fn drift(choice: &Choice, axis: Axis, margin: Margin) -> String {
     let edges = format!("; edge of the sweep: nothing was swept {}", ends.join(" and "));
     let edges = if ends.is_empty() { "" } else { &edges };
     if low != 0.0 || high != 0.0 {
-        let (unit, low) =
-            (axis.unit(), if low == 0.0 { "0".to_owned() } else { format!("-{low}") });
-        return format!("  {axis} may drift by {low} to +{high} {unit}{edges}");
+        let low = if low == 0.0 { "0".to_owned() } else { format!("-{low}") };
+        let drift = format!("{low} to +{high} {}", axis.unit());
+        return format!("  {axis} may drift by {}{edges}", drift.trim_end());
     }
     let way = match (edge.low, edge.high) {
         (false, false) => {
@@ -217,7 +217,7 @@ pub fn as_measured(choice: &Choice) -> Option<String> {
         "as measured, not made worse, it {} in {} of {} ({})",
         choice.behaviour().verb().does,
         percent(measured.share),
-        measured.n_replicates,
+        count(measured.n_replicates),
         percents(measured.low, measured.high)
     );
     let warning = ": being worse helps here, so expect less of it on the floor than simulated";

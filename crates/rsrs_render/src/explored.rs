@@ -30,8 +30,9 @@ pub fn text(explored: &Explored) -> Words {
     let mut words = Words::from(format!("{robot}: {n_controllers} controllers were tried"));
     for (number, found) in (1..).zip(found) {
         words = words.below(format!("\n{number:>3}. {}", line(found)));
-        words = words.below(format!("     {}", order_parameters(found)));
-        words = words.below(format!("     {}", elsewhere(found)));
+        for line in [order_parameters(found), elsewhere(found)].iter().filter(|it| !it.is_empty()) {
+            words = words.below(format!("     {line}"));
+        }
         for line in commands(found) {
             words = words.below(format!("     {line}"));
         }
@@ -39,10 +40,17 @@ pub fn text(explored: &Explored) -> Words {
         words = words.below(format!("     {}", sweep.unwrap_or_else(no_sweep)));
     }
     if let Some(wanted) = wanted.filter(|_| !explored.is_found()) {
+        let wanted = wanted.key().replace('_', " ");
         let none = format!("no controller surely leads to {wanted}");
         words = words.below("\n").then_toned(Tone::Bad, none).then(" in half of its runs");
     }
     words = words.below(format!("\npictures: {}", folder.join("gallery.html").display()));
+    if wanted.is_some() && found.iter().all(|found| found.share <= 0.0) {
+        let more = 5 * n_controllers;
+        return words.below(format!(
+            "next: the same command with `--controllers {more}`, which goes on from here"
+        ));
+    }
     if let Some(first) = found.iter().find_map(|found| found.sweep.as_ref()) {
         let sweep = folder.join(first);
         let results = results_of(&sweep);
@@ -52,10 +60,14 @@ pub fn text(explored: &Explored) -> Words {
     words
 }
 
-/// `milling (cyclic pursuit)`, and what it looks like where it has no name.
+/// `milling (cyclic pursuit)`, and what it looks like where it has no name; what it comes nearest to, where none of its
+/// runs shows that.
 fn heading(found: &FoundController) -> String {
     let FoundController { name, brown_class, words, .. } = found;
     let name = name.replace('_', " ");
+    if found.share <= 0.0 {
+        return format!("nearest to {name}");
+    }
     match brown_class.map(|class| class.replace('_', " ")) {
         _ if name == "other" => words.clone(),
         Some(class) if class != name => format!("{name} ({class})"),
@@ -85,6 +97,12 @@ fn order_parameters(found: &FoundController) -> String {
         Some(format!("{} {value}", key.trim_end_matches("_m").replace('_', " ")))
     };
     shown.into_iter().filter_map(value).collect::<Vec<_>>().join(", ")
+}
+
+/// Its order parameters; in words, where no run shows it.
+fn looks(found: &FoundController) -> String {
+    let numbers = order_parameters(found);
+    if numbers.is_empty() { found.words.clone() } else { numbers }
 }
 
 /// `as measured 96 %; with robots that push each other 12 %, surely fewer`.
@@ -169,7 +187,7 @@ pub fn draw(explored: &Explored) -> anyhow::Result<()> {
             world: Some(&explored.world),
             classes: &classes,
             title: format!("{number}: {}", heading(found)),
-            subtitle: format!("{} of runs; {}", percent(found.share), order_parameters(found)),
+            subtitle: format!("{} of runs; {}", percent(found.share), looks(found)),
             theme: Theme::Screen,
         })
         .collect();
@@ -194,6 +212,7 @@ pub fn draw(explored: &Explored) -> anyhow::Result<()> {
 /// Below a picture.
 fn caption(found: &FoundController, folder: &Path) -> Vec<String> {
     let mut lines = vec![line(found), order_parameters(found), elsewhere(found)];
+    lines.retain(|line| !line.is_empty());
     lines.extend(commands(found));
     lines.push(found.sweep.as_ref().map_or_else(no_sweep, |sweep| {
         let sweep = folder.join(sweep);

@@ -442,6 +442,9 @@ fn subtitle(
         Some(_) => facts.push(format!("arena {} m", significant(conditions.arena.side_m))),
         None => facts.push("no walls".to_owned()),
     }
+    if !conditions.world.is_empty() {
+        facts.push(conditions.world.in_words());
+    }
     facts.join(", ")
 }
 

@@ -28,10 +28,11 @@ pub fn warning(
     n_edge: usize,
     unsettled: &[Unsettled],
 ) -> Option<String> {
+    let wanted = behaviour.key().replace('_', " ");
     let worst = unsettled.iter().max_by_key(|cell| cell.settling.n_changed)?;
     let Settling { n_replicates, n_changed, from_s } = worst.settling;
     Some(format!(
-        "{} of {n_edge} cells at the edge of the {behaviour} region are not settled: of {}, {n_changed} of \
+        "{} of {n_edge} cells at the edge of the {wanted} region are not settled: of {}, {n_changed} of \
          {n_replicates} runs change their phase after {from_s:.0} s; before you rely on the edge, sweep \
          {} with a longer `duration_s`",
         unsettled.len(),

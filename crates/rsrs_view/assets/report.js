@@ -5,6 +5,7 @@
   const TAIL_S = 20; // How long the way that a robot came is shown, in seconds of the run.
   const SKIP_S = 5;
   const CELL_SPEED = 10;
+  const ON_LIDS = "#1a1a1a"; // Letters on the lids of classes, which are as light in every theme.
 
   const bytes = (base64) => Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -103,6 +104,7 @@
       if (replay.ring_m) this.ring(replay.ring_m);
       robots.forEach((robot) => this.robot(poses[robot], robot));
       this.scale_bar();
+      if (replay.classes) this.legend(replay.classes);
     }
 
     point(x_m, y_m) {
@@ -202,19 +204,40 @@
       const [x, y] = this.point(x_m, y_m);
       pen.beginPath();
       pen.arc(x, y, radius, 0, 2 * Math.PI);
-      pen.fillStyle = this.colour.body;
+      const { lids, of_robots } = this.replay.classes || { lids: [], of_robots: [] };
+      const lid = lids[of_robots[robot]];
+      pen.fillStyle = lid || this.colour.body;
       pen.fill();
       this.stroke(colour, 1.4);
       const ahead = (reach) => [x + reach * Math.cos(heading), y - reach * Math.sin(heading)];
       this.path([ahead(radius), ahead(1.6 * radius)]);
       this.stroke(colour, 2.2);
       if (radius > 8 * this.line_px) {
-        pen.fillStyle = colour;
+        pen.fillStyle = lid ? ON_LIDS : colour;
         pen.font = `${Math.round(radius)}px sans-serif`;
         pen.textAlign = "center";
         pen.textBaseline = "middle";
         pen.fillText(this.replay.labels[robot], x, y);
       }
+    }
+
+    // The names of classes beside their lids, from the lower left corner upwards.
+    legend({ names, lids }) {
+      const pen = this.context;
+      const line = 16 * this.line_px;
+      names.forEach((name, at) => {
+        const [x, y] = [line, this.canvas.height - (names.length - at - 0.25) * line];
+        pen.beginPath();
+        pen.arc(x, y, 5 * this.line_px, 0, 2 * Math.PI);
+        pen.fillStyle = lids[at];
+        pen.fill();
+        this.stroke(this.colour.ink, 1);
+        pen.fillStyle = this.colour.ink;
+        pen.font = `${Math.round(11 * this.line_px)}px sans-serif`;
+        pen.textAlign = "left";
+        pen.textBaseline = "middle";
+        pen.fillText(name, x + 9 * this.line_px, y);
+      });
     }
 
     scale_bar() {

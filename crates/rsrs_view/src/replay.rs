@@ -12,9 +12,10 @@ use rsrs_core::conditions::{Conditions, SimulatedSensor};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::region::Region;
-use rsrs_core::world::Goal;
+use rsrs_core::world::{Goal, WorldFile};
 use serde::Serialize;
 
+use crate::palette::lid;
 use crate::trajectory::Ring;
 
 /// Chords on the arc of a cone: the widest one is drawn to 0.8 % of its range.
@@ -64,6 +65,9 @@ pub struct Replay {
     /// Centre and radius, in metres.
     ring_m: Option<[f64; 3]>,
     lost: Vec<usize>,
+    /// Of which classes they are, if there are some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    classes: Option<PackedClasses>,
     /// What is there besides robots, if anything is.
     #[serde(skip_serializing_if = "Option::is_none")]
     world: Option<PackedWorld>,
@@ -73,6 +77,16 @@ pub struct Replay {
     headings: String,
     /// Whether each robot detected something in each sample, a bit each from the lowest; base64.
     detections: String,
+}
+
+/// Classes of robots, packed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct PackedClasses {
+    names: Vec<String>,
+    /// The lids of the robots of each, as `#0072b2`; shape `[n_classes]`.
+    lids: Vec<String>,
+    /// The class of each robot, by its place; shape `[n_robots]`.
+    of_robots: Vec<usize>,
 }
 
 /// Objects and goals, packed.
@@ -132,12 +146,22 @@ impl Replay {
                 .ring
                 .map(|ring| [ring.centre_m.0, ring.centre_m.1, ring.radius_m].map(rounded)),
             lost: shown.lost.clone(),
+            classes: packed_classes(world, trajectory.n_robots),
             world: packed_world,
             places: square.packed(poses().map(|pose| [pose.x_m, pose.y_m])),
             headings: STANDARD.encode(headings),
             detections: STANDARD.encode(detections(shown)),
         }
     }
+}
+
+/// Which robot is of which class; `None` where there are none.
+fn packed_classes(world: &WorldFile, n_robots: usize) -> Option<PackedClasses> {
+    (!world.classes.is_empty()).then(|| PackedClasses {
+        names: world.classes.iter().map(|class| class.name.clone()).collect(),
+        lids: (0..world.classes.len()).map(|class| lid(class).hex()).collect(),
+        of_robots: world.classes_of(n_robots),
+    })
 }
 
 /// Centre and radius of a goal, in metres.
@@ -274,7 +298,6 @@ fn to_256ths(heading_rad: f64) -> u8 {
 #[cfg(test)]
 mod tests {
     use rsrs_core::robot::unicycle::Pose;
-    use rsrs_core::world::WorldFile;
     use rsrs_testing::conditions::flockbot_conditions;
 
     use super::*;
@@ -335,6 +358,22 @@ mod tests {
         assert!(right_m > 3.5, "{right_m}");
         let json = serde_json::to_string(&self::replay(2)).unwrap();
         assert!(!json.contains("world"), "there is nothing besides robots: {json}");
+    }
+
+    #[test]
+    fn robots_of_classes_have_their_lids() {
+        let mut conditions = flockbot_conditions();
+        let world = "classes: [{name: sheep}, {name: dog}]\n";
+        conditions.world = WorldFile::parse("world.yaml", world, &[15.0], &[]).unwrap();
+
+        let replay = of_two_robots(&two_robots(), &conditions, 2);
+
+        let classes = replay.classes.as_ref().unwrap();
+        assert_eq!(classes.names, ["sheep", "dog"]);
+        assert_eq!(classes.lids, [lid(0).hex(), lid(1).hex()]);
+        assert_eq!(classes.of_robots, [0, 1]);
+        let json = serde_json::to_string(&self::replay(2)).unwrap();
+        assert!(!json.contains("classes"), "all robots are alike: {json}");
     }
 
     #[test]

@@ -112,16 +112,20 @@ impl Plan {
         let (cell, swept) = cell(request, &experiment, beside)?;
         let starts = starts::read(&mut experiment.placement, beside)?;
         if let Some(NamedBehaviour::File(path)) = &experiment.behaviour {
-            let (name, text) = read(&beside.join(path))?;
+            let (name, text) = read_named("behaviour", &beside.join(path), &name)?;
             let behaviour = Behaviour::parse(&name, &text).map_err(Helpful::from)?;
             experiment.behaviour = Some(NamedBehaviour::Known(behaviour));
         }
         let fleet_path = beside.join(&experiment.fleet);
-        let (fleet_name, fleet_text) = read(&fleet_path)?;
+        let (fleet_name, fleet_text) = read_named("fleet", &fleet_path, &name)?;
         let fleet = FleetFile::parse(&fleet_name, &fleet_text).map_err(Helpful::from)?;
         let of_fleet = Measured::of_fleet(&fleet, &fleet_path)?;
-        let table = controller::read(&mut experiment, swept.as_ref(), (beside, &of_fleet.profile))?;
-        let world = world::read(&mut experiment, (&cell, swept.as_ref()), beside)?;
+        let table = controller::read(
+            &mut experiment,
+            swept.as_ref(),
+            (&request.experiment, &of_fleet.profile),
+        )?;
+        let world = world::read(&mut experiment, (&cell, swept.as_ref()), &request.experiment)?;
         let of_cell = || format!("cell `{cell}`");
         let mut settings = settings(&experiment, &cell, swept.as_ref()).with_context(of_cell)?;
         let first = Conditions::resolve(&of_fleet.profile, &settings).map_err(Helpful::from);
@@ -475,6 +479,11 @@ fn read(path: &Path) -> anyhow::Result<(String, String)> {
     let name = path.display().to_string();
     let text = rsrs_files::read_text(path).with_context(|| format!("cannot read {name}"))?;
     Ok((name, text))
+}
+
+/// Reads a file that a key of the experiment names, for which a person looks where the key is.
+fn read_named(key: &str, path: &Path, experiment: &str) -> anyhow::Result<(String, String)> {
+    read(path).with_context(|| format!("{experiment}: the file that `{key}` names cannot be read"))
 }
 
 #[cfg(test)]

@@ -12,7 +12,9 @@ use crate::progress::execution;
 use crate::setting_arguments::SettingArguments;
 use rsrs_files::quoted;
 use rsrs_pipeline::choose::extension::extensions;
-use rsrs_pipeline::choose::pseudo_realities::{Draws, InPseudoRealities, pseudo_realities};
+use rsrs_pipeline::choose::pseudo_realities::{
+    Draws, InPseudoRealities, can_be_drawn, pseudo_realities,
+};
 use rsrs_pipeline::choose::{Chosen, choose, write};
 use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
 use rsrs_pipeline::sweep::folder;
@@ -90,6 +92,10 @@ const RUNS_OF_EACH_PROFILE: u64 = 8;
 /// If the folder is not a sweep's or the choice cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = arguments.setting.options(arguments.viable)?;
+    if arguments.pseudo_realities.is_some() {
+        // Before minutes of runs, not after them.
+        can_be_drawn(&folder::read(&arguments.folder)?, arguments.widening)?;
+    }
     match choose(&arguments.folder, options)? {
         Chosen::Viable(choice) => {
             if let Some(path) = &arguments.output {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::quantity::Cell;
 use rsrs_pipeline::compare::prediction::nothing_chosen;
-use rsrs_pipeline::episode::replicate::replay;
+use rsrs_pipeline::episode::replicate::{only_cell, replay};
 use rsrs_pipeline::sweep::folder::read_choice;
 use rsrs_render::episode::text;
 
@@ -25,7 +25,7 @@ Examples:
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
-    /// Cell of the sweep, as AXIS=VALUE,… (default: the chosen one).
+    /// Cell of the sweep, as AXIS=VALUE,… (default: the chosen one, or the only one).
     #[arg(long)]
     cell: Option<Cell>,
     /// Which replicate of the cell, from 0.
@@ -43,13 +43,16 @@ pub struct Arguments {
 ///
 /// # Errors
 ///
-/// If the folder is not a sweep's, no cell is named and none was chosen, the cell or the replicate is not in it, or the bag exists or
+/// If the folder is not a sweep's, no cell of several is named and none was chosen, the cell or the replicate is not in it, or the bag exists or
 /// cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { folder, cell, replicate, output, .. } = arguments;
     let cell = match cell {
         Some(cell) => cell.clone(),
-        None => read_choice(folder)?.ok_or_else(|| nothing_chosen(folder))?.cell,
+        None => match read_choice(folder)? {
+            Some(choice) => choice.cell,
+            None => only_cell(folder)?.ok_or_else(|| nothing_chosen(folder))?,
+        },
     };
     let episode = replay(folder, &cell, *replicate, output, execution(None)?)?;
     report(arguments.format, &episode, text(&episode))?;

@@ -26,6 +26,19 @@ pub fn refuse(file: &str, text: &str, error: &Error) -> DocumentError {
     DocumentError { file: file.to_owned(), line, column, problem }
 }
 
+/// That there is no number; where one has its unit with it, that the key has the unit.
+fn no_number(found: &str) -> String {
+    match found.split_once(' ') {
+        Some((number, unit)) if number.parse::<f64>().is_ok() => {
+            format!(
+                "`{found}` is no number: write it without `{}`, in the unit of its key",
+                unit.trim()
+            )
+        }
+        _ => format!("`{found}` is no number"),
+    }
+}
+
 /// What is wrong, where the parser's own words are about types and events; `found` is what stands there.
 fn in_words(error: &Error, found: &str) -> Option<String> {
     Some(match error {
@@ -38,7 +51,7 @@ fn in_words(error: &Error, found: &str) -> Option<String> {
                 Ok(_) if point != found => {
                     format!("`{found}` is no number, decimals have a point: did you mean {point}?")
                 }
-                _ => format!("`{found}` is no number"),
+                _ => no_number(found),
             }
         }
         Error::InvalidScalar { ty, .. } if ty.starts_with('u') && found.parse::<u128>().is_ok() => {
@@ -87,14 +100,15 @@ fn in_words(error: &Error, found: &str) -> Option<String> {
     })
 }
 
-/// The value at a place, from 1, as it is written.
+/// The value at a place, from 1, as it is written: to the end of the line, or of its place in a list or map.
 fn word_at(text: &str, line: u64, column: u64) -> &str {
     let index = |place: u64| usize::try_from(place.saturating_sub(1)).unwrap_or(usize::MAX);
     let line = text.lines().nth(index(line)).unwrap_or_default();
     let begin = line.char_indices().nth(index(column)).map_or(line.len(), |(begin, _)| begin);
     let rest = &line[begin..];
-    let end = rest.find([' ', '}', ']', '\t']).unwrap_or(rest.len());
-    rest[..end].trim_end_matches([',', ':'])
+    let ends = [", ", ": ", " #", "}", "]", "\t"].into_iter().filter_map(|end| rest.find(end));
+    let end = ends.min().unwrap_or(rest.len());
+    rest[..end].trim_end_matches([',', ':', ' '])
 }
 
 /// The parser ends its sentences with the place, which the error already has in front.
@@ -145,6 +159,14 @@ mod tests {
             (
                 "speed_m_s: 0,15",
                 "1:12: `0,15` is no number, decimals have a point: did you mean 0.15?",
+            ),
+            (
+                "speed_m_s: 15 cm/s   # slow",
+                "1:12: `15 cm/s` is no number: write it without `cm/s`, in the unit of its key",
+            ),
+            (
+                "numbers: {a: 98 %, b: 1}",
+                "1:14: `98 %` is no number: write it without `%`, in the unit of its key",
             ),
             ("robots: 5000000000", "1:9: `5000000000` is too great"),
             ("robots: -3", "1:9: `-3` is no whole number from 0 on"),

@@ -9,6 +9,7 @@ use super::{Goal, Object, ObjectGroup, RobotClass, WorldFile};
 use crate::document;
 use crate::document::file_error::FileError;
 use crate::help::Help;
+use crate::numerals::counted;
 use crate::quantity::Bounds;
 use crate::robot::profile::MOST_FRICTION;
 
@@ -84,7 +85,8 @@ pub enum WorldProblem {
     },
     /// More than there is room for.
     #[error(
-        "{count} objects of radius {radius_m} m do not fit into the arena of {side_m} m: at most {at_most} ever do"
+        "{} of radius {radius_m} m do not fit into the arena of {side_m} m: at most {at_most} ever do",
+        counted(*count as u64, "object")
     )]
     TooMany {
         /// Asked for.
@@ -111,7 +113,7 @@ pub enum WorldProblem {
         found: String,
     },
     /// A class for which no robot is left.
-    #[error("{classes} classes of robots are more than the {robots} robots")]
+    #[error("{classes} classes of robots are more than the {}", counted(*robots as u64, "robot"))]
     TooManyClasses {
         /// Classes.
         classes: usize,
@@ -166,7 +168,9 @@ impl Help for WorldProblem {
                 "give `count: 20` to have them placed at random, or `places_m: [[x, y], …]`".to_owned()
             }
             Self::OutOfRange { key: "radius_m", .. } => "give a length in metres".to_owned(),
-            Self::OutOfRange { key: "count", .. } => "leave out what there is none of".to_owned(),
+            Self::OutOfRange { key: "count", found, .. } if *found < 1.0 => {
+                "leave out what there is none of".to_owned()
+            }
             Self::OutOfRange { .. } => return None,
             Self::Outside { .. } => {
                 "move it, or widen `arena_m`; the origin is the middle of the arena".to_owned()

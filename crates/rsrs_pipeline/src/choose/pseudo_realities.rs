@@ -65,6 +65,15 @@ impl InPseudoRealities {
     }
 }
 
+/// Whether profiles can be drawn around that of a sweep, which takes no run to find out.
+///
+/// # Errors
+///
+/// If the profile has no intervals, or such wide ones are of robots that cannot be.
+pub fn can_be_drawn(result: &SweepResult, widening: f64) -> anyhow::Result<()> {
+    PseudoRealities::around(&result.source.profile, widening).map(|_| ()).map_err(helped)
+}
+
 /// Runs every cell of a sweep with profiles drawn around the intervals of its own: in the place of robots that are
 /// deliberately worse, robots that are as good as is known.
 ///

@@ -44,7 +44,7 @@ pub struct Episode {
     pub duration_s: f64,
     /// Messages in the bag.
     pub n_messages: u64,
-    /// Whether the runs of its cell were given enough time; `None` if they are too short for that.
+    /// Whether the runs of its cell were given enough time; `None` if they are too short or too few for that.
     pub settling: Option<Settling>,
 }
 
@@ -70,6 +70,8 @@ pub fn replay(
     let result = folder::read(folder)?;
     let (index, (cell, conditions)) = find(folder, &result, cell, replicate)?;
     let record = record(&result, conditions, replicate);
+    // Before the bag is there, so that who ends it early finds none.
+    let settling = settling::of_cell_as_swept(&result.source, index, execution)?;
     let (written, trajectory) = write(bag, &record).map_err(helped)?;
     let bodies = record.conditions.bodies();
     let verdict = label_with(&trajectory, &bodies, &record.conditions.behaviour.rules())
@@ -85,7 +87,20 @@ pub fn replay(
         n_robots: verdict.n_robots,
         duration_s: verdict.duration_s,
         n_messages: written.n_messages,
-        settling: settling::of_cell(&result.source, index, execution)?,
+        settling,
+    })
+}
+
+/// The cell of a sweep that has one alone.
+///
+/// # Errors
+///
+/// If the folder is not a sweep's.
+pub fn only_cell(folder: &Path) -> anyhow::Result<Option<Cell>> {
+    let result = folder::read(folder)?;
+    Ok(match result.diagram.cells.as_slice() {
+        [only] => Some(only.cell.clone()),
+        _ => None,
     })
 }
 

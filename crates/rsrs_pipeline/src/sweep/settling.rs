@@ -14,8 +14,8 @@ use crate::execution::Execution;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
 
-/// Runs of a cell that `choose` and `episode` look at.
-pub const LOOK: u64 = 200;
+/// Runs of a cell that `choose` looks at, and `episode` at most.
+const LOOK: u64 = 200;
 /// Runs of each cell at the edge that `sweep` looks at, at most.
 const LOOK_AT_EDGE: u64 = 16;
 
@@ -39,8 +39,34 @@ pub fn of_cell(
     index: usize,
     execution: Execution<'_>,
 ) -> anyhow::Result<Option<Settling>> {
+    of_runs(source, index, LOOK, execution)
+}
+
+/// The same by the runs that the sweep itself has of the cell, of which a person may have few because each takes long;
+/// `None` also of a single run, which can show nothing.
+///
+/// # Errors
+///
+/// If it is called off.
+pub fn of_cell_as_swept(
+    source: &ResolvedSweep,
+    index: usize,
+    execution: Execution<'_>,
+) -> anyhow::Result<Option<Settling>> {
+    match source.sweep.replicates.min(LOOK) {
+        0 | 1 => Ok(None),
+        replicates => of_runs(source, index, replicates, execution),
+    }
+}
+
+fn of_runs(
+    source: &ResolvedSweep,
+    index: usize,
+    replicates: u64,
+    execution: Execution<'_>,
+) -> anyhow::Result<Option<Settling>> {
     let conditions = source.conditions_of(index)?;
-    let found = of_conditions(source, &[conditions], LOOK, execution)?;
+    let found = of_conditions(source, &[conditions], replicates, execution)?;
     Ok(found.and_then(|found| found.into_iter().next()))
 }
 

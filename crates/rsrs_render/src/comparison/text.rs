@@ -6,6 +6,7 @@ use rsrs_core::comparison::next_experiment::{Experiment, NextStep};
 use rsrs_core::comparison::{CellComparison, MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
 use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::judge::counts::PhaseCounts;
+use rsrs_core::natural_order::natural_key;
 use rsrs_core::numerals::{percent, percentage_points, percents};
 use rsrs_core::statistics::pooled::Pooled;
 
@@ -15,7 +16,7 @@ use rsrs_pipeline::compare::fixed::FixedCampaign;
 use rsrs_pipeline::label::human_labels::JUDGE;
 
 use super::notes::cause_in_words;
-use super::{ComparedCell, LeftOut, Report};
+use super::{ComparedBag, ComparedCell, LeftOut, Report};
 use crate::label::phase_of;
 use crate::wording::shell::ANY_EXPERIMENT;
 use crate::words::{Tone, Words};
@@ -160,7 +161,10 @@ fn of_cell(report: &Report, cell: &ComparedCell) -> Vec<Words> {
     let real = share([cell.b_r, cell.b_r_low, cell.b_r_high], &cell.real, "run");
     let mut lines: Vec<Words> = vec![cell.cell.to_string().into()];
     lines.push(format!("  real       {real}").into());
-    for bag in report.bags.iter().filter(|bag| bag.cell == cell.cell) {
+    let mut of_cell: Vec<&ComparedBag> =
+        report.bags.iter().filter(|bag| bag.cell == cell.cell).collect();
+    of_cell.sort_by_cached_key(|bag| natural_key(&bag.labelled.bag.to_string_lossy()));
+    for bag in of_cell {
         let name = format!("    {}: ", bag.labelled.bag.display());
         lines.push(Words::from(name).then(phase_of(&bag.labelled)));
     }

@@ -7,7 +7,7 @@ use rsrs_core::help::{Help, Helpful};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::ExperimentFile;
 
-use super::read as read_file;
+use super::read_named;
 use super::swept::SweptCell;
 
 /// A controller beside a sweep, which has its own.
@@ -33,7 +33,7 @@ impl Help for ControllerTwice {
 pub fn read(
     experiment: &mut ExperimentFile,
     swept: Option<&SweptCell>,
-    (beside, robot): (&Path, &RobotProfile),
+    (experiment_file, robot): (&Path, &RobotProfile),
 ) -> anyhow::Result<Option<String>> {
     if let Some(swept) = swept {
         if experiment.controller.is_some() {
@@ -43,7 +43,9 @@ pub fn read(
         return Ok(None);
     }
     let Some(ControllerSource::File(path)) = &experiment.controller else { return Ok(None) };
-    let (name, text) = read_file(&beside.join(path))?;
+    let beside = experiment_file.parent().unwrap_or(Path::new(""));
+    let file = experiment_file.display().to_string();
+    let (name, text) = read_named("controller", &beside.join(path), &file)?;
     let table = ControllerTable::parse(&name, &text, robot).map_err(Helpful::from)?;
     experiment.controller = Some(ControllerSource::Read(table));
     Ok(Some(text))

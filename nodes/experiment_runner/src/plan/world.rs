@@ -10,7 +10,7 @@ use rsrs_core::world::{WorldFile, WorldSource};
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::record::Backend;
 
-use super::read as read_file;
+use super::read_named;
 use super::swept::SweptCell;
 
 /// A world beside a sweep, which has its own.
@@ -36,13 +36,15 @@ impl Help for WorldTwice {
 pub fn read(
     experiment: &mut ExperimentFile,
     (cell, swept): (&Cell, Option<&SweptCell>),
-    beside: &Path,
+    experiment_file: &Path,
 ) -> anyhow::Result<Option<String>> {
     let Some(WorldSource::File(path)) = &experiment.world else { return Ok(None) };
     if swept.is_some() {
         return Err(Helpful::from(WorldTwice).into());
     }
-    let (name, text) = read_file(&beside.join(path))?;
+    let beside = experiment_file.parent().unwrap_or(Path::new(""));
+    let file = experiment_file.display().to_string();
+    let (name, text) = read_named("world", &beside.join(path), &file)?;
     let arena_m = cell.get(Axis::Arena).unwrap_or(ARENA_M);
     let robots: Vec<usize> = cell.robots().into_iter().collect();
     let world = WorldFile::parse(&name, &text, &[arena_m], &robots).map_err(Helpful::from)?;

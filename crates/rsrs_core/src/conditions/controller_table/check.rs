@@ -211,10 +211,10 @@ impl Help for TableFlaw {
 #[derive(Deserialize)]
 struct Lines {
     #[serde(default)]
-    numbers: BTreeMap<String, Spanned<IgnoredAny>>,
+    numbers: BTreeMap<String, Spanned<NamedNumber>>,
     #[serde(default)]
     starts: BTreeMap<String, Spanned<IgnoredAny>>,
-    rows: Vec<Spanned<IgnoredAny>>,
+    rows: Vec<Spanned<TableRow>>,
 }
 
 impl ControllerTable {
