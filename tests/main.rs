@@ -2,6 +2,7 @@
 
 mod addressing;
 mod answering;
+mod arenas;
 mod atlas;
 mod bags_cli;
 mod behaviours;

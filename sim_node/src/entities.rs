@@ -1,6 +1,5 @@
 //! The robots of a world in the words of `simulation_interfaces`: which there are, and where.
 
-use rsrs_core::conditions::Walls;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Accel, Twist, Vector3};
@@ -157,10 +156,9 @@ pub fn wanted(
     let Some(pose) = on_the_floor(&state.pose).filter(|_| is_flat) else {
         return refused("none on the floor");
     };
-    let arena = placed_world.conditions.arena;
-    let reach_m = arena.side_m / 2.0 - placed_world.conditions.robot_at(row).radius_m;
-    let is_inside = pose.x_m.abs() <= reach_m && pose.y_m.abs() <= reach_m;
-    if arena.walls != Walls::None && !is_inside {
+    let conditions = &placed_world.conditions;
+    let radius_m = conditions.robot_at(row).radius_m;
+    if !conditions.is_within_walls([pose.x_m, pose.y_m], radius_m) {
         return refused("outside the arena");
     }
     Ok(Some((row, pose)))

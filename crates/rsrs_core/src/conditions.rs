@@ -25,7 +25,7 @@ use crate::robot::profile::Sees;
 use crate::robot::region::Region;
 use crate::robot::sensor::SensorDetails;
 use crate::robot::unicycle::Pose;
-use crate::world::WorldFile;
+use crate::world::{FreeSpace, Outline, WorldFile};
 
 pub use check::Impossible;
 pub use resolve::{ARENA_M, ConditionsError, Settings, check_axis};
@@ -118,24 +118,27 @@ impl Placement {
     }
 }
 
-/// A square arena around the origin.
+/// A square arena around the origin, unless the world has one of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Arena {
-    /// Side of the square, in metres.
+    /// Side of the square, in metres; of the one that holds all of the world's own arena.
     pub side_m: f64,
-    /// What happens at its border.
+    /// What happens at its border, and at obstacles.
     pub walls: Walls,
 }
 
 impl Arena {
-    /// Distance of the walls from the origin, in metres; `None` where there are none.
+    /// Distance of the walls of a square arena from the origin, in metres; `None` where there are none.
     pub fn walls_m(&self) -> Option<f64> {
         (self.walls != Walls::None).then_some(self.side_m / 2.0)
     }
 }
 
-/// What happens at the arena's border.
+/// Lengths that differ by less than this share were the same before they were rounded; dimensionless.
+const ROUNDING: f64 = 1e-6;
+
+/// What happens at the arena's border, and at obstacles.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
 )]
@@ -232,6 +235,36 @@ impl Conditions {
     pub fn steps(&self, duration_s: f64) -> u64 {
         // A duration that is a whole number of periods may fall short of it by a rounding error.
         (duration_s / self.period_s + 1e-9).floor() as u64
+    }
+
+    /// Where bodies may be, in an arena that is no square or that obstacles stand in; `None` for a plain square, which
+    /// [`Self::arena`] has. Whatever simulates asks here which of the two it is.
+    pub fn free_space(&self) -> Option<FreeSpace> {
+        self.world.free_space(self.arena.side_m)
+    }
+
+    /// Corners of the border, and of each obstacle, by which the walls of an arena that is no plain square are drawn, in
+    /// metres; empty where there are no such walls. Shape `[n_outlines][n_corners][2]`.
+    pub fn walls_drawn_m(&self) -> Vec<Vec<[f64; 2]>> {
+        let space = self.free_space().filter(|_| self.arena.walls != Walls::None);
+        let outlines = |space: &FreeSpace| {
+            std::iter::once(space.border()).chain(space.obstacles()).map(Outline::drawn_m).collect()
+        };
+        space.as_ref().map(outlines).unwrap_or_default()
+    }
+
+    /// Whether a body at a place in metres is within the walls, which there may be none of.
+    pub fn is_within_walls(&self, place_m: [f64; 2], radius_m: f64) -> bool {
+        if self.arena.walls == Walls::None {
+            return true;
+        }
+        match self.free_space() {
+            None => {
+                let most_m = (self.arena.side_m / 2.0 - radius_m) * (1.0 + ROUNDING);
+                place_m.iter().all(|at_m| at_m.abs() <= most_m)
+            }
+            Some(space) => space.clearance_m(place_m) >= radius_m - space.slack_m(),
+        }
     }
 
     /// Properties of the robots and their arena that the judge needs.

@@ -42,6 +42,8 @@ pub enum Purpose {
     Transition = 12,
     /// Where an object is at the start; once.
     Object = 13,
+    /// Who fails of so many robots; once.
+    Failure = 14,
 }
 
 /// Everything that a draw of one run has in common.

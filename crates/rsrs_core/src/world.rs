@@ -1,10 +1,13 @@
-//! What is in the arena besides robots, objects that they push and goals that they detect, and of which classes
-//! robots are.
+//! What is in the arena besides robots, objects that they push and goals that they detect, the shape of the arena and
+//! what stands in it, and of which classes robots are.
 //!
 //! In a file of its own, which sweeps and experiments name.
 
+mod arena;
 mod check;
 mod classes;
+mod failures;
+mod free_space;
 
 use serde::{Deserialize, Serialize};
 
@@ -12,10 +15,13 @@ use crate::document::source::{InFile, Source};
 use crate::numerals;
 use crate::robot::sensor::Detects;
 
+pub use arena::{ArenaShape, Obstacle};
 pub use check::{Place, WorldError, WorldFlaw, WorldProblem};
 pub use classes::RobotClass;
+pub use failures::Failure;
+pub use free_space::{FreeSpace, Outline, Wall};
 
-/// What is in the arena besides robots, and of which classes these are.
+/// What is in the arena besides robots, which shape it has, of which classes robots are, and which of them fail.
 ///
 /// # Example
 ///
@@ -33,6 +39,12 @@ pub use classes::RobotClass;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WorldFile {
+    /// The border of the arena, where that is no square of side `arena_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arena: Option<ArenaShape>,
+    /// What stands fixed in the arena: sensors of `wall` detect it, and robots and objects run into it as into walls.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<Obstacle>,
     /// Discs that robots push, in groups that are alike.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<ObjectGroup>,
@@ -43,6 +55,9 @@ pub struct WorldFile {
     /// the order of their numbers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub classes: Vec<RobotClass>,
+    /// Robots that fail at a time, for good.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub failures: Vec<Failure>,
 }
 
 /// The world of a sweep or an experiment.
@@ -99,7 +114,14 @@ pub struct Object {
 
 impl WorldFile {
     /// Nothing but robots.
-    pub const NOTHING: Self = Self { objects: Vec::new(), goals: Vec::new(), classes: Vec::new() };
+    pub const NOTHING: Self = Self {
+        arena: None,
+        obstacles: Vec::new(),
+        objects: Vec::new(),
+        goals: Vec::new(),
+        classes: Vec::new(),
+        failures: Vec::new(),
+    };
 
     /// Whether there is nothing but robots, of no classes.
     pub fn is_empty(&self) -> bool {
@@ -139,11 +161,17 @@ impl WorldFile {
             1 => Some("1 class of robots".to_owned()),
             n => Some(format!("{n} classes of robots")),
         };
-        let mut words: Vec<String> =
-            [counted(self.n_objects(), "object"), counted(self.goals.len(), "goal"), classes]
-                .into_iter()
-                .flatten()
-                .collect();
+        let mut words: Vec<String> = [
+            self.arena.as_ref().map(ArenaShape::in_words),
+            counted(self.obstacles.len(), "obstacle"),
+            counted(self.n_objects(), "object"),
+            counted(self.goals.len(), "goal"),
+            classes,
+            counted(self.failures.len(), "failure"),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
         match words.pop() {
             None => "nothing but robots".to_owned(),
             Some(last) if words.is_empty() => last,

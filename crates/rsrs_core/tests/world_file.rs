@@ -88,18 +88,8 @@ seed: 1
 fn a_world_that_cannot_be_is_refused_with_line_reason_and_cure() {
     for (from, to, expected, cure) in [
         ("count: 12", "number: 12", "world.yaml:2:6: unknown key `number`", "the keys here are: "),
-        (
-            WORLD,
-            "objects: []\n",
-            "world.yaml:1: there are no objects, no goals and no classes in it",
-            "give ",
-        ),
-        (
-            WORLD,
-            "# nothing\n",
-            "world.yaml:1: there are no objects, no goals and no classes in it",
-            "give ",
-        ),
+        (WORLD, "objects: []\n", "world.yaml:1: there is nothing in it", "give "),
+        (WORLD, "# nothing\n", "world.yaml:1: there is nothing in it", "give "),
         (WORLD, "body: {}\nactuation: {}\n", "world.yaml:1:1: this is a robot profile", "sweep"),
         (
             "0.05",
@@ -140,7 +130,7 @@ fn a_world_that_cannot_be_is_refused_with_line_reason_and_cure() {
             "[0.5, 0.3]",
             "[1.45, 0.3]",
             "world.yaml:3: an object of radius 0.1 m at (1.45, 0.3) m is not within the arena of 3 m",
-            "move it, or widen `arena_m`; the origin is the middle of the arena",
+            "move it, or widen `arena_m`, or the world's `arena`; the origin is the middle of the arena",
         ),
         ("[0.5, 0.3]", "[.inf, 0]", "world.yaml:3: `places_m` is inf, expected a number from", ""),
         (
@@ -412,4 +402,302 @@ fn segregation_is_judged_where_classes_are_known_and_else_refused_by_name() {
     assert_eq!(error, "the classes of 2 robots are known, of 6, and segregated depends on them");
     let error = label(&Bodies { radius_m: None, ..bodies }).unwrap_err();
     assert!(matches!(error, JudgeError::UnknownRadius { .. }), "{error}");
+}
+
+/// A room like an L, with a pillar and a triangle in it.
+const ROOM: &str = "\
+arena: {polygon_m: [[-2, -2], [2, -2], [2, 0], [0, 0], [0, 2], [-2, 2]]}
+obstacles:
+  - {place_m: [-1, -1], radius_m: 0.3}
+  - {polygon_m: [[1, -1.5], [1.5, -1.5], [1, -1]]}
+objects: [{places_m: [[-1, 1]], radius_m: 0.1}]
+goals: [{place_m: [1, -1], radius_m: 0.4}]
+";
+
+fn room() -> WorldFile {
+    WorldFile::parse("world.yaml", ROOM, &[], &[]).expect("it is one")
+}
+
+#[test]
+fn an_arena_of_a_world_is_a_part_of_it_and_none_beside_it() {
+    let without_arena = |world| {
+        let mut settings = settings(world);
+        settings.values.retain(|(axis, _)| *axis != Axis::Arena);
+        settings
+    };
+    let conditions = Conditions::resolve(&flockbot(), &without_arena(room())).unwrap();
+
+    assert_eq!(conditions.arena.side_m.to_bits(), 4.0_f64.to_bits(), "of the square around it");
+    let expected = "a polygon of 6 corners, 2 obstacles, 1 object and 1 goal";
+    assert_eq!(conditions.world.in_words(), expected);
+    let text = serde_json::to_string(&conditions).unwrap();
+    assert_eq!(serde_json::from_str::<Conditions>(&text).unwrap(), conditions);
+    for (place_m, is_within) in [
+        ([-1.0, 1.0], true),
+        ([1.0, 1.0], false),
+        ([-1.0, -1.37], false),
+        ([-1.0, -1.38], true),
+        // Beside the corner that points inward.
+        ([-0.05, 0.05], false),
+        ([-0.06, -0.06], true),
+    ] {
+        assert_eq!(conditions.is_within_walls(place_m, 0.075), is_within, "{place_m:?}");
+    }
+    let error = Conditions::resolve(&flockbot(), &settings(room())).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "`arena_m` is 3 m, and the world has an arena of its own, a polygon of 6 corners"
+    );
+    assert_eq!(error.help().as_deref(), Some("leave `arena_m` out, or `arena` out of the world"));
+    let obstacles = WorldFile { arena: None, objects: Vec::new(), ..room() };
+    let square = Conditions::resolve(&flockbot(), &settings(obstacles)).unwrap();
+    assert_eq!(square.arena.side_m.to_bits(), 3.0_f64.to_bits());
+}
+
+#[test]
+fn arenas_and_obstacles_that_cannot_be_are_refused_with_line_reason_and_cure() {
+    let arena = "polygon_m: [[-2, -2], [2, -2], [2, 0], [0, 0], [0, 2], [-2, 2]]";
+    for (from, to, expected, cure) in [
+        (
+            arena,
+            "disc_m: 2, rectangle_m: [4, 4]",
+            "world.yaml:1: an arena needs exactly one of `rectangle_m`, `disc_m` and `polygon_m`",
+            "give `rectangle_m: [4, 2]`, `disc_m: 2`, or `polygon_m: [[x, y], …]`",
+        ),
+        (arena, "", "world.yaml:1: an arena needs exactly one of", "give `rectangle_m"),
+        (
+            arena,
+            "disc_m: 0",
+            "world.yaml:1: `disc_m` is 0, expected a number from",
+            "give a length",
+        ),
+        (arena, "rectangle_m: [4, -2]", "world.yaml:1: `rectangle_m` is -2, expected", "give a"),
+        (arena, "radius_m: 2", "world.yaml:1:9: unknown key `radius_m`", "the keys here are: "),
+        (
+            arena,
+            "polygon_m: [[0, 0], [1, 0]]",
+            "world.yaml:1: `polygon_m` has 2 corners, expected 3 to 1000",
+            "give the corners in order, each once",
+        ),
+        (
+            "[2, 0], [0, 0], [0, 2]",
+            "[0, 2], [0, 0], [2, 0]",
+            "world.yaml:1: the sides of `polygon_m` from (2, -2) m and from (0, 0) m meet",
+            "give the corners in order, one way round",
+        ),
+        (
+            "[2, 0], [0, 0]",
+            "[2, 0], [2, 0]",
+            "world.yaml:1: the sides of `polygon_m` from (2, 0) m and from (2, 0) m meet",
+            "give the corners in order, one way round",
+        ),
+        (
+            "[2, 0], [0, 0]",
+            "[2, 0], [0, -2]",
+            "world.yaml:1: the sides of `polygon_m` from (-2, -2) m and from (2, 0) m meet",
+            "give the corners in order",
+        ),
+        (
+            "[-1, -1], radius_m: 0.3",
+            "[-1, -1]",
+            "world.yaml:3: an obstacle needs both `place_m` and `radius_m`, or `polygon_m` alone",
+            "give `place_m: [1, 0], radius_m: 0.3` of a disc",
+        ),
+        (
+            "{polygon_m: [[1, -1.5]",
+            "{place_m: [0, 0], polygon_m: [[1, -1.5]",
+            "world.yaml:4: an obstacle needs both",
+            "give `place_m",
+        ),
+        (
+            "[-1, -1], radius_m: 0.3",
+            "[1, 1], radius_m: 0.3",
+            "world.yaml:3: an obstacle at (1, 1) m is beyond the arena, a polygon of 6 corners",
+            "move it, or leave it out; the origin is the middle of the arena",
+        ),
+        (
+            "[[-1, 1]]",
+            "[[-1, -0.7]]",
+            "world.yaml:5: an object of radius 0.1 m at (-1, -0.7) m overlaps with an obstacle",
+            "move the object, or the obstacle",
+        ),
+        (
+            "[[-1, 1]]",
+            "[[0.2, 1]]",
+            "world.yaml:5: an object of radius 0.1 m at (0.2, 1) m is not within the arena, a polygon",
+            "move it, or widen `arena_m`, or the world's `arena`",
+        ),
+        (
+            "places_m: [[-1, 1]]",
+            "count: 400",
+            "world.yaml:5: 400 objects of radius 0.1 m do not fit into the arena, a polygon of 6 \
+             corners: at most 346 ever do",
+            "take fewer or smaller ones",
+        ),
+        (
+            "[1, -1], radius_m: 0.4",
+            "[1, -0.3], radius_m: 0.4",
+            "world.yaml:6: a goal of radius 0.4 m at (1, -0.3) m is not within the arena, a polygon",
+            "move it",
+        ),
+    ] {
+        assert!(ROOM.contains(from), "{from}");
+        let error = WorldFile::parse("world.yaml", &ROOM.replace(from, to), &[], &[]).unwrap_err();
+
+        assert!(error.to_string().starts_with(expected), "{error}");
+        assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
+    }
+}
+
+#[test]
+fn robots_start_within_the_walls_of_whatever_shape_and_trials_are_without_them() {
+    let mut conditions = Conditions::resolve(
+        &flockbot(),
+        &Settings {
+            values: vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 2.0)],
+            world: WorldFile { objects: Vec::new(), ..room() },
+            ..Settings::default()
+        },
+    )
+    .unwrap();
+    let at = |x_m: f64, y_m: f64| Pose { x_m, y_m, heading_rad: 0.0 };
+    let given = |second| Placement::Given { starts: vec![vec![at(-1.0, 1.0), second]] };
+    conditions.placement = given(at(1.0, -0.5));
+    assert_eq!(conditions.check(), Ok(()));
+    for outside in [at(1.0, 1.0), at(1.1, -1.4), at(-1.0, -1.0), at(0.0, 0.0)] {
+        conditions.placement = given(outside);
+        let Pose { x_m, y_m, .. } = outside;
+        let expected = format!(
+            "replicate 0: robot 2 starts at ({x_m}, {y_m}) m, which is not within the walls of the \
+             arena, a polygon of 6 corners with obstacles"
+        );
+        assert_eq!(conditions.check().unwrap_err().to_string(), expected);
+    }
+    conditions.placement = Placement::Pair { distance_m: 0.5, bearing_rad: 0.0 };
+    let error = conditions.check().unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "the placement is a pair, for a trial, and the world has an arena or obstacles"
+    );
+}
+
+#[test]
+fn what_hangs_on_the_arena_is_measured_in_its_own_shape() {
+    let disc = "{arena: {disc_m: 1}, obstacles: [{place_m: [0.5, 0], radius_m: 0.1}]}";
+    let bodies = |text: &str, radius_m: f64| {
+        let world = WorldFile::parse("world.yaml", text, &[2.0], &[]).expect("it is one");
+        Bodies { radius_m: Some(radius_m), arena_m: Some(2.0), world, ..Bodies::UNKNOWN }
+    };
+    let measured = |places_m: &[[f64; 2]], key: &str, bodies: &Bodies| {
+        let poses =
+            places_m.iter().map(|[x_m, y_m]| Pose { x_m: *x_m, y_m: *y_m, heading_rad: 0.0 });
+        let run = Trajectory::of_poses(0.1, places_m.len(), poses.collect());
+        let parameter = Parameter::from_key(key).expect("it is in the table");
+        parameter.of(&OrderParameters::with(&run, 0..1, bodies, &[parameter]))
+    };
+    let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found}");
+
+    is(measured(&[[-0.6, 0.0], [0.0, 0.8]], "wall_distance_m", &bodies(disc, 0.1)), 0.3);
+    // To the obstacle, and in it.
+    is(measured(&[[0.2, 0.0], [0.5, 0.05]], "wall_distance_m", &bodies(disc, 0.1)), 0.1);
+    // Of 20 by 20 cells those whose middle is free: by area, about as many as pi less 1 % of it.
+    let all: Vec<[f64; 2]> = (0..400)
+        .map(|cell| {
+            [0, 1].map(|axis| {
+                let along = if axis == 0 { cell / 20 } else { cell % 20 };
+                0.1 * f64::from(along) - 0.95
+            })
+        })
+        .collect();
+    is(measured(&all, "visited", &bodies(disc, 0.05)), 1.0);
+    let one = measured(&all[190..191], "visited", &bodies(disc, 0.05));
+    let area = std::f64::consts::PI * (1.0 - 0.01) / 0.01;
+    assert!((1.0 / one - area).abs() < 8.0, "{one}");
+    // Four robots in an L of three quarters: of 2 by 2 cells three are free.
+    let l_shape = "{arena: {polygon_m: [[-1, -1], [1, -1], [1, 0], [0, 0], [0, 1], [-1, 1]]}}";
+    let quarters = [[-0.5, -0.5], [-0.4, -0.5], [0.5, -0.5], [-0.4, -0.4]];
+    is(measured(&quarters, "coverage", &bodies(l_shape, 0.1)), 2.0 / 3.0);
+    // A square is what it is without a shape.
+    let square = "{arena: {rectangle_m: [2, 2]}}";
+    for key in ["wall_distance_m", "coverage", "visited"] {
+        let plain = Bodies { world: WorldFile::NOTHING, ..bodies(square, 0.1) };
+        let found = measured(&quarters, key, &bodies(square, 0.1));
+        is(found, measured(&quarters, key, &plain));
+    }
+}
+
+#[test]
+fn who_is_at_an_obstacle_is_not_accused_of_standing() {
+    let drives = |robot_m: f64| {
+        let n_samples = samples_in(60.0, 0.1);
+        let pose = Pose { x_m: robot_m, y_m: 0.0, heading_rad: 0.0 };
+        let mut run = Trajectory::of_poses(0.1, 1, vec![pose; n_samples]);
+        run.commands.fill(Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 });
+        run
+    };
+    let text = "obstacles: [{place_m: [0.5, 0], radius_m: 0.3}]";
+    let world = WorldFile::parse("world.yaml", text, &[6.0], &[]).expect("it is one");
+    let bodies = Bodies { radius_m: Some(0.1), arena_m: Some(6.0), world, ..Bodies::UNKNOWN };
+    let known = Known { bodies, walls_m: Some(3.0), left_out: &[], unseen: &[] };
+
+    assert_eq!(implausible(&drives(-1.0), &known, 10.0).len(), 1);
+    assert_eq!(implausible(&drives(0.1), &known, 10.0), []);
+}
+
+const FAILURES: &str = "\
+failures:
+  - {robot: 3, at_s: 60, stops: true}
+  - {count: 2, at_s: 30.5, stops: true, sensors_stick: true}
+";
+
+#[test]
+fn failures_that_cannot_be_are_refused_with_line_reason_and_cure() {
+    let world = WorldFile::parse("world.yaml", FAILURES, &[], &[3]).expect("it is one");
+    assert_eq!(world.in_words(), "2 failures");
+    let failing = Conditions::resolve(&flockbot(), &settings(world)).unwrap();
+    let text = serde_json::to_string(&failing).unwrap();
+    assert!(text.contains("{\"robot\":3,\"at_s\":60.0,\"stops\":true}"), "{text}");
+
+    for (from, to, robots, expected, cure) in [
+        (
+            "robot: 3, ",
+            "",
+            5,
+            "world.yaml:2: a failure needs exactly one of `robot` and `count`",
+            "give `robot: 3`, or",
+        ),
+        (
+            "count: 2",
+            "count: 2, robot: 1",
+            5,
+            "world.yaml:3: a failure needs exactly one of",
+            "give",
+        ),
+        (
+            ", stops: true}",
+            "}",
+            5,
+            "world.yaml:2: a failure needs `stops: true` or",
+            "have the robot stop",
+        ),
+        ("robot: 3", "robot: 0", 5, "world.yaml:2: `robot` is 0, expected", ""),
+        ("at_s: 60", "at_s: -1", 5, "world.yaml:2: `at_s` is -1, expected a number from 0", ""),
+        ("at_s: 60", "at_s: .inf", 5, "world.yaml:2: `at_s` is inf, expected a number from 0", ""),
+        ("at_s: 60, ", "", 5, "world.yaml:2:", ""),
+        ("stops", "stop", 5, "world.yaml:2:26: unknown key `stop`", "the keys here are: "),
+        (
+            "",
+            "",
+            2,
+            "world.yaml:2: robot 3 fails, and there are 2 robots, counted from 1",
+            "lower it, or take more `robots`",
+        ),
+        ("robot: 3", "robot: 1", 1, "world.yaml:3: 2 robots fail, and there are 1", "lower it"),
+    ] {
+        let text = FAILURES.replacen(from, to, 1);
+        let error = WorldFile::parse("world.yaml", &text, &[], &[robots]).unwrap_err();
+
+        assert!(error.to_string().starts_with(expected), "{error}");
+        assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
+    }
 }

@@ -44,7 +44,8 @@ pub struct Options<'a> {
     pub world: Option<&'a WorldFile>,
     /// Number of robots; at least 1.
     pub robots: usize,
-    /// Side of the square arena, in metres; `None` is that of 500 squares of a body's radius for each robot.
+    /// Side of the square arena, in metres; `None` is that of the world's own arena, or of 500 squares of a body's radius
+    /// for each robot.
     pub arena_m: Option<f64>,
     /// What happens at its border.
     pub walls: Walls,

@@ -8,6 +8,7 @@ use rsrs_core::judge::rule::Parameter;
 use rsrs_core::numerals::percent;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Controller;
+use rsrs_core::world::ArenaShape;
 use rsrs_files::quoted;
 use rsrs_pipeline::explore::{Explored, FoundController};
 use rsrs_pipeline::files::write_file;
@@ -167,9 +168,10 @@ pub fn draw(explored: &Explored) -> anyhow::Result<()> {
     let Explored { folder, found, walls, arena_m, .. } = explored;
     let has_walls = *walls != Walls::None;
     let title = format!(
-        "What {} robots of kind {} can do in {arena_m} m, {} walls",
+        "What {} robots of kind {} can do in {}, {} walls",
         explored.robots,
         explored.robot,
+        explored.world.arena.as_ref().map_or_else(|| format!("{arena_m} m"), ArenaShape::in_words),
         if has_walls { "with" } else { "without" }
     );
     let n_robots = explored.runs.first().map_or(0, |run| run.trajectory.n_robots);

@@ -439,7 +439,10 @@ fn subtitle(
     }
     match conditions.arena.walls_m() {
         _ if diagram.axes.contains(&Axis::Arena) => {}
-        Some(_) => facts.push(format!("arena {} m", significant(conditions.arena.side_m))),
+        Some(_) => facts.push(match &conditions.world.arena {
+            None => format!("arena {} m", significant(conditions.arena.side_m)),
+            Some(arena) => format!("arena {}", arena.in_words()),
+        }),
         None => facts.push("no walls".to_owned()),
     }
     if !conditions.world.is_empty() {

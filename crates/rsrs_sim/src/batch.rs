@@ -291,18 +291,21 @@ pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
 fn assert_in_lanes(conditions: &Conditions) {
     assert!(
         are_for_lanes(conditions),
-        "the lanes have robots that are alike, stop and have one plain sensor, and no objects"
+        "the lanes have robots that are alike, stop and have one plain sensor, in a square without objects and obstacles, \
+         and none fails"
     );
     assert!(decides_in_lanes(conditions), "the lanes have two commands over one detection");
 }
 
-/// Whether the lanes have what these robots are: one kind for all, which stops on contact and has one plain sensor, where
-/// there are no objects.
+/// Whether the lanes have what these robots are: one kind for all, which stops on contact and has one plain sensor, in a
+/// square without objects and obstacles, and none fails.
 fn are_for_lanes(conditions: &Conditions) -> bool {
     conditions.are_robots_alike()
         && conditions.robot.contact == ContactModel::Stop
         && conditions.robot.has_one_plain_sensor()
         && conditions.world.n_objects() == 0
+        && conditions.free_space().is_none()
+        && conditions.world.failures.is_empty()
 }
 
 /// Whether the lanes have its controller: two commands over one detection. A machine with states runs in

@@ -1,7 +1,12 @@
 //! Contact between bodies, and between a body and the arena's walls.
 
-use rsrs_core::conditions::{Arena, SimulatedRobot, Walls};
+use std::sync::Arc;
+
+use rsrs_core::conditions::{Conditions, SimulatedRobot, Walls};
 use rsrs_core::robot::contact::ContactModel;
+use rsrs_core::world::FreeSpace;
+
+use crate::shaped_border::ShapedBorder;
 
 /// When a neighbour keeps a robot from driving on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,27 +70,84 @@ impl Blocked {
     }
 }
 
-/// The border of the arena, as the centres of robots meet it.
+/// The walls of an arena, as the centres of robots or objects of one radius meet them.
+#[derive(Clone, Debug)]
+pub enum Border {
+    /// Those of a square.
+    Square(SquareBorder),
+    /// Those of an arena of another shape, or in which obstacles stand.
+    Shaped(ShapedBorder),
+}
+
+/// The walls of a square around the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Border {
+pub struct SquareBorder {
     pub(crate) walls: Walls,
+    /// Centres stay within it on both axes, in metres.
     pub(crate) limit_m: f32,
 }
 
-impl Border {
-    /// The border for robots of a radius: centres stay within `side / 2 - radius` on both axes.
-    pub fn new(arena: &Arena, radius_m: f64) -> Self {
-        Self { walls: arena.walls, limit_m: (arena.side_m / 2.0 - radius_m).max(0.0) as f32 }
+/// The borders of a world, for bodies of any radius.
+pub struct Borders {
+    walls: Walls,
+    side_m: f64,
+    space: Option<Arc<FreeSpace>>,
+}
+
+impl Borders {
+    /// Those under these conditions.
+    pub fn new(conditions: &Conditions) -> Self {
+        let space = conditions.free_space().map(Arc::new);
+        Self { walls: conditions.arena.walls, side_m: conditions.arena.side_m, space }
     }
 
+    /// The border for bodies of a radius: in a square, centres stay within `side / 2 - radius` on both axes.
+    pub fn of(&self, radius_m: f64) -> Border {
+        let walls = self.walls;
+        match &self.space {
+            None => {
+                let limit_m = (self.side_m / 2.0 - radius_m).max(0.0) as f32;
+                Border::Square(SquareBorder { walls, limit_m })
+            }
+            Some(space) => Border::Shaped(ShapedBorder::new(walls, space.clone(), radius_m)),
+        }
+    }
+}
+
+impl Border {
     /// Whether a robot can be at `(x_m, y_m)`.
-    pub fn admits(self, x_m: f32, y_m: f32) -> bool {
-        self.walls == Walls::None || (x_m.abs() <= self.limit_m) & (y_m.abs() <= self.limit_m)
+    pub fn admits(&self, x_m: f32, y_m: f32) -> bool {
+        match self {
+            Self::Square(square) => square.admits(x_m, y_m),
+            Self::Shaped(shaped) => shaped.admits([x_m, y_m].map(f64::from)),
+        }
     }
 
     /// Where a robot ends that drives from one point to another, in metres.
     #[inline]
-    pub fn drive(self, from: (f32, f32), to: (f32, f32)) -> (f32, f32) {
+    pub fn drive(&self, from: (f32, f32), to: (f32, f32)) -> (f32, f32) {
+        match self {
+            Self::Square(square) => square.drive(from, to),
+            Self::Shaped(shaped) => shaped.drive(from, to),
+        }
+    }
+
+    /// Where a body that is pushed from one place to another, in metres, is held by the walls, if there are any.
+    pub fn hold(&self, from_m: [f64; 2], to_m: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Square(square) => square.hold(to_m),
+            Self::Shaped(shaped) => shaped.hold(from_m, to_m),
+        }
+    }
+}
+
+impl SquareBorder {
+    fn admits(self, x_m: f32, y_m: f32) -> bool {
+        self.walls == Walls::None || (x_m.abs() <= self.limit_m) & (y_m.abs() <= self.limit_m)
+    }
+
+    #[inline]
+    fn drive(self, from: (f32, f32), to: (f32, f32)) -> (f32, f32) {
         match self.walls {
             Walls::None => to,
             Walls::Stop if self.admits(to.0, to.1) => to,
@@ -94,8 +156,7 @@ impl Border {
         }
     }
 
-    /// Where a body that is pushed to a place in metres is held by the walls, if there are any.
-    pub fn hold(self, to_m: [f64; 2]) -> [f64; 2] {
+    fn hold(self, to_m: [f64; 2]) -> [f64; 2] {
         let limit_m = f64::from(self.limit_m);
         if self.walls == Walls::None {
             to_m
@@ -113,6 +174,7 @@ impl Border {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rsrs_core::conditions::Arena;
     use rsrs_testing::conditions::flockbot_conditions;
 
     fn blocks_at(front_half_angle_rad: f64, bearing_rad: f64, distance_m: f64) -> bool {
@@ -140,8 +202,11 @@ mod tests {
 
     #[test]
     fn walls_stop_clamp_or_are_not_there() {
-        let border =
-            |walls| Border::new(&Arena { side_m: 2.0, walls }, 0.1).drive((0.85, 0.2), (0.95, 0.3));
+        let border = |walls| {
+            let arena = Arena { side_m: 2.0, walls };
+            let conditions = Conditions { arena, ..flockbot_conditions() };
+            Borders::new(&conditions).of(0.1).drive((0.85, 0.2), (0.95, 0.3))
+        };
 
         assert_eq!(border(Walls::None), (0.95, 0.3));
         assert_eq!(border(Walls::Stop), (0.85, 0.2));

@@ -5,7 +5,7 @@
 //! of threads.
 //!
 //! Reading order: the world ([`world`]) and its parts, what a robot sees ([`field_of_view`]), what stops it
-//! ([`contact`]) or pushes it ([`pushing`]), what disturbs it ([`disturbance`]) and where it starts ([`placement`]); its
+//! ([`contact`], [`shaped_border`]) or pushes it ([`pushing`]), what disturbs it ([`disturbance`]) or fails ([`failures`]) and where it starts ([`placement`]); its
 //! arithmetic ([`turn`], [`draw`]); what decides ([`controllers`]), one run ([`episode`]), some at once ([`batch`]), and many
 //! ([`sweep`]); and which controllers to run at all ([`exploration`]).
 //!
@@ -22,6 +22,7 @@ pub mod world;
 pub mod contact;
 mod detections;
 pub mod disturbance;
+pub mod failures;
 pub mod field_of_view;
 mod grid;
 mod kinds;
@@ -31,6 +32,8 @@ pub mod placement;
 pub mod pushing;
 mod robots;
 mod sensors;
+pub mod shaped_border;
+mod wall_sight;
 mod wall_view;
 
 pub mod draw;

@@ -5,9 +5,9 @@ use std::fmt;
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::help::Help;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_core::world::Object;
+use rsrs_core::world::{FreeSpace, Object};
 
-use crate::contact::Border;
+use crate::contact::Borders;
 use crate::draw::{Purpose, RunKey, Stream};
 
 /// Robots or objects that do not find room where they are to start.
@@ -125,13 +125,13 @@ impl Area {
 impl Help for PlacementError {
     fn help(&self) -> Option<String> {
         if self.things == Things::Objects {
-            return Some("widen `arena_m`, or take fewer or smaller `objects`".to_owned());
+            return Some("widen the arena, or take fewer or smaller `objects`".to_owned());
         }
         let area = match self.area {
             Area::Disc { .. } => "`placement_radius_m`",
             Area::Box { .. } => "the box of `placement`",
         };
-        Some(format!("widen {area} (and `arena_m`), or take fewer `robots`"))
+        Some(format!("widen {area} (and the arena), or take fewer `robots`"))
     }
 }
 
@@ -215,7 +215,7 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
     if conditions.robots > at_most {
         return Err(refuse(None));
     }
-    let border = Border::new(&conditions.arena, radius_m);
+    let border = Borders::new(conditions).of(radius_m);
     let mut poses: Vec<Pose> = Vec::with_capacity(conditions.robots);
     let mut taken = Taken::new(area.half_m(), spacing_m, conditions.robots);
     for robot in 0..conditions.robots {
@@ -255,6 +255,7 @@ pub fn place_objects(
     poses: &[Pose],
 ) -> Result<Vec<[f64; 2]>, PlacementError> {
     let side_m = conditions.arena.side_m;
+    let space = conditions.free_space();
     let objects: Vec<Object> = conditions.world.each_object().collect();
     let robot =
         |(robot, pose): (usize, &Pose)| (conditions.robot_at(robot).radius_m, [pose.x_m, pose.y_m]);
@@ -266,15 +267,22 @@ pub fn place_objects(
             places_m.push(place_m);
             continue;
         }
-        let inner_m = side_m - 2.0 * radius_m;
-        let area = Area::Box { width_m: inner_m, height_m: inner_m };
+        // The middle and the sides of the box that holds its centre.
+        let (middle_m, inner_m) = match &space {
+            None => ([0.0; 2], [side_m - 2.0 * radius_m; 2]),
+            Some(space) => box_within(space, radius_m),
+        };
+        let area = Area::Box { width_m: inner_m[0], height_m: inner_m[1] };
         let mut stream = Stream::new(run, number, Purpose::Object);
-        let mut anywhere = |_| [(); 2].map(|()| inner_m * (stream.uniform() - 0.5));
+        let mut anywhere =
+            |_| [0, 1].map(|axis| middle_m[axis] + inner_m[axis] * (stream.uniform() - 0.5));
         let is_clear = |place_m: &[f64; 2]| {
-            taken.iter().all(|(other_radius_m, other_m)| {
-                let apart_m = libm::hypot(place_m[0] - other_m[0], place_m[1] - other_m[1]);
-                apart_m >= SPACING * (radius_m + other_radius_m)
-            })
+            let is_free = |space: &FreeSpace| space.clearance_m(*place_m) >= radius_m;
+            space.as_ref().is_none_or(is_free)
+                && taken.iter().all(|(other_radius_m, other_m)| {
+                    let apart_m = libm::hypot(place_m[0] - other_m[0], place_m[1] - other_m[1]);
+                    apart_m >= SPACING * (radius_m + other_radius_m)
+                })
         };
         let found = (0..MAX_TRIES).map(&mut anywhere).find(is_clear);
         let place_m = found.ok_or_else(|| {
@@ -292,6 +300,13 @@ pub fn place_objects(
         places_m.push(place_m);
     }
     Ok(places_m)
+}
+
+/// The middle, and width and height, of the box that holds all centres of discs of a radius in an arena, in metres.
+fn box_within(space: &FreeSpace, radius_m: f64) -> ([f64; 2], [f64; 2]) {
+    let [low_m, high_m] = space.border().bounds_m();
+    let middle_m = [0, 1].map(|axis| f64::midpoint(low_m[axis], high_m[axis]));
+    (middle_m, [0, 1].map(|axis| (high_m[axis] - low_m[axis] - 2.0 * radius_m).max(0.0)))
 }
 
 /// Which places are taken: a uniform grid over the area, so that a candidate is compared only with

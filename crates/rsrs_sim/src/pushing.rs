@@ -25,7 +25,7 @@ use rsrs_core::conditions::{Conditions, SimulatedRobot};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::world::Object;
 
-use crate::contact::Border;
+use crate::contact::{Border, Borders};
 
 /// By how much two bodies may overlap, over the distance at which they touch; dimensionless.
 pub const SLACK: f64 = 1e-3;
@@ -79,7 +79,7 @@ pub(crate) struct Pushing {
 /// What contact is to each body; shape `[n_bodies]`.
 struct Bodies(Vec<Body>);
 
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Body {
     radius_m: f64,
     friction: f64,
@@ -112,19 +112,20 @@ impl Pushing {
             return None;
         }
         let n_bodies = conditions.robots + n_objects;
+        let borders = Borders::new(conditions);
         let body = |robot: &SimulatedRobot| Body {
             radius_m: robot.radius_m,
             friction: robot.contact_friction,
             contact: robot.contact,
             is_object: false,
-            border: Border::new(&conditions.arena, robot.radius_m),
+            border: borders.of(robot.radius_m),
         };
         let object = |object: Object| Body {
             radius_m: object.radius_m,
             friction: object.friction,
             contact: ContactModel::Push,
             is_object: true,
-            border: Border::new(&conditions.arena, object.radius_m),
+            border: borders.of(object.radius_m),
         };
         let places = || vec![[0.0; 2]; n_bodies];
         let objects = conditions.world.each_object().map(object);
@@ -176,7 +177,7 @@ impl Pushing {
             for (at_m, ((from_m, alone_m), body)) in self.at_m.iter_mut().zip(ways) {
                 let way_m = minus(*alone_m, *from_m);
                 let to_m = plus(*at_m, way_m.map(|along_m| along_m / parts));
-                *at_m = body.border.hold(to_m);
+                *at_m = body.border.hold(*at_m, to_m);
             }
             is_any_pushed |= self.move_apart();
         }
@@ -265,7 +266,7 @@ impl Pushing {
         for (robot, at_m) in self.at_m.iter_mut().enumerate() {
             if self.n_touching[robot] > 0 {
                 let by_m = self.moved[robot].map(|number| number as f64 / PER_M);
-                *at_m = self.bodies.0[robot].border.hold(plus(*at_m, by_m));
+                *at_m = self.bodies.0[robot].border.hold(*at_m, plus(*at_m, by_m));
             }
         }
     }
@@ -327,7 +328,7 @@ impl Bodies {
     /// The friction of two bodies, which is that of the smoother one; one that only stands has none of its own, and no
     /// robot has beside an object.
     fn friction(&self, one: usize, other: usize) -> f64 {
-        let (one, other) = (self.0[one], self.0[other]);
+        let (one, other) = (&self.0[one], &self.0[other]);
         match [one.is_object, other.is_object] {
             [true, false] => return one.friction,
             [false, true] => return other.friction,

@@ -3,7 +3,7 @@
 use rsrs_core::conditions::{Conditions, GainDistribution, SimulatedRobot};
 use rsrs_core::robot::unicycle::Pose;
 
-use crate::contact::{Blocked, Border, Contact};
+use crate::contact::{Blocked, Border, Borders, Contact};
 use crate::disturbance::{Gusts, yaw_share};
 use crate::draw::{Key, Purpose, RunKey, Stream, normal, threshold};
 use crate::field_of_view::FieldOfView;
@@ -40,7 +40,7 @@ impl WorldParameters {
             period_s: conditions.period_s as f32,
             view: FieldOfView::new(robot),
             contact: Contact::new(robot),
-            border: Border::new(&conditions.arena, robot.radius_m),
+            border: Borders::new(conditions).of(robot.radius_m),
             true_positive: threshold(robot.true_positive),
             false_positive: threshold(robot.false_positive),
             rotates_while_blocked: robot.rotates_while_blocked,

@@ -3,12 +3,13 @@
 //! A sensor looks along its bearing, from the robot's centre. In its frame the centre of a robot, an object or a goal
 //! is at `(f, l)`, ahead and to the left; all three are discs, and seen as a robot is by any sensor
 //! ([`crate::field_of_view`]), an object or a goal also by who is at its centre. A wall is seen where the region
-//! reaches it, and is as far away as its nearest point in the region ([`crate::wall_view`]).
+//! reaches it, and is as far away as its nearest point in the region ([`crate::wall_view`]; [`crate::wall_sight`] in arenas
+//! that are no squares or have obstacles).
 //!
 //! What is *hidden*: the disc of a thing that hides others lies across the way from the sensor to the thing that is
 //! looked at, touching it, nearer than its end. That way leads to the centre of a disc and to the nearest point of a
-//! wall in the region; along a line of sight it is that line, so that the first body that it meets is seen. Walls stand
-//! around everything and hide nothing.
+//! wall in the region; along a line of sight it is that line, so that the first body that it meets is seen. Walls of a
+//! square without obstacles stand around everything and hide nothing; others lie across a way that crosses them.
 //!
 //! *Nearest*, for a sensor that tells kinds from each other: of discs that one whose centre, less what is seen of it,
 //! is nearest, in the order robot, object, goal where they are as near, and of robots the one of the lower number; a
@@ -20,15 +21,17 @@
 //! All sensors look before any robot moves, with one draw for each sensor, robot and step: the first reading whose share
 //! of the row of the confusion table, added up in the order of the readings, is above it is reported, or none.
 
-use rsrs_core::conditions::{Conditions, SimulatedSensor};
+use rsrs_core::conditions::{Conditions, SimulatedSensor, Walls};
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::{Detects, Reading, Readings};
+use rsrs_core::world::Wall;
 
 use crate::detections::Detections;
 use crate::draw::{Key, RunKey, threshold};
 use crate::field_of_view::{FieldOfView, seen_radius_m};
 use crate::objects::Objects;
 use crate::robots::Robots;
+use crate::wall_sight::{self, WallSight};
 use crate::wall_view::WallView;
 
 /// The sensors of all robots, and what they reported.
@@ -39,12 +42,19 @@ pub struct Sensors {
     radii_m: [Vec<f32>; N_KINDS],
     /// Where goals are, in metres.
     goals_m: Vec<[f32; 2]>,
-    /// From the origin to each wall, in metres.
-    walls_m: f32,
+    walls: SensedWalls,
     /// Shape `[n_readings]`.
     detections: Vec<Detections>,
     /// What arrived last; shape `[n_robots]`.
     arrived: Vec<Readings>,
+}
+
+/// The walls of the arena.
+enum SensedWalls {
+    /// Those of a square, so far from the origin, in metres.
+    Square(f32),
+    /// Those of an arena of another shape, or in which obstacles stand; none where there are no walls.
+    Shaped(Vec<Wall>),
 }
 
 /// Kinds of discs, in the order in which they are nearest.
@@ -75,7 +85,9 @@ struct Sensor {
     /// How much of each is seen around its centre, in metres; likewise.
     seen_m: [Vec<f32>; N_KINDS],
     wall: WallView,
+    sight: WallSight,
     is_line: bool,
+    is_hidden_by_walls: bool,
     /// Whether a disc hides things behind it; shape `[n_kinds][n_discs]`.
     hides: [Vec<bool>; N_KINDS],
     /// Its reading of a disc, by place among its own; likewise.
@@ -130,7 +142,7 @@ impl Sensors {
             goals_m: (conditions.world.goals.iter())
                 .map(|goal| goal.place_m.map(|at_m| at_m as f32))
                 .collect(),
-            walls_m: (conditions.arena.side_m / 2.0) as f32,
+            walls: SensedWalls::new(conditions),
             detections: (0..n_readings).map(ring).collect(),
             arrived: vec![Readings::default(); conditions.robots],
         })
@@ -242,27 +254,41 @@ impl Sensors {
 
     /// How far the nearest wall is that is seen, in metres.
     fn wall_m(&self, floor: Floor, frame: &Frame, sensor: &Sensor) -> Option<f32> {
-        let Frame { x_m, y_m, cosine, sine, .. } = *frame;
-        let limit_m = self.walls_m;
-        // The outward normal of each wall in the sensor's frame, and how far away the wall is.
-        let walls = [
-            ((cosine, -sine), limit_m - x_m),
-            ((-cosine, sine), limit_m + x_m),
-            ((sine, cosine), limit_m - y_m),
-            ((-sine, -cosine), limit_m + y_m),
-        ];
         let mut nearest_m: Option<f32> = None;
-        for (normal, gap_m) in walls {
-            let Some((point_m, wall_m)) = sensor.wall.nearest(normal, gap_m) else { continue };
+        let mut look_at = |there: Option<((f32, f32), f32)>| {
+            let Some((point_m, wall_m)) = there else { return };
             let is_nearer = nearest_m.is_none_or(|nearest_m| wall_m < nearest_m);
             if is_nearer && !self.is_hidden(floor, (frame, sensor), (point_m, None)) {
                 nearest_m = Some(wall_m);
+            }
+        };
+        match &self.walls {
+            SensedWalls::Square(limit_m) => {
+                let Frame { x_m, y_m, cosine, sine, .. } = *frame;
+                // The outward normal of each wall in the sensor's frame, and how far away the wall is.
+                let walls = [
+                    ((cosine, -sine), limit_m - x_m),
+                    ((-cosine, sine), limit_m + x_m),
+                    ((sine, cosine), limit_m - y_m),
+                    ((-sine, -cosine), limit_m + y_m),
+                ];
+                for (normal, gap_m) in walls {
+                    look_at(sensor.wall.nearest(normal, gap_m));
+                }
+            }
+            SensedWalls::Shaped(walls) => {
+                for wall in walls {
+                    let there = sensor.sight.nearest(frame.wall(*wall));
+                    look_at(
+                        there.map(|([x_m, y_m], away_m)| ((x_m as f32, y_m as f32), away_m as f32)),
+                    );
+                }
             }
         }
         nearest_m
     }
 
-    /// Whether a disc that hides things, other than the one that is looked at, lies across the way to a point.
+    /// Whether a wall or a disc that hides things, other than the one that is looked at, lies across the way to a point.
     fn is_hidden(
         &self,
         floor: Floor,
@@ -285,7 +311,29 @@ impl Sensors {
             let discs = hides.iter().enumerate().filter(|(_, hides)| **hides);
             discs.map(move |(disc, _)| (kind, disc))
         });
-        hiding.into_iter().any(lies_across)
+        let is_behind_wall = || {
+            let to_m = [f64::from(way_m.0), f64::from(way_m.1)];
+            self.walls.any(|wall| wall_sight::lies_across(frame.wall(wall), to_m))
+        };
+        hiding.into_iter().any(lies_across) || (sensor.is_hidden_by_walls && is_behind_wall())
+    }
+}
+
+impl SensedWalls {
+    fn new(conditions: &Conditions) -> Self {
+        match conditions.free_space() {
+            None => Self::Square((conditions.arena.side_m / 2.0) as f32),
+            Some(_) if conditions.arena.walls == Walls::None => Self::Shaped(Vec::new()),
+            Some(space) => Self::Shaped(space.walls().to_vec()),
+        }
+    }
+
+    /// Whether something holds of one of the walls that may hide things.
+    fn any(&self, holds: impl Fn(Wall) -> bool) -> bool {
+        match self {
+            Self::Square(_) => false,
+            Self::Shaped(walls) => walls.iter().any(|wall| holds(*wall)),
+        }
     }
 }
 
@@ -305,6 +353,19 @@ impl Frame {
     fn at(&self, (x_m, y_m): (f32, f32)) -> (f32, f32) {
         let (dx_m, dy_m) = (x_m - self.x_m, y_m - self.y_m);
         (dx_m * self.cosine + dy_m * self.sine, dy_m * self.cosine - dx_m * self.sine)
+    }
+
+    /// A wall in the frame.
+    fn wall(&self, wall: Wall) -> Wall {
+        let [x_m, y_m, cosine, sine] = [self.x_m, self.y_m, self.cosine, self.sine].map(f64::from);
+        let at = |[place_x_m, place_y_m]: [f64; 2]| {
+            let (dx_m, dy_m) = (place_x_m - x_m, place_y_m - y_m);
+            [dx_m * cosine + dy_m * sine, dy_m * cosine - dx_m * sine]
+        };
+        match wall {
+            Wall::Straight(ends) => Wall::Straight(ends.map(at)),
+            Wall::Round { centre_m, radius_m } => Wall::Round { centre_m: at(centre_m), radius_m },
+        }
     }
 }
 
@@ -364,6 +425,8 @@ impl Sensor {
             seen_m: (radii_m.each_ref())
                 .map(|of_kind| of_kind.iter().map(|radius_m| seen_m(radius_m) as f32).collect()),
             wall: WallView::new(&sensor.region),
+            sight: WallSight::new(&sensor.region),
+            is_hidden_by_walls: details.hidden_by.contains(&Detects::Wall),
             is_line: matches!(sensor.region, Region::Cone { half_angle_rad: 0.0, .. }),
             hides: each_disc(&radii_m, hides),
             of_discs,

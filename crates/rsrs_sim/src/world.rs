@@ -37,6 +37,10 @@
 //!
 //! Where robots have several sensors, or one that is not plain, `crate::sensors` has what each reports.
 //!
+//! In arenas that are no squares, and where obstacles stand, [`crate::shaped_border`] is the border.
+//!
+//! Where robots fail, [`crate::failures`] has which; who stands is left out of all of *advance*.
+//!
 //! Where robots push each other, or objects, [`crate::pushing`] has the last word on `(x, y)`; where they pass through
 //! each other, or push, nobody is ahead or behind.
 //!
@@ -55,6 +59,7 @@ use rsrs_core::robot::unicycle::Pose;
 use crate::contact::{Blocked, Contact};
 use crate::detections::Detections;
 use crate::draw::{RunKey, Seed};
+use crate::failures::Failures;
 use crate::field_of_view::FieldOfView;
 use crate::grid::{self, Grid, REORDERED_EVERY};
 use crate::kinds::{self, Kinds};
@@ -104,6 +109,8 @@ pub struct World {
     sensors: Option<Sensors>,
     /// What was sensed last, robot by robot.
     readings: Vec<Readings>,
+    /// Where robots fail.
+    failures: Option<Failures>,
 }
 
 impl World {
@@ -138,6 +145,7 @@ impl World {
             objects,
             sensors,
             readings: vec![Readings::default(); n_robots],
+            failures: Failures::new(conditions, run),
         })
     }
 
@@ -181,7 +189,9 @@ impl World {
         }
         if let Some(sensors) = &mut self.sensors {
             sensors.sense(&self.robots, &self.objects, self.step);
-            return sensors.detection(self.step);
+            let Some(failures) = &mut self.failures else { return sensors.detection(self.step) };
+            failures.take(self.step, sensors.arrived().iter().copied());
+            return failures.detection();
         }
         let row = self.detections.row_mut(self.step);
         let keys = &self.robots.detection_keys;
@@ -193,12 +203,18 @@ impl World {
             row[robot] = keys[place].uniform24(self.step as u32) < limit;
         }
         self.detections.overtake(self.step);
-        self.detections.delivered(self.step)
+        let delivered = self.detections.delivered(self.step);
+        let Some(failures) = &mut self.failures else { return delivered };
+        failures.take(self.step, delivered.iter().copied().map(Readings::from));
+        failures.detection()
     }
 
     /// As [`Self::sense`], with what all sensors of each robot report now; shape `[n_robots]`.
     pub fn sense_all(&mut self) -> &[Readings] {
         self.sense();
+        if let Some(failures) = &self.failures {
+            return failures.readings();
+        }
         if let Some(sensors) = &self.sensors {
             return sensors.arrived();
         }
@@ -245,6 +261,10 @@ impl World {
                 "the command of robot {robot} is not finite: {command:?}"
             );
             let is_blocked = self.blocked_at[place].at(speed_m_s);
+            let stands = |failures: &Failures| failures.stands(*robot as usize, self.step);
+            if self.failures.as_ref().is_some_and(stands) {
+                continue;
+            }
             let drive = Drive { speed_m_s, turn_rate_rad_s, is_blocked, step: self.step as u32 };
             let rules = match &self.kinds {
                 None => &self.rules,
@@ -264,7 +284,7 @@ impl World {
     /// commands.
     ///
     /// It covers the step, position and heading of every robot and the position of every object to the bit, and what
-    /// these do not show: gusts, lagging turning rates and detections under way, where there are any.
+    /// these do not show: gusts, lagging turning rates, detections under way and at which sensors stick, where there are any.
     pub fn digest(&self) -> u64 {
         let robots = &self.robots;
         let mut columns = vec![&robots.x_m, &robots.y_m, &robots.cosine, &robots.sine];
@@ -277,10 +297,11 @@ impl World {
         }
         let numbers = columns.into_iter().flat_map(|column| self.numbering.by_robot(column));
         let numbers = numbers.chain(self.objects.columns().into_iter().flatten().copied());
+        let stuck = self.failures.iter().flat_map(Failures::stuck);
         if let Some(sensors) = &self.sensors {
-            return digest(self.step, numbers, sensors.under_way(self.step).copied());
+            return digest(self.step, numbers, sensors.under_way(self.step).copied().chain(stuck));
         }
-        digest(self.step, numbers, self.detections.under_way(self.step).copied())
+        digest(self.step, numbers, self.detections.under_way(self.step).copied().chain(stuck))
     }
 
     /// Where every object is, in metres; shape `[n_objects][2]`.

@@ -21,8 +21,10 @@
           places.getInt16(2 * at, true));
       };
       this.places = units(packed.places);
-      const { radii_m, places, goals_m } = packed.world || { radii_m: [], places: "", goals_m: [] };
+      const { radii_m, places, goals_m, walls_m } =
+        packed.world || { radii_m: [], places: "", goals_m: [] };
       [this.object_radii_m, this.object_places, this.goals_m] = [radii_m, units(places), goals_m];
+      this.walls_m = walls_m || [];
       this.headings = bytes(packed.headings);
       this.detections = bytes(packed.detections);
       this.n_frames = this.headings.length / this.n_robots;
@@ -97,6 +99,7 @@
       pen.fillRect(0, 0, canvas.width, canvas.height);
       const robots = Array.from({ length: replay.n_robots }, (_, robot) => robot);
       const poses = robots.map((robot) => replay.pose(robot, time_s));
+      replay.walls_m.forEach((corners_m, outline) => this.wall(corners_m, outline > 0));
       replay.goals_m.forEach((goal) => this.goal(goal));
       replay.objects(time_s).forEach((object) => this.object(object));
       robots.forEach((robot) => this.trail(robot, time_s));
@@ -160,6 +163,17 @@
       pen.globalAlpha = is_lit ? 0.9 : 0.35;
       this.stroke(is_lit ? this.colour.lit : this.colour.region, 0.8);
       pen.globalAlpha = 1;
+    }
+
+    // The border of the arena, or an obstacle, which is filled.
+    wall(corners_m, is_filled) {
+      this.path(corners_m.map(([x_m, y_m]) => this.point(x_m, y_m)));
+      this.context.closePath();
+      this.context.globalAlpha = 0.35;
+      this.context.fillStyle = this.colour.quiet;
+      if (is_filled) this.context.fill();
+      this.context.globalAlpha = 1;
+      this.stroke(this.colour.quiet, 1.5);
     }
 
     disc([x_m, y_m, radius_m]) {

@@ -2,7 +2,7 @@
 
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_core::world::WorldFile;
+use rsrs_core::world::{Outline, WorldFile};
 
 use crate::palette::{INK, lid};
 use crate::scale::label;
@@ -22,6 +22,8 @@ pub const TAIL: &str = "#0072b2";
 pub const LOST: &str = "#c1121f";
 /// Walls.
 pub const WALL: &str = "#8a6d4b";
+/// What stands in the arena.
+const OBSTACLE: &str = "#d3c4b1";
 /// Objects that robots push.
 const OBJECT: &str = "#e69f00";
 /// Goals on the floor.
@@ -209,12 +211,35 @@ fn tag(name: &str, [left, top, right, bottom]: [f64; 4]) -> Element {
     Element::new("g").fixed().child(ground).child(text)
 }
 
-/// The walls of a square arena around the origin, as far as they lie in the field.
+/// The walls of an arena and its obstacles, as far as they lie in the field; `None` where none is in sight.
 ///
 /// # Arguments
 ///
-/// * `walls_m` — their distance from the origin, in metres.
-pub fn walls(field: &Field, walls_m: f64) -> Option<Element> {
+/// * `walls_m` — distance from the origin of those of a square, in metres, where there are walls.
+/// * `world` — which may have an arena of another shape, and obstacles.
+pub fn walls(field: &Field, walls_m: Option<f64>, world: Option<&WorldFile>) -> Option<Element> {
+    let walls_m = walls_m?;
+    let space = world.and_then(|world| world.free_space(2.0 * walls_m));
+    let is_square = world.is_none_or(|world| world.arena.is_none());
+    let square = is_square.then(|| square_walls(field, walls_m)).flatten();
+    let Some(space) = space else { return square };
+    let outline = |outline: &Outline, fill: &str| {
+        let corners = outline.drawn_m().into_iter().map(|[x_m, y_m]| {
+            let (x, y) = field.point(x_m, y_m);
+            format!("{} {}", number(x), number(y))
+        });
+        let path = format!("M{}Z", corners.collect::<Vec<_>>().join("L"));
+        let drawn = Element::new("path").with("d", &path).with("stroke", WALL);
+        drawn.with("fill", fill).with("stroke-linejoin", "round")
+    };
+    let border = (!is_square).then(|| outline(space.border(), "none").at("stroke-width", 3.0));
+    let obstacles = space.obstacles().iter();
+    let obstacles = obstacles.map(|it| outline(it, OBSTACLE).at("stroke-width", 1.2));
+    Some(Element::new("g").children(square).children(border).children(obstacles))
+}
+
+/// Those of a square.
+fn square_walls(field: &Field, walls_m: f64) -> Option<Element> {
     let (left, upper) = field.point(-walls_m, walls_m);
     let (right, lower) = field.point(walls_m, -walls_m);
     let (top, bottom) = (field.top_px - 6.0, field.top_px + field.height_px + 6.0);
@@ -296,17 +321,26 @@ pub fn around_things<'a>(
 /// In an arena at most so many times as wide as what is drawn in it, all of its walls are shown.
 const WIDE: f64 = 2.0;
 
-/// The corners of walls that are in sight, so that a field has room for them: those of an arena that is not much
-/// wider than what is drawn in it.
+/// The corners of walls that are in sight, so that a field has room for them: those of a square that is not much wider
+/// than what is drawn in it, all of an arena of another shape, and obstacles.
 ///
 /// # Arguments
 ///
-/// * `walls_m` — their distance from the origin, in metres, where there are some.
+/// * `walls_m`, `world` — as in [`walls`].
 /// * `drawn_m` — what is drawn besides, in metres.
 pub fn around_walls(
-    walls_m: Option<f64>,
+    (walls_m, world): (Option<f64>, Option<&WorldFile>),
     drawn_m: &[Point],
 ) -> impl Iterator<Item = Point> + use<> {
+    let is_square = world.is_none_or(|world| world.arena.is_none());
+    let space = walls_m.and_then(|walls_m| world?.free_space(2.0 * walls_m));
+    let shaped = space.into_iter().flat_map(move |space| {
+        let border = (!is_square).then(|| space.border().bounds_m());
+        let obstacles = space.obstacles().iter().map(Outline::bounds_m);
+        border.into_iter().chain(obstacles).flatten().collect::<Vec<_>>()
+    });
+    let shaped = shaped.map(|[x_m, y_m]| (x_m, y_m));
+    let walls_m = walls_m.filter(|_| is_square);
     let extent_m = |number: fn(&Point) -> f64| {
         let (low, high) = drawn_m
             .iter()
@@ -318,7 +352,8 @@ pub fn around_walls(
     };
     let extent_m = extent_m(|place| place.0).max(extent_m(|place| place.1));
     let in_sight = walls_m.filter(|walls_m| 2.0 * walls_m <= WIDE * extent_m);
-    in_sight.into_iter().flat_map(|walls_m| [(-walls_m, -walls_m), (walls_m, walls_m)])
+    let square = in_sight.into_iter();
+    square.flat_map(|walls_m| [(-walls_m, -walls_m), (walls_m, walls_m)]).chain(shaped)
 }
 
 /// A bar of a round length of at most a quarter of the field.

@@ -98,6 +98,10 @@ struct PackedWorld {
     places: String,
     /// Centre and radius of each, in metres.
     goals_m: Vec<[f64; 3]>,
+    /// Corners of the border of an arena that is no plain square, and of each obstacle, in metres; left out where there
+    /// are no such walls.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    walls_m: Vec<Vec<[f64; 2]>>,
 }
 
 /// How many bytes the poses of one robot take in one frame, as text.
@@ -130,6 +134,7 @@ impl Replay {
             radii_m: world.each_object().take(trajectory.n_objects).map(|it| it.radius_m).collect(),
             places: square.packed(objects_m.copied()),
             goals_m: world.goals.iter().map(|goal| disc(goal).map(rounded)).collect(),
+            walls_m: walls_m(conditions),
         });
         Self {
             n_robots: trajectory.n_robots,
@@ -164,12 +169,20 @@ fn packed_classes(world: &WorldFile, n_robots: usize) -> Option<PackedClasses> {
     })
 }
 
+/// Corners of the border and of each obstacle, in metres, of an arena that is no plain square.
+fn walls_m(conditions: &Conditions) -> Vec<Vec<[f64; 2]>> {
+    let corners = |corners_m: Vec<[f64; 2]>| {
+        corners_m.into_iter().map(|corner| corner.map(rounded)).collect()
+    };
+    conditions.walls_drawn_m().into_iter().map(corners).collect()
+}
+
 /// Centre and radius of a goal, in metres.
 fn disc(goal: &Goal) -> [f64; 3] {
     [goal.place_m[0], goal.place_m[1], goal.radius_m]
 }
 
-/// The square that holds every robot, every object and every goal.
+/// The square that holds every robot, every object, every goal and every obstacle, and all of an arena that is no square.
 struct Square {
     centre_m: [f64; 2],
     half_side_m: f64,
@@ -185,11 +198,15 @@ impl Square {
             let [x_m, y_m, r_m] = disc(goal);
             [[x_m - r_m, y_m - r_m], [x_m + r_m, y_m + r_m]]
         });
+        // A square may be much wider than where robots are.
+        let is_square = conditions.world.arena.is_none();
+        let walls_m = walls_m(conditions).into_iter().skip(usize::from(is_square)).flatten();
         let places_m = poses.map(|pose| [pose.x_m, pose.y_m]).chain(objects_m.copied());
         let none = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         let ends = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
         let [x_m, y_m] = places_m
             .chain(goals)
+            .chain(walls_m)
             .fold(none, |[x_m, y_m], place_m| [ends(x_m, place_m[0]), ends(y_m, place_m[1])]);
         let half_m = |[low, high]: [f64; 2]| (high - low) / 2.0;
         let half_extent_m = half_m(x_m).max(half_m(y_m));

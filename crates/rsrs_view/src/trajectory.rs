@@ -133,7 +133,7 @@ pub(crate) fn elements(
     let corners_m = rings.iter().flat_map(|(ring, _)| ring.corners_m());
     let drawn_m = places(&trajectory.poses).chain(corners_m);
     let mut drawn_m: Vec<Point> = drawn_m.chain(around_things(picture.world, trajectory)).collect();
-    drawn_m.extend(around_walls(picture.walls_m, &drawn_m));
+    drawn_m.extend(around_walls((picture.walls_m, picture.world), &drawn_m));
     let field = Field::around(drawn_m.into_iter(), picture.radius_m, header_px + 10.0);
 
     let last = trajectory.poses_at(trajectory.n_samples() - 1);
@@ -145,7 +145,7 @@ pub(crate) fn elements(
     let names: Vec<String> = picture.names.iter().map(|name| short(name).to_owned()).collect();
     let (caption, bottom_px) = caption(picture, &rings, &field);
     let mut elements = header;
-    elements.extend(picture.walls_m.and_then(|walls_m| walls(&field, walls_m)));
+    elements.extend(walls(&field, picture.walls_m, picture.world));
     let last_sample = trajectory.n_samples() - 1;
     elements.extend(
         picture
@@ -365,8 +365,10 @@ fn caption(
         let text = "robots that did not take part to the end";
         entries.push((stroke_mark(LOST, 1.8), text.to_owned()));
     }
-    if picture.walls_m.is_some_and(|walls_m| walls(field, walls_m).is_some()) {
-        entries.push((stroke_mark(WALL, 3.0), "walls".to_owned()));
+    if walls(field, picture.walls_m, picture.world).is_some() {
+        let has_obstacles = picture.world.is_some_and(|world| !world.obstacles.is_empty());
+        let text = if has_obstacles { "walls and obstacles" } else { "walls" };
+        entries.push((stroke_mark(WALL, 3.0), text.to_owned()));
     }
     if let Some(world) = picture.world {
         entries.extend(things_in_words(world, picture.trajectory.n_objects));

@@ -265,7 +265,8 @@ fn settings(
     if let Some(SweptCell { operator_conditions, .. }) = swept {
         settings.behaviour = named.unwrap_or(operator_conditions.behaviour);
         settings.walls = operator_conditions.arena.walls;
-        if cell.get(Axis::Arena).is_none() {
+        let is_square = operator_conditions.world.arena.is_none();
+        if is_square && cell.get(Axis::Arena).is_none() {
             settings.values.push((Axis::Arena, operator_conditions.arena.side_m));
         }
         settings.world = operator_conditions.world.clone();

@@ -21,6 +21,7 @@ const SEEING: ColorRGBA = color(0.90, 0.45, 0.10, 1.0);
 const RING: ColorRGBA = color(0.25, 0.65, 0.30, 0.8);
 const OBJECT: ColorRGBA = color(0.90, 0.62, 0.0, 1.0);
 const GOAL: ColorRGBA = color(0.0, 0.62, 0.45, 0.8);
+const WALL: ColorRGBA = color(0.54, 0.43, 0.29, 1.0);
 const TEXT: ColorRGBA = color(0.90, 0.90, 0.90, 1.0);
 
 /// Width of lines, in metres.
@@ -40,6 +41,7 @@ pub fn markers(scene: &Scene) -> MarkerArray {
         vec![bodies(scene), headings(scene), sensors(scene), ring(scene), text(scene)];
     markers.extend(objects(scene));
     markers.extend(goals(scene));
+    markers.extend(walls(scene));
     MarkerArray { markers }
 }
 
@@ -134,6 +136,21 @@ fn goals(scene: &Scene) -> Option<Marker> {
     })
 }
 
+/// The walls of an arena that is no plain square, and of its obstacles, if there are some.
+fn walls(scene: &Scene) -> Option<Marker> {
+    let walls_m = &scene.look.walls_m;
+    let side = |corners_m: &Vec<[f64; 2]>| {
+        let next = corners_m.iter().cycle().skip(1);
+        let sides = corners_m.iter().zip(next).flat_map(|(from, to)| [*from, *to]);
+        sides.map(|[x, y]| Point { x, y, z: 0.0 }).collect::<Vec<Point>>()
+    };
+    (!walls_m.is_empty()).then(|| Marker {
+        color: WALL,
+        points: walls_m.iter().flat_map(side).collect(),
+        ..marker(scene, "walls", Marker::LINE_LIST)
+    })
+}
+
 /// Points around a circle, the first of which is the last one, too.
 fn circle(centre: Point, radius_m: f64) -> Vec<Point> {
     let on_it = |point| {
@@ -179,10 +196,11 @@ fn fit(poses: &[Pose]) -> (Point, f64) {
 mod tests {
     use std::sync::Arc;
 
-    use rsrs_core::conditions::{Conditions, Settings};
+    use rsrs_core::conditions::{Conditions, Settings, Walls};
     use rsrs_core::robot::profile::RobotProfile;
     use rsrs_core::robot::region::Region;
     use rsrs_core::robot::sensor::Readings;
+    use rsrs_core::world::WorldFile;
     use rsrs_msgs::builtin_interfaces::Time;
 
     use super::super::Look;
@@ -286,6 +304,37 @@ mod tests {
             assert_eq!((marker.header.frame_id.as_str(), marker.header.stamp.nanosec), ("map", 7));
         }
     }
+
+    #[test]
+    fn walls_of_an_arena_that_is_no_plain_square_are_lines_around_it_and_around_obstacles() {
+        let mut conditions = pushing("last_s: 10");
+        let text = "
+arena: {rectangle_m: [6, 4]}
+obstacles: [{place_m: [1, -1], radius_m: 0.2}, {polygon_m: [[0, 0], [1, 0], [0, 1]]}]
+";
+        conditions.world = WorldFile::parse("world.yaml", text, &[], &[]).unwrap();
+
+        let array = markers(&scene(Look::of(&conditions)));
+
+        let points = &named(&array, "walls").points;
+        assert_eq!(points.len(), 2 * (4 + 96 + 3));
+        let is_from_to = |side: usize, ends: [[f64; 2]; 2]| {
+            let there = points[2 * side..].iter().zip(ends);
+            there.map(|(it, [x, y])| libm::hypot(it.x - x, it.y - y)).all(|away_m| away_m < 1e-12)
+        };
+        assert!(is_from_to(0, [[-3.0, -2.0], [3.0, -2.0]]));
+        assert!(is_from_to(3, [[-3.0, 2.0], [-3.0, -2.0]]));
+        assert!(is_from_to(102, [[0.0, 1.0], [0.0, 0.0]]));
+        for point in &points[8..8 + 192] {
+            let distance_m = libm::hypot(point.x - 1.0, point.y + 1.0);
+            assert!((distance_m - 0.2).abs() < 1e-12, "{point:?}");
+        }
+        conditions.arena.walls = Walls::None;
+        conditions.world.obstacles.clear();
+        let array = markers(&scene(Look::of(&conditions)));
+        assert!(array.markers.iter().all(|marker| marker.ns != "walls"), "there are none");
+    }
+
     #[test]
     fn objects_and_goals_are_where_they_are_and_as_large_as_they_are() {
         let conditions = pushing("last_s: 10");
@@ -307,6 +356,7 @@ mod tests {
             let distance_m = libm::hypot(point.x - 0.6, point.y + 0.6);
             assert!((distance_m - 0.3).abs() < 1e-12, "{point:?}");
         }
+        assert!(array.markers.iter().all(|marker| marker.ns != "walls"), "a square has none");
         let plain = markers(&self::scene(look(None)));
         assert_eq!(plain.markers.len(), 5, "where there are none, there is no marker of them");
     }

@@ -28,6 +28,9 @@ pub struct Look {
     pub sensors: Vec<SensorLook>,
     /// Objects and goals.
     pub world: WorldFile,
+    /// Corners of the border of an arena that is no plain square, and of each obstacle, in metres; empty where there are
+    /// no such walls.
+    pub walls_m: Vec<Vec<[f64; 2]>>,
 }
 
 /// What a sensor looks like.
@@ -51,7 +54,9 @@ impl Look {
             SensorLook { corners_m: turned.collect(), readings: first..n_readings }
         });
         let sensors = sensors.collect();
-        Self { radius_m: conditions.robot.radius_m, sensors, world: conditions.world.clone() }
+        let walls_m = conditions.walls_drawn_m();
+        let (radius_m, world) = (conditions.robot.radius_m, conditions.world.clone());
+        Self { radius_m, sensors, world, walls_m }
     }
 }
 

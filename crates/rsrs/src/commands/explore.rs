@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS, explore};
 use rsrs_pipeline::sweep::source::{
     behaviour, read_controller, read_profile, read_world, robots_beside,
@@ -11,7 +12,7 @@ use rsrs_pipeline::sweep::source::{
 use rsrs_sim::exploration::space::Directions;
 
 use crate::commands::{Format, report};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::progress::execution;
 use rsrs_render::explored::{draw, text};
 
@@ -42,8 +43,8 @@ pub struct Arguments {
     /// A controller's table, whose numbers are searched within their bounds in place of two commands.
     #[arg(long, value_name = "FILE", conflicts_with = "forward")]
     controller: Option<PathBuf>,
-    /// What is in the arena besides robots: a world's file.
-    #[arg(long = "world-file", value_name = "FILE", requires = "arena")]
+    /// What is in the arena besides robots: a world's file; beside `--arena`, unless it has an arena of its own.
+    #[arg(long = "world-file", value_name = "FILE")]
     world: Option<PathBuf>,
     /// Number of robots (default: that of `fleet.yaml` beside the profile, or 9).
     #[arg(long, value_name = "N")]
@@ -109,10 +110,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Some(file) => Some(read_controller(file, &read_profile(&arguments.profile)?)?),
         None => None,
     };
-    let world = match (&arguments.world, arguments.arena) {
-        (Some(file), Some(arena_m)) => Some(read_world(file, &[arena_m], &[robots])?),
-        _ => None,
+    let world = match &arguments.world {
+        Some(file) => {
+            let sides_m: Vec<f64> = arguments.arena.into_iter().collect();
+            Some(read_world(file, &sides_m, &[robots])?)
+        }
+        None => None,
     };
+    if let (Some(world), None) = (&world, arguments.arena)
+        && world.arena.is_none()
+    {
+        return Err(bad_arguments(with_help(
+            "the world has no arena of its own, and there is no `--arena`",
+            "give the side of a square in metres, as in `--arena 3`, or the world an `arena`",
+        )));
+    }
     let options = Options {
         wanted: arguments.behaviour,
         controller: table.as_ref(),

@@ -1,10 +1,12 @@
-//! The floor from above: where robots are, where they head, and the way they came.
+//! The floor from above: where robots are, where they head, and the way they came; and the walls of an arena that is no
+//! plain square.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
+use rsrs_core::conditions::Conditions;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::observation::{Condition, ObservedRobot};
 use rsrs_fleet::timing::POSE_TIMEOUT;
@@ -24,6 +26,8 @@ const ASPECT: f64 = 2.0;
 const LENGTHS_M: [f64; 9] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
 /// The eight dots of a sign, by column and row.
 const DOTS: [[u32; 4]; 2] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
+/// Dots along one side of a wall; more are never shown.
+const MOST_DOTS: f64 = 10_000.0;
 /// The sign without a dot.
 const NO_DOT: u32 = 0x2800;
 
@@ -99,30 +103,63 @@ pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     }
     let trail = view.observation.trail(TRAIL_S);
     let poses = robots.iter().map(|(_, _, pose)| pose).chain(trail);
-    let places_m: Vec<(f64, f64)> = poses.map(|pose| (pose.x_m, pose.y_m)).collect();
+    let conditions = view.observation.conditions();
+    let walls = conditions.map(Conditions::walls_drawn_m).unwrap_or_default();
+    // A square around obstacles may be much wider than where robots are.
+    let is_square = conditions.is_some_and(|conditions| conditions.world.arena.is_none());
+    let around = walls.iter().skip(usize::from(is_square)).flatten().map(|[x, y]| (*x, *y));
+    let places_m: Vec<(f64, f64)> = poses.map(|pose| (pose.x_m, pose.y_m)).chain(around).collect();
     let floor = Rect { height: area.height - 1, ..area };
     let scale = Scale::of(&places_m, floor.width, floor.height);
+    let on_walls = walls.iter().flat_map(|corners_m| along(corners_m, scale.row_m / 8.0));
+    draw_dots(view, (&scale, on_walls), floor, buffer);
     if view.look.signs == Signs::Unicode {
-        draw_trail(view, (&scale, trail), floor, buffer);
+        let trail = trail.iter().map(|pose| [pose.x_m, pose.y_m]);
+        draw_dots(view, (&scale, trail), floor, buffer);
     }
     draw_robots(view, (&scale, &robots), floor, buffer);
     let bar = Rect { y: area.y + area.height - 1, height: 1, ..area };
     draw_bar(view, &scale, bar, buffer);
 }
 
-/// The way that robots came, in dots.
-fn draw_trail(view: &View<'_>, (scale, trail): (&Scale, &[Pose]), area: Rect, buffer: &mut Buffer) {
+/// Places along the sides of a polygon, at most so far from each other, in metres.
+fn along(corners_m: &[[f64; 2]], apart_m: f64) -> Vec<[f64; 2]> {
+    let next = corners_m.iter().cycle().skip(1);
+    let side = |([from_x, from_y], [to_x, to_y]): (&[f64; 2], &[f64; 2])| {
+        let (x_m, y_m) = (to_x - from_x, to_y - from_y);
+        let n = (libm::hypot(x_m, y_m) / apart_m).ceil().clamp(1.0, MOST_DOTS);
+        let mut shares = Vec::new();
+        let mut step = 0.0;
+        while step < n {
+            shares.push([from_x + x_m * step / n, from_y + y_m * step / n]);
+            step += 1.0;
+        }
+        shares
+    };
+    corners_m.iter().zip(next).flat_map(side).collect()
+}
+
+/// The way that robots came, or walls, in dots.
+fn draw_dots(
+    view: &View<'_>,
+    (scale, places_m): (&Scale, impl Iterator<Item = [f64; 2]>),
+    area: Rect,
+    buffer: &mut Buffer,
+) {
     let mut letters: BTreeMap<(u16, u16), u32> = BTreeMap::new();
-    for pose in trail {
-        let (x, y) = scale.at(pose.x_m, pose.y_m);
-        if let Some(letter) = scale.letter(pose.x_m, pose.y_m) {
+    for [x_m, y_m] in places_m {
+        let (x, y) = scale.at(x_m, y_m);
+        if let Some(letter) = scale.letter(x_m, y_m) {
             let column = usize::from(x.fract() >= 0.5);
             let row = usize::from(within(y.fract() * 4.0, 4.0).unwrap_or(3));
             *letters.entry(letter).or_default() |= DOTS[column][row];
         }
     }
     for (letter, dots) in letters {
-        let sign = char::from_u32(NO_DOT + dots).unwrap_or(' ');
+        let sign = match view.look.signs {
+            Signs::Unicode => char::from_u32(NO_DOT + dots).unwrap_or(' '),
+            Signs::Ascii => '.',
+        };
         write(buffer, area, letter, &sign.to_string(), view.look.quiet());
     }
 }

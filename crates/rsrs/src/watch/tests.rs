@@ -10,8 +10,11 @@ use ratatui::style::{Color, Modifier};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 use rsrs_fleet::message::{Echo, Lease, LeaseState, RobotState, Status, StopCause};
 use rsrs_fleet::observation::{Event, Observation};
+use rsrs_testing::conditions::flockbot_conditions;
+use rsrs_testing::record::fleet_record;
 
 use super::look::{BannerKind, Colours, Look, Signs};
 use super::screen::{Banner, Overlay, PlayState, Timeline, View, draw};
@@ -197,6 +200,35 @@ fn every_robot_that_has_a_pose_is_in_the_arena() {
         let n_arrows: usize = arrows.iter().map(|arrow| arena.matches(arrow).count()).sum();
         assert_eq!(n_arrows, n_robots, "{size:?}:\n{}", rows.join("\n"));
     }
+}
+
+#[test]
+fn the_walls_of_an_arena_that_is_no_plain_square_are_around_the_robots() {
+    let seen = |world: &str, signs| {
+        let mut conditions = flockbot_conditions();
+        conditions.world =
+            WorldFile::parse("world.yaml", world, &[15.0], &[]).expect("it is a world");
+        let record = fleet_record("0", conditions);
+        let mut observation = mill(9);
+        let now = Duration::from_secs_f64(NOW_S);
+        observation.on_event(Event::Experiment(Box::new(record)), now);
+        let look = Look { signs, ..PLAIN };
+        let rows = rows(&drawn(&View { look, ..view(&observation) }, (120, 40)));
+        rows[2..rows.len() - 3].to_vec()
+    };
+    let n_signs = |rows: &[String], is_one: fn(char) -> bool| {
+        rows.iter().flat_map(|row| row.chars()).filter(|sign| is_one(*sign)).count()
+    };
+    let is_dot = |sign| ('\u{2801}'..='\u{28ff}').contains(&sign);
+
+    let without = seen("goals: [{place_m: [0, 0], radius_m: 0.1}]", Signs::Unicode);
+    let around = seen("arena: {disc_m: 2}", Signs::Unicode);
+    let plain = seen("goals: [{place_m: [0, 0], radius_m: 0.1}]", Signs::Ascii);
+    let pillar = seen("obstacles: [{place_m: [0, 0], radius_m: 0.4}]", Signs::Ascii);
+    let n_points = |rows: &[String]| n_signs(rows, |sign| sign == '.');
+
+    assert!(n_signs(&around, is_dot) > n_signs(&without, is_dot) + 40, "{around:#?}");
+    assert!(n_points(&pillar) > n_points(&plain) + 10, "{pillar:#?}");
 }
 
 #[test]

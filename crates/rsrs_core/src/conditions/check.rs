@@ -1,6 +1,8 @@
 //! Whether conditions make a world: every number against what it can mean.
 
-use super::{Conditions, GainDistribution, Placement, SimulatedRobot, StartsError, Walls, starts};
+use super::{
+    Conditions, GainDistribution, Placement, ROUNDING, SimulatedRobot, StartsError, Walls, starts,
+};
 use crate::document::{did_you_mean, nearest};
 use crate::help::Help;
 use crate::quantity::Bounds;
@@ -107,6 +109,12 @@ pub enum Impossible {
     /// A trial of two robots has nothing else.
     #[error("the placement is a pair, for a trial, and there are objects")]
     TrialWithObjects,
+    /// A trial of two robots is on a floor without walls.
+    #[error("the placement is a pair, for a trial, and the world has an arena or obstacles")]
+    TrialWithWalls,
+    /// Obstacles are walls.
+    #[error("the world has obstacles, which are walls, and `walls` is none")]
+    ObstaclesWithoutWalls,
     /// A controller for robots that report other things.
     #[error("controller.sensors are not what the robots report: {expected}")]
     Readings {
@@ -143,6 +151,10 @@ impl Help for Impossible {
                 "name a world with `classes: [{{name: {found}}}, …]`, or leave it out of `starts`"
             )),
             Self::World(flaw) => flaw.help(),
+            Self::ObstaclesWithoutWalls => Some(
+                "have robots stop or slide at walls, `walls: stop` or `walls: clamp`, or leave `obstacles` out"
+                    .to_owned(),
+            ),
             Self::StartsInObject { .. } => Some("move the robot, or the object".to_owned()),
             Self::OwnRobot { source, .. } => source.help(),
             _ => None,
@@ -261,9 +273,16 @@ fn check_world(conditions: &Conditions) -> Result<(), Impossible> {
     world.check()?;
     world.check_in(conditions.arena.side_m)?;
     world.check_classes_of(conditions.robots)?;
+    world.check_failures_of(conditions.robots)?;
+    if conditions.arena.walls == Walls::None && !world.obstacles.is_empty() {
+        return Err(Impossible::ObstaclesWithoutWalls);
+    }
     let placed = || world.each_object().filter_map(|object| Some((object, object.place_m?)));
     match &conditions.placement {
         Placement::Pair { .. } if world.n_objects() > 0 => Err(Impossible::TrialWithObjects),
+        Placement::Pair { .. } if conditions.free_space().is_some() => {
+            Err(Impossible::TrialWithWalls)
+        }
         Placement::Given { starts } => {
             let each = |set: &Vec<Pose>| set.clone().into_iter().enumerate();
             let all = starts.iter().enumerate().flat_map(|(replicate, set)| {
@@ -285,9 +304,6 @@ fn check_world(conditions: &Conditions) -> Result<(), Impossible> {
         _ => Ok(()),
     }
 }
-
-/// Lengths that differ by less than this share were the same before they were rounded; dimensionless.
-const ROUNDING: f64 = 1e-6;
 
 fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
     let GainDistribution { mean: speed_mean, robot_sd: speed_sd, step_sd: speed_step_sd } =

@@ -91,6 +91,14 @@ pub enum ConditionsError {
         /// The axis.
         axis: Axis,
     },
+    /// A side of a square beside a world whose arena is none.
+    #[error("`arena_m` is {side_m} m, and the world has an arena of its own, {arena}")]
+    ArenaTwice {
+        /// In metres.
+        side_m: f64,
+        /// The world's, in words.
+        arena: String,
+    },
     /// A table that these robots cannot follow.
     #[error(transparent)]
     Table(#[from] TableFlaw),
@@ -120,6 +128,9 @@ impl Help for ConditionsError {
             }
             Self::NoTable { .. } => {
                 Some("name its file: `controller: controllers/FILE.yaml`".to_owned())
+            }
+            Self::ArenaTwice { .. } => {
+                Some("leave `arena_m` out, or `arena` out of the world".to_owned())
             }
             Self::Table(flaw) => flaw.help(),
             Self::Impossible(impossible) => impossible.help(),
@@ -167,6 +178,9 @@ impl Conditions {
             };
             operator.controller(detected)?.into()
         };
+        if let (Some(side_m), Some(arena)) = (operator.arena_m, &settings.world.arena) {
+            return Err(ConditionsError::ArenaTwice { side_m, arena: arena.in_words() });
+        }
         let simulated = simulated_robot(&robot, &controller);
         let default_radius_m = PLACEMENT_OVER_RANGE * simulated.region.range_m();
         let conditions = Self {
@@ -176,7 +190,10 @@ impl Conditions {
             placement: settings.placement.clone().unwrap_or(Placement::DiscFacingOut {
                 radius_m: operator.placement_radius_m.unwrap_or(default_radius_m),
             }),
-            arena: Arena { side_m: operator.arena_m.unwrap_or(ARENA_M), walls: settings.walls },
+            arena: Arena {
+                side_m: settings.world.side_m().or(operator.arena_m).unwrap_or(ARENA_M),
+                walls: settings.walls,
+            },
             world: settings.world.clone(),
             robot: simulated,
             own_robots: BTreeMap::new(),

@@ -1,11 +1,11 @@
 //! Whether robots can start where a table puts them.
 
-use super::{Conditions, Walls};
+use super::{Conditions, ROUNDING};
 use crate::robot::unicycle::Pose;
 
 /// Why robots cannot start where a table puts them; robots and replicates are numbered as people do,
 /// robots from 1 and replicates from 0.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StartsError {
     /// There is no set of poses.
     #[error("no start poses, expected a set of them")]
@@ -57,7 +57,7 @@ pub enum StartsError {
     /// A body is not within the walls.
     #[error(
         "replicate {replicate}: robot {robot} starts at ({x_m}, {y_m}) m, which is not within the walls \
-         of an arena of {side_m} m"
+         of {arena}"
     )]
     Outside {
         /// Number of the set, from 0.
@@ -68,15 +68,13 @@ pub enum StartsError {
         x_m: f64,
         /// In metres.
         y_m: f64,
-        /// Side of the arena, in metres.
-        side_m: f64,
+        /// The arena, in words.
+        arena: String,
     },
 }
 
 /// Greatest coordinate in metres, and heading in radians.
 const MOST: f64 = 1e6;
-/// Lengths that differ by less than this share were the same before they were rounded; dimensionless.
-const ROUNDING: f64 = 1e-6;
 
 /// Checks every set of start poses.
 pub(super) fn check(starts: &[Vec<Pose>], conditions: &Conditions) -> Result<(), StartsError> {
@@ -105,13 +103,17 @@ fn check_pose(
     if ![x_m, y_m, heading_rad].iter().all(|number| number.abs() <= MOST) {
         return Err(StartsError::Number { replicate, robot, x_m, y_m, heading_rad });
     }
-    let side_m = conditions.arena.side_m;
-    let radius_m = conditions.robot_at(robot - 1).radius_m;
-    let most_m = (side_m / 2.0 - radius_m) * (1.0 + ROUNDING);
-    if conditions.arena.walls != Walls::None && x_m.abs().max(y_m.abs()) > most_m {
-        return Err(StartsError::Outside { replicate, robot, x_m, y_m, side_m });
+    if conditions.is_within_walls([x_m, y_m], conditions.robot_at(robot - 1).radius_m) {
+        return Ok(());
     }
-    Ok(())
+    let side_m = conditions.arena.side_m;
+    let arena = match (&conditions.world.arena, conditions.world.obstacles.len()) {
+        (None, 0) => format!("an arena of {side_m} m"),
+        (None, _) => format!("an arena of {side_m} m with obstacles"),
+        (Some(arena), 0) => format!("the arena, {}", arena.in_words()),
+        (Some(arena), _) => format!("the arena, {} with obstacles", arena.in_words()),
+    };
+    Err(StartsError::Outside { replicate, robot, x_m, y_m, arena })
 }
 
 /// Holds each robot against those of nearly its x only, so that large swarms are checked soon.

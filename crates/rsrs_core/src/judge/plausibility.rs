@@ -323,7 +323,9 @@ pub fn implausible(trajectory: &Trajectory, known: &Known, stood_s: f64) -> Vec<
     if trajectory.n_samples() < 2 || trajectory.period_s <= 0.0 {
         return Vec::new();
     }
-    let surroundings = Surroundings { bodies: &known.bodies, walls_m: known.walls_m };
+    let (bodies, walls_m) = (&known.bodies, known.walls_m);
+    let space = walls_m.and_then(|walls_m| bodies.world.free_space(2.0 * walls_m));
+    let surroundings = Surroundings { bodies, walls_m, space: space.as_ref() };
     let robots: Vec<Robot> = (0..trajectory.n_robots)
         .filter(|row| !known.left_out.contains(row))
         .map(|row| {

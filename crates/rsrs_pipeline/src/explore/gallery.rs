@@ -147,7 +147,9 @@ fn sweep_text(
 ) -> anyhow::Result<String> {
     let (axes, mut values) = axes(laboratory, trial);
     values.push((Axis::Robots, options.robots as f64));
-    values.push((Axis::Arena, laboratory.arena_m));
+    if options.world.is_none_or(|world| world.arena.is_none()) {
+        values.push((Axis::Arena, laboratory.arena_m));
+    }
     values.push((Axis::PlacementRadius, laboratory.placement_m));
     let sweep = SweepFile {
         profile: format!("../{PROFILE}"),

@@ -10,6 +10,7 @@ use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::share::Share;
+use rsrs_core::world::WorldFile;
 use rsrs_sim::exploration::niche::{Clusters, Extent, Motion, Niche, Rotation};
 use rsrs_sim::exploration::space::{ControllerSpace, Point};
 use rsrs_sim::sweep::{ReplicateOutcome, Runs, Swept, Watch, check, sweep};
@@ -173,17 +174,18 @@ impl Laboratory {
     pub fn new(measured: &RobotProfile, options: &Options) -> anyhow::Result<Self> {
         let simulated = Harsher::default().factors(measured).apply(measured)?;
         let across_m = simulated.body.radius_m * (options.robots.max(1) as f64).sqrt();
-        let arena_m = options.arena_m.unwrap_or_else(|| {
+        let own_m = options.world.and_then(WorldFile::side_m);
+        let arena_m = own_m.or(options.arena_m).unwrap_or_else(|| {
             // A side that a person would write, and in which there is room for the least of robots.
             ((ARENA_OVER_RADIUS_2.sqrt() * across_m * 10.0).round() / 10.0).max(0.1)
         });
         let placement_m = (PLACEMENT_OVER_RADIUS * across_m).min(PLACEMENT_OVER_ARENA * arena_m);
         let placement_m = (placement_m * 1e3).round() / 1e3;
-        let values = vec![
-            (Axis::Robots, options.robots as f64),
-            (Axis::Arena, arena_m),
-            (Axis::PlacementRadius, placement_m),
-        ];
+        let mut values =
+            vec![(Axis::Robots, options.robots as f64), (Axis::PlacementRadius, placement_m)];
+        // Beside an arena of the world's own, that of the options is refused.
+        let side_m = if own_m.is_some() { options.arena_m } else { Some(arena_m) };
+        values.extend(side_m.map(|side_m| (Axis::Arena, side_m)));
         let settings = Settings {
             values,
             walls: options.walls,

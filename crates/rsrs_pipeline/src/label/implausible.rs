@@ -6,6 +6,8 @@ use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::placement::{Tolerance, WantedStart, deviations_beyond};
 use rsrs_fleet::record::{Backend, ExperimentRecord, LostRobot};
+use rsrs_sim::draw::Seed;
+use rsrs_sim::failures;
 use serde::Serialize;
 
 /// What some robots show that cannot be.
@@ -32,7 +34,10 @@ pub fn find(
     lost: &[LostRobot],
 ) -> Vec<ImplausibleMotion> {
     let RecordedTrajectory { trajectory, robots, .. } = recorded;
-    let is_lost = |row: &usize| lost.iter().any(|lost| lost.robot == robots[*row]);
+    let stand = record.map(standing).unwrap_or_default();
+    let is_lost = |row: &usize| {
+        lost.iter().any(|lost| lost.robot == robots[*row]) || stand.contains(&&robots[*row])
+    };
     let left_out: Vec<usize> = (0..robots.len()).filter(is_lost).collect();
     let walls_m = record.and_then(|record| record.conditions.arena.walls_m());
     let unseen = |finding: &Finding| match finding {
@@ -51,6 +56,13 @@ pub fn find(
         robots: found.robots.iter().map(|row| robots[*row].clone()).collect(),
     };
     found.into_iter().map(named).collect()
+}
+
+/// Robots that the record has stand still from a time on.
+fn standing(record: &ExperimentRecord) -> Vec<&String> {
+    let seed = Seed { seed: record.seed, replicate: record.replicate };
+    let standing = failures::standing(&record.conditions, seed).into_iter();
+    standing.filter_map(|robot| record.robots.get(robot)).collect()
 }
 
 /// Robots whose first poses are not where the record places them, in words.

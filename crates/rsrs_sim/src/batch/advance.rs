@@ -6,7 +6,7 @@ use rsrs_core::robot::controller::{Command, ControllerParameters, decide};
 
 use super::noise::{LaneKey, turn};
 use super::sense::Body;
-use crate::contact::Border;
+use crate::contact::{Border, SquareBorder};
 use crate::draw::Key;
 use crate::robots::{NoiseKeys, Robots, WorldParameters};
 use crate::turn;
@@ -45,7 +45,9 @@ impl<S: Simd> LaneRules<S> {
             (one(speed_m_s as f32), one(turn_rate_rad_s as f32))
         };
         let reverses = |detected: bool| (decide(detected, controller).speed_m_s as f32) < 0.0;
-        let Border { walls, limit_m } = rules.border;
+        let Border::Square(SquareBorder { walls, limit_m }) = rules.border else {
+            unreachable!("the lanes have no arenas of other shapes, and no obstacles")
+        };
         Self {
             true_positive: simd.word(rules.true_positive),
             false_positive: simd.word(rules.false_positive),

@@ -1,12 +1,14 @@
 //! The laws of the simulator, from outside.
 
 mod acceptance;
+mod arenas;
 mod batch;
 mod blocks;
 mod classes;
 mod contact;
 mod controlled;
 mod controllers;
+mod failures;
 mod few;
 mod golden;
 mod kinds;

@@ -84,7 +84,7 @@ impl<'a> Frames<'a> {
         let robots_m = places(&film.trajectory.poses);
         let mut drawn_m: Vec<Point> =
             robots_m.chain(around_things(film.world, film.trajectory)).collect();
-        drawn_m.extend(around_walls(film.walls_m, &drawn_m));
+        drawn_m.extend(around_walls((film.walls_m, film.world), &drawn_m));
         let field = Field::around(drawn_m.into_iter(), film.radius_m, header_px + 6.0);
         let height_px = field.top_px + field.height_px + 3.0 * CAPTION_PX + 10.0;
         let scale = f64::from(film.width_px) / PAGE_PX;
@@ -128,7 +128,7 @@ impl<'a> Frames<'a> {
         let tags = tags(&self.field, trajectory.poses_at(sample), &names, radius_m);
         let things = |world| things(&self.field, world, trajectory.objects_at(sample));
         let world = self.film.world.into_iter().flat_map(things);
-        let walls = self.film.walls_m.and_then(|walls_m| walls(&self.field, walls_m));
+        let walls = walls(&self.field, self.film.walls_m, self.film.world);
         Element::picture(PAGE_PX, self.height_px, &self.film.title)
             .children(self.header.iter().cloned())
             .children(walls)

@@ -109,13 +109,30 @@ impl Help for Objects {
     }
 }
 
-/// Refuses a world with objects in which robots are real: nothing records where their objects are.
+/// Robots that nobody can have fail.
+#[derive(Debug, thiserror::Error)]
+#[error("robots of this world fail, and they do so where the simulator is all of the fleet")]
+struct Failing;
+
+impl Help for Failing {
+    fn help(&self) -> Option<String> {
+        Some("run it with `--backend simulator`, or leave `failures` out of the `world`".to_owned())
+    }
+}
+
+/// Refuses a world with objects, or in which robots fail, where robots are real: nothing records where their objects are.
 ///
 /// # Errors
 ///
 /// If there are some.
 pub fn refuse_objects(backend: Backend, conditions: &Conditions) -> anyhow::Result<()> {
-    if backend == Backend::Simulator || conditions.world.n_objects() == 0 {
+    if backend == Backend::Simulator {
+        return Ok(());
+    }
+    if !conditions.world.failures.is_empty() {
+        return Err(Helpful::from(Failing).into());
+    }
+    if conditions.world.n_objects() == 0 {
         return Ok(());
     }
     let found = conditions.world.in_words();

@@ -14,7 +14,7 @@ use super::sums::Samples;
 use super::{RESOLUTION, rounded};
 use crate::judge::number::Number;
 use crate::judge::trajectory::{Bodies, Trajectory};
-use crate::world::{Goal, WorldFile};
+use crate::world::{FreeSpace, Goal, WorldFile};
 
 /// How many there are.
 pub const N_ASKED: usize = 11;
@@ -125,6 +125,8 @@ struct Look<'a> {
     /// Side of the arena, and radius of a body, in metres.
     arena_m: f64,
     radius_m: f64,
+    /// Where bodies may be, of an arena that is no plain square.
+    space: Option<FreeSpace>,
     /// What is there besides the robots.
     world: &'a WorldFile,
     /// Of each robot; empty where there are none.
@@ -208,6 +210,7 @@ impl<'a> Look<'a> {
             headings: poses().map(heading).collect(),
             arena_m: bodies.arena_m.unwrap_or(f64::NAN),
             radius_m: bodies.radius_m.unwrap_or(f64::NAN),
+            space: bodies.arena_m.and_then(|arena_m| world.free_space(arena_m)),
             world,
             classes: &bodies.classes,
             objects_radius_m: world.each_object().map(|object| object.radius_m).collect(),
@@ -276,7 +279,13 @@ fn spread_m(look: &Look) -> f64 {
 }
 
 fn wall_distance_m(look: &Look) -> f64 {
-    let distance_m = |(x, y): &Vector<f64>| (look.arena_m / 2.0 - x.abs().max(y.abs())).max(0.0);
+    let distance_m = |(x, y): &Vector<f64>| {
+        let clearance_m = match &look.space {
+            None => look.arena_m / 2.0 - x.abs().max(y.abs()),
+            Some(space) => space.clearance_m([*x, *y]),
+        };
+        clearance_m.max(0.0)
+    };
     let mean_m =
         |places: &[Vector<f64>]| places.iter().map(distance_m).sum::<f64>() / places.len() as f64;
     look.mean(mean_m, &look.places)
@@ -311,14 +320,15 @@ fn least_segregated(look: &Look) -> f64 {
 
 fn coverage(look: &Look) -> f64 {
     // No more cells than robots, so that all of them can be covered.
-    let n_along = look.n_robots.isqrt();
-    let share =
-        |places: &[Vector<f64>]| n_cells(look, places, n_along) as f64 / (n_along * n_along) as f64;
-    look.mean(share, &look.places)
+    let cells = match &look.space {
+        None => Cells::all(look.n_robots.isqrt()),
+        Some(space) => Cells::at_most(look.n_robots, (space, look.arena_m)),
+    };
+    look.mean(|places| cells.share_held(look, places), &look.places)
 }
 
 /// More cells along a side than that would be finer than what poses are known to, and cost memory.
-const MOST_ALONG: f64 = 1000.0;
+const MOST_ALONG: usize = 1000;
 
 #[expect(
     clippy::cast_possible_truncation,
@@ -326,15 +336,59 @@ const MOST_ALONG: f64 = 1000.0;
     reason = "it is clamped to a number of cells first"
 )]
 fn visited(look: &Look) -> f64 {
-    let n_along = (look.arena_m / (2.0 * look.radius_m)).floor().clamp(1.0, MOST_ALONG) as usize;
-    n_cells(look, &look.places, n_along) as f64 / (n_along * n_along) as f64
+    let n_along =
+        (look.arena_m / (2.0 * look.radius_m)).floor().clamp(1.0, MOST_ALONG as f64) as usize;
+    let cells = match &look.space {
+        None => Cells::all(n_along),
+        Some(space) => Cells::free(n_along, (space, look.arena_m)),
+    };
+    cells.share_held(look, &look.places)
 }
 
-/// How many cells hold one of these places or more.
-fn n_cells(look: &Look, places: &[Vector<f64>], n_along: usize) -> usize {
-    let mut is_held = vec![false; n_along * n_along];
-    for place in places {
-        is_held[look.cell(*place, n_along)] = true;
+/// Equal squares, as many along each side of the square that holds the arena.
+struct Cells {
+    n_along: usize,
+    /// Which of them count: those whose middle is free. Empty if all do.
+    is_free: Vec<bool>,
+    n_free: usize,
+}
+
+impl Cells {
+    fn all(n_along: usize) -> Self {
+        Self { n_along, is_free: Vec::new(), n_free: n_along * n_along }
     }
-    is_held.into_iter().filter(|is_held| *is_held).count()
+
+    fn free(n_along: usize, (space, side_m): (&FreeSpace, f64)) -> Self {
+        let middle_m = |cell: usize| side_m * ((cell as f64 + 0.5) / n_along as f64 - 0.5);
+        let cells = 0..n_along * n_along;
+        let is_free: Vec<bool> = cells
+            .map(|cell| space.is_free([middle_m(cell / n_along), middle_m(cell % n_along)]))
+            .collect();
+        let n_free = is_free.iter().filter(|is_free| **is_free).count();
+        Self { n_along, is_free, n_free }
+    }
+
+    /// The finest of them of which no more count than a number; more only where else none would.
+    fn at_most(most: usize, arena: (&FreeSpace, f64)) -> Self {
+        let mut cells = Self::free(1, arena);
+        while cells.n_along < MOST_ALONG {
+            let finer = Self::free(cells.n_along + 1, arena);
+            if cells.n_free > 0 && finer.n_free > most {
+                break;
+            }
+            cells = finer;
+        }
+        cells
+    }
+
+    /// Share of them that hold one of these places or more.
+    fn share_held(&self, look: &Look, places: &[Vector<f64>]) -> f64 {
+        let mut is_held = vec![false; self.n_along * self.n_along];
+        for place in places {
+            is_held[look.cell(*place, self.n_along)] = true;
+        }
+        let held = is_held.iter().enumerate().filter(|(_, is_held)| **is_held);
+        let counted = held.filter(|(cell, _)| self.is_free.get(*cell).copied().unwrap_or(true));
+        counted.count() as f64 / self.n_free.max(1) as f64
+    }
 }

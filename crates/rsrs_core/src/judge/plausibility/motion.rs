@@ -6,6 +6,7 @@ use super::{MOST_LAG_S, Unseen};
 use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::robot::controller::Command;
 use crate::robot::unicycle::Pose;
+use crate::world::FreeSpace;
 
 /// Ways are looked at over this time, in seconds.
 const WINDOW_S: f64 = 1.0;
@@ -37,6 +38,8 @@ const MOST_DRIVEN: f64 = 2.0;
 pub struct Surroundings<'a> {
     pub bodies: &'a Bodies,
     pub walls_m: Option<f64>,
+    /// Where bodies may be, of an arena that is no plain square.
+    pub space: Option<&'a FreeSpace>,
 }
 
 /// One robot's poses and commands, with what follows from them.
@@ -146,7 +149,7 @@ impl Motion {
 /// One that stands is touched from behind by those that come after it, which excuses nobody. A robot that
 /// is to turn on the spot may be held by anything.
 fn near(row: usize, poses: &[Pose], speed_m_s: f64, around: Surroundings) -> (bool, bool) {
-    let Surroundings { bodies, walls_m } = around;
+    let Surroundings { bodies, walls_m, space } = around;
     let touch_m =
         bodies.radius_m.map_or(UNKNOWN_TOUCH_M, |radius_m| TOUCH_RADII * radius_m + TOUCH_M);
     let own = poses[row];
@@ -163,7 +166,11 @@ fn near(row: usize, poses: &[Pose], speed_m_s: f64, around: Surroundings) -> (bo
         is_blocked |= speed_m_s == 0.0 || ahead_m > -BESIDE * distance_m2.sqrt();
     }
     let at_wall = walls_m.is_some_and(|walls_m| {
-        own.x_m.abs().max(own.y_m.abs()) > walls_m - touch_m / 2.0 - TOUCH_M
+        let near_m = touch_m / 2.0 + TOUCH_M;
+        match space {
+            None => own.x_m.abs().max(own.y_m.abs()) > walls_m - near_m,
+            Some(space) => space.clearance_m([own.x_m, own.y_m]) < near_m,
+        }
     });
     (touches || at_wall, is_blocked || at_wall)
 }
