@@ -37,7 +37,7 @@ obstacles:
   - {place_m: [-0.6, 0.9], radius_m: 0.15}
   - {polygon_m: [[0.7, -0.9], [1.1, -0.9], [0.9, -0.6]]}
 objects:
-  - {count: 4, radius_m: 0.06}
+  - {count: 10, radius_m: 0.06}
 failures:
   - {robot: 2, at_s: 15, stops: true}
   - {count: 1, at_s: 30, sensors_stick: true}
@@ -50,6 +50,8 @@ phases: [{key: spread}, {key: narrow}]
 rules: [{phase: spread, when: {visited: {at_least: 0.01}, wall_distance_m: {at_least: 0.01}}}]
 otherwise: narrow
 ";
+
+const PLACEMENT: &str = "{kind: box_facing_any_way, width_m: 2, height_m: 2}";
 
 const SWEEP: &str = "\
 profile: profiles/flockbot.yaml
@@ -87,7 +89,8 @@ fn files(folder: &Path) -> PathBuf {
     let sensing = text.find("sensing:").expect("it has a sensor");
     let end = text.find("computation:").expect("it has a period");
     let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
-    experiment(folder, 70, &[(usual, "from: ../out"), (&text[sensing..end], SENSORS)])
+    let placement = ("{kind: disc_facing_out, radius_m: 0.825}", PLACEMENT);
+    experiment(folder, 70, &[(usual, "from: ../out"), placement, (&text[sensing..end], SENSORS)])
 }
 
 fn done(folder: &Path, arguments: &[&str]) -> String {
@@ -110,7 +113,7 @@ fn an_arena_with_obstacles_over_ros_2_in_lockstep_is_the_replicate_to_the_bit() 
 
     assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
     let (bag, record) = record_of(&path);
-    let expected = "a polygon of 6 corners, 2 obstacles, 4 objects and 2 failures";
+    let expected = "a polygon of 6 corners, 2 obstacles, 10 objects and 2 failures";
     assert_eq!(record.conditions.world.in_words(), expected);
     assert_digests_of_replicate(&bag, &record);
     assert_commands_of_replicate(&bag, &record);

@@ -1,4 +1,4 @@
-use rsrs_core::conditions::{Arena, Conditions, Settings};
+use rsrs_core::conditions::{Arena, Conditions, Settings, Walls};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_fleet::simulator::{Gates, Placed};

@@ -181,11 +181,11 @@ impl Laboratory {
         });
         let placement_m = (PLACEMENT_OVER_RADIUS * across_m).min(PLACEMENT_OVER_ARENA * arena_m);
         let placement_m = (placement_m * 1e3).round() / 1e3;
-        let mut values =
-            vec![(Axis::Robots, options.robots as f64), (Axis::PlacementRadius, placement_m)];
+        let mut values = vec![(Axis::Robots, options.robots as f64)];
         // Beside an arena of the world's own, that of the options is refused.
         let side_m = if own_m.is_some() { options.arena_m } else { Some(arena_m) };
         values.extend(side_m.map(|side_m| (Axis::Arena, side_m)));
+        values.push((Axis::PlacementRadius, placement_m));
         let settings = Settings {
             values,
             walls: options.walls,

@@ -29,12 +29,17 @@ fn failing(failures: Vec<Failure>) -> Conditions {
     conditions
 }
 
+/// The first step from a time in seconds on, which is between two.
+fn first_step(conditions: &Conditions, at_s: f64) -> usize {
+    usize::try_from(conditions.steps(at_s)).expect("runs fit into memory") + 1
+}
+
 #[test]
 fn a_robot_that_stops_stands_still_from_its_time_on_and_nobody_else() {
     let conditions = failing(vec![Failure { stops: true, ..of_robot(3, 20.0) }]);
     assert!(!runs_in_lanes(&conditions, 60.0));
     let run = run_episode(&conditions, SEED, 40.0).expect("they fit");
-    let step = (20.0 / conditions.period_s).ceil() as usize;
+    let step = first_step(&conditions, 20.0);
 
     assert!((20.0..20.0 + conditions.period_s).contains(&(step as f64 * conditions.period_s)));
     for robot in 0..9 {
@@ -82,7 +87,7 @@ fn sensors_that_stick_report_what_they_reported_then() {
         }
         conditions.check().expect("it makes a world");
         let mut world = World::new(&conditions, SEED).expect("they fit");
-        let first = (2.0 / conditions.period_s).ceil() as usize;
+        let first = first_step(&conditions, 2.0);
         let reports: Vec<Vec<bool>> = (0..80)
             .map(|_| {
                 let reported = world.sense().to_vec();
@@ -108,7 +113,9 @@ fn who_fails_of_a_count_is_drawn_for_each_replicate_and_every_robot_as_often() {
     for replicate in 0..900 {
         let standing = standing(&conditions, Seed { seed: 1, replicate });
         assert_eq!(standing.len(), 3);
-        standing.iter().for_each(|robot| times[*robot] += 1);
+        for robot in standing {
+            times[robot] += 1;
+        }
     }
     // 300 each, within four standard errors.
     assert!(times.iter().all(|n| (243..=357).contains(n)), "{times:?}");
