@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command::{code, json, repository, rsrs as typed, stderr, stdout};
-use crate::fleet::experiment;
+use crate::command::{code, done, json, rsrs as typed, stderr, stdout, write};
+use crate::fleet::{experiment, usual_sensing};
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{
     assert_commands_of_replicate, assert_digests_of_replicate, assert_objects_of_replicate,
@@ -67,12 +67,6 @@ duration_s: 70
 seed: 3
 ";
 
-fn write(folder: &Path, files: &[(&str, &str)]) {
-    for (name, text) in files {
-        std::fs::write(folder.join(name), text).expect("the folder is writable");
-    }
-}
-
 /// A sweep of such robots, and an experiment whose cell is from it.
 fn files(folder: &Path) -> PathBuf {
     write(
@@ -84,19 +78,10 @@ fn files(folder: &Path) -> PathBuf {
             ("sweep.yaml", SWEEP),
         ],
     );
-    let path = repository().join("launch_configs/profiles/flockbot.yaml");
-    let text = std::fs::read_to_string(path).expect("it is shipped");
-    let sensing = text.find("sensing:").expect("it has a sensor");
-    let end = text.find("computation:").expect("it has a period");
+    let sensing = usual_sensing();
     let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
     let placement = ("{kind: disc_facing_out, radius_m: 0.825}", PLACEMENT);
-    experiment(folder, 70, &[(usual, "from: ../out"), placement, (&text[sensing..end], SENSORS)])
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = typed(folder, arguments);
-    assert_eq!(code(&output), 0, "{arguments:?}: {}{}", stdout(&output), stderr(&output));
-    stdout(&output)
+    experiment(folder, 70, &[(usual, "from: ../out"), placement, (sensing.as_str(), SENSORS)])
 }
 
 #[test]

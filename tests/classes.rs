@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command::{code, json, repository, rsrs as typed, stderr, stdout};
-use crate::fleet::experiment;
+use crate::command::{code, done, json, repository, rsrs as typed, stderr, stdout, write};
+use crate::fleet::{experiment, usual_sensing};
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{assert_commands_of_replicate, assert_digests_of_replicate, record_of};
 
@@ -57,12 +57,6 @@ duration_s: 70
 seed: 7
 ";
 
-fn write(folder: &Path, files: &[(&str, &str)]) {
-    for (name, text) in files {
-        std::fs::write(folder.join(name), text).expect("the folder is writable");
-    }
-}
-
 /// A sweep of such robots, and an experiment whose cell is from it.
 fn files(folder: &Path, more: &[(&str, &str)]) -> PathBuf {
     write(
@@ -74,19 +68,10 @@ fn files(folder: &Path, more: &[(&str, &str)]) -> PathBuf {
             ("sweep.yaml", SWEEP),
         ],
     );
-    let path = repository().join("launch_configs/profiles/flockbot.yaml");
-    let text = std::fs::read_to_string(path).expect("it is shipped");
-    let sensing = text.find("sensing:").expect("it has a sensor");
-    let end = text.find("computation:").expect("it has a period");
+    let sensing = usual_sensing();
     let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
-    let changes = [(usual, "from: ../out"), (&text[sensing..end], SENSORS)];
+    let changes = [(usual, "from: ../out"), (sensing.as_str(), SENSORS)];
     experiment(folder, 70, &[&changes, more].concat())
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = typed(folder, arguments);
-    assert_eq!(code(&output), 0, "{arguments:?}: {}{}", stdout(&output), stderr(&output));
-    stdout(&output)
 }
 
 #[test]

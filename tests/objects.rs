@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command::{code, json, repository, rsrs as typed, stderr, stdout};
-use crate::fleet::experiment;
+use crate::command::{code, json, repository, rsrs as typed, stderr, stdout, write};
+use crate::fleet::{experiment, usual_sensing};
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{
     assert_commands_of_replicate, assert_digests_of_replicate, assert_objects_of_replicate,
@@ -55,19 +55,11 @@ rules: [{phase: heaped, when: {objects_clustered: {at_least: 0.5}, goal_distance
 otherwise: strewn
 ";
 
-fn write(folder: &Path, files: &[(&str, &str)]) {
-    for (name, text) in files {
-        std::fs::write(folder.join(name), text).expect("the folder is writable");
-    }
-}
-
 /// A Flockbot with these sensors.
 fn profile() -> String {
     let path = repository().join("launch_configs/profiles/flockbot.yaml");
     let text = std::fs::read_to_string(path).expect("it is shipped");
-    let sensing = text.find("sensing:").expect("it has a sensor");
-    let end = text.find("computation:").expect("it has a period");
-    text.replace(&text[sensing..end], SENSORS)
+    text.replace(&usual_sensing(), SENSORS)
 }
 
 /// An experiment of three such robots, where `driver` moves them.
@@ -76,12 +68,9 @@ fn files(folder: &Path, driver: &str) -> PathBuf {
     let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
     let cell = "cell: {robots: 3, arena_m: 2.6}\ncontroller: ../push.yaml\nworld: \
                 ../things.yaml\nbehaviour: ../heap.yaml";
-    let path = repository().join("launch_configs/profiles/flockbot.yaml");
-    let text = std::fs::read_to_string(path).expect("it is shipped");
-    let sensing = text.find("sensing:").expect("it has a sensor");
-    let end = text.find("computation:").expect("it has a period");
+    let sensing = usual_sensing();
     let driver = format!("kind: {driver}");
-    let changes = [(usual, cell), (&text[sensing..end], SENSORS), ("kind: virtual", &driver)];
+    let changes = [(usual, cell), (sensing.as_str(), SENSORS), ("kind: virtual", &driver)];
     experiment(folder, 62, &changes)
 }
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command::{code, repository, rsrs as typed, stderr, stdout};
-use crate::fleet::experiment;
+use crate::command::{code, rsrs as typed, stderr, stdout};
+use crate::fleet::{experiment, usual_sensing};
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{
     assert_commands_of_replicate, assert_digests_of_replicate, messages, record_of, seed_of,
@@ -46,15 +46,11 @@ rows:
 /// An experiment of three such robots, where `driver` moves them.
 fn files(folder: &Path, driver: &str) -> PathBuf {
     std::fs::write(folder.join("avoid.yaml"), TABLE).expect("the folder is writable");
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    let profile = std::fs::read_to_string(profile).expect("it is shipped");
-    let sensing = profile.find("sensing:").expect("it has a sensor");
-    let end = profile.find("computation:").expect("it has a period");
+    let sensing = usual_sensing();
     let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
     let cell = "cell: {robots: 3, arena_m: 2.4}\ncontroller: ../avoid.yaml";
     let driver = format!("kind: {driver}");
-    let changes =
-        [(usual, cell), (&profile[sensing..end], SENSORS), ("kind: virtual", driver.as_str())];
+    let changes = [(usual, cell), (sensing.as_str(), SENSORS), ("kind: virtual", driver.as_str())];
     experiment(folder, 62, &changes)
 }
 

@@ -34,6 +34,20 @@ pub fn json(output: &Output) -> serde_json::Value {
         .unwrap_or_else(|error| panic!("{error}: {}{}", stdout(output), stderr(output)))
 }
 
+/// Writes files into a folder, by name and text.
+pub fn write(folder: &Path, files: &[(&str, &str)]) {
+    for (name, text) in files {
+        std::fs::write(folder.join(name), text).expect("the folder is writable");
+    }
+}
+
+/// Types a command that must succeed, and returns what it prints.
+pub fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = rsrs(folder, arguments);
+    assert_eq!(code(&output), 0, "{arguments:?}: {}{}", stdout(&output), stderr(&output));
+    stdout(&output)
+}
+
 /// The root of the repository, with its example files.
 pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

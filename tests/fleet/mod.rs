@@ -9,6 +9,7 @@ use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, Session};
 
+use crate::command::repository;
 use crate::processes::{Process, rsrs};
 
 /// Names of the robots of the shipped fleet.
@@ -37,6 +38,15 @@ pub fn experiment(folder: &Path, duration_s: u64, changes: &[(&str, &str)]) -> P
         std::fs::write(path, text).expect("writable");
     }
     folder.join("experiments/flockbot_milling.yaml")
+}
+
+/// The sensor in the profile of the shipped fleet's robots, for changes that put others in its place.
+pub fn usual_sensing() -> String {
+    let path = repository().join("launch_configs/profiles/flockbot.yaml");
+    let text = std::fs::read_to_string(path).expect("it is shipped");
+    let sensing = text.find("sensing:").expect("it has a sensor");
+    let end = text.find("computation:").expect("it has a period");
+    text[sensing..end].to_owned()
 }
 
 /// Starts a node in the network of this process.

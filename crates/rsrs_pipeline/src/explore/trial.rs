@@ -89,7 +89,7 @@ impl Name {
 
     /// Whether a run shows it; `None` for behaviours, which judge for themselves.
     fn shown_in(self, niche: Niche, evidence: &OrderParameters) -> Option<bool> {
-        let goes_round = niche.motion == Motion::Free && niche.extent != Extent::AtWalls;
+        let is_away_and_free = niche.motion == Motion::Free && niche.extent != Extent::AtWalls;
         match self {
             Self::Behaviour(_) | Self::Other => None,
             Self::WallFollowing => Some(
@@ -97,11 +97,15 @@ impl Name {
                     && niche.rotation == Rotation::Full
                     && niche.motion == Motion::Free,
             ),
-            Self::RotatingCrowd => {
-                Some(goes_round && evidence.rotation >= CROWD_ROTATES && evidence.circliness < RING)
-            }
+            Self::RotatingCrowd => Some(
+                is_away_and_free
+                    && evidence.rotation >= CROWD_ROTATES
+                    && evidence.circliness < RING,
+            ),
             Self::NoOrder => Some(
-                goes_round && niche.rotation == Rotation::None && niche.clusters == Clusters::Loose,
+                is_away_and_free
+                    && niche.rotation == Rotation::None
+                    && niche.clusters == Clusters::Loose,
             ),
         }
     }

@@ -12,7 +12,7 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
 use rsrs_testing::draw::Draw;
 
-use crate::support::{Crowd, HARSHER, PERFECT, flockbots};
+use crate::support::{Crowd, HARSHER, PERFECT, flockbots, steered_digest};
 
 const SEED: Seed = Seed { seed: 1, replicate: 0 };
 const ROBOT_M: f64 = 0.075;
@@ -430,17 +430,7 @@ fn arenas_of_all_shapes_have_the_bits_that_they_always_had() {
         let group = ObjectGroup { count: Some(3), places_m: None, radius_m: 0.06, friction: 0.1 };
         conditions.world = WorldFile { objects: vec![group], ..world };
         conditions.robots = 5;
-        let mut world = World::new(&conditions, SEED).expect("they fit");
-        for _ in 0..400 {
-            let commands: Vec<Command> = (world.sense().iter())
-                .map(|detected| {
-                    let turn_rate_rad_s = if *detected { 0.75 } else { -0.75 };
-                    Command { speed_m_s: 0.15, turn_rate_rad_s }
-                })
-                .collect();
-            world.advance(&commands);
-        }
-        format!("{:016x}", world.digest())
+        steered_digest(&conditions)
     });
     let found: Vec<String> = found.collect();
 

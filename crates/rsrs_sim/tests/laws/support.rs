@@ -10,6 +10,7 @@ use rsrs_sim::batch::Batch;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::{Runs, Swept, Watch, sweep};
+use rsrs_sim::world::World;
 
 use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::draw::Draw;
@@ -60,6 +61,21 @@ pub fn assert_judged_alike(conditions: &Conditions, replicates: u64) {
         let expected = judged_by_reference(conditions, Seed { seed: 1, replicate }, 120.0);
         assert_eq!(verdict, expected, "{replicate}");
     }
+}
+
+/// The digest of a world after 400 steps in which robots turn left where something is detected, and else right.
+pub fn steered_digest(conditions: &Conditions) -> String {
+    let seed = Seed { seed: 1, replicate: 0 };
+    let mut world = World::new(conditions, seed).expect("they fit");
+    for _ in 0..400 {
+        let command = |detected: &bool| {
+            let turn_rate_rad_s = if *detected { 0.75 } else { -0.75 };
+            Command { speed_m_s: 0.15, turn_rate_rad_s }
+        };
+        let commands: Vec<Command> = world.sense().iter().map(command).collect();
+        world.advance(&commands);
+    }
+    format!("{:016x}", world.digest())
 }
 
 /// A crowd in which all robots drive anywhere, step by step.
