@@ -101,6 +101,33 @@ mod n1000 {
     }
 }
 
+/// Whole runs in the reference world: nine Flockbots, and twenty robots with two sensors among twenty objects.
+mod runs {
+    use divan::counter::ItemsCount;
+    use rsrs_sim::episode::run_episode;
+
+    use super::{Bencher, Conditions, SEED, black_box};
+
+    const DURATION_S: f64 = 60.0;
+
+    fn run(bencher: Bencher<'_, '_>, conditions: &Conditions) {
+        let n_steps = conditions.steps(DURATION_S);
+        bencher
+            .counter(ItemsCount::new(n_steps * conditions.robots))
+            .bench_local(|| black_box(run_episode(conditions, SEED, DURATION_S).expect("they fit")));
+    }
+
+    #[divan::bench]
+    fn nine_flockbots(bencher: Bencher<'_, '_>) {
+        run(bencher, &rsrs_benches::flockbots(9));
+    }
+
+    #[divan::bench]
+    fn twenty_robots_and_objects(bencher: Bencher<'_, '_>) {
+        run(bencher, &rsrs_benches::pushers());
+    }
+}
+
 mod n100000 {
     use super::Bencher;
 

@@ -7,8 +7,15 @@
 
 pub mod plain;
 
-use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
-use rsrs_core::robot::controller::ControllerParameters;
+use std::collections::BTreeMap;
+
+use rsrs_core::conditions::{Arena, Conditions, Placement, SimulatedSensor, Walls};
+use rsrs_core::robot::contact::ContactModel;
+use rsrs_core::robot::controller::state_machine::{Row, StateMachine};
+use rsrs_core::robot::controller::{Command, Controller, ControllerParameters};
+use rsrs_core::robot::region::Region;
+use rsrs_core::robot::sensor::{Detects, Reading, ReadingNames, SensorDetails};
+use rsrs_core::world::{ObjectGroup, WorldFile};
 use rsrs_testing::conditions::flockbot_conditions;
 
 /// Steps of a run of 300 s.
@@ -22,6 +29,54 @@ pub fn flockbots(robots: usize) -> Conditions {
         placement: Placement::DiscFacingOut { radius_m },
         arena: Arena { side_m: 15_f64.max(4.0 * radius_m), walls: Walls::Stop },
         ..flockbot_conditions()
+    }
+}
+
+/// Twenty robots that push twenty objects in a square of 3 m: of two sensors one tells objects from robots by what its
+/// line of sight meets first, the other detects walls.
+pub fn pushers() -> Conditions {
+    let flockbots = flockbots(20);
+    let objects = ObjectGroup { count: Some(20), places_m: None, radius_m: 0.05, friction: 0.0 };
+    let mut robot = flockbots.robot.clone();
+    robot.contact = ContactModel::Push { friction: 0.0 };
+    robot.region = Region::Cone { half_angle_rad: 0.0, range_m: 5.0 };
+    robot.details = SensorDetails {
+        hidden_by: vec![Detects::Robot, Detects::Object],
+        or: vec![Reading {
+            name: "object".to_owned(),
+            detects: Detects::Object,
+            true_positive: 1.0,
+            false_positive: 0.0,
+            taken_for: BTreeMap::new(),
+        }],
+        ..SensorDetails::default()
+    };
+    robot.further_sensors = vec![SimulatedSensor {
+        name: "wall".to_owned(),
+        sees: robot.sees,
+        region: Region::Cone { half_angle_rad: 0.5, range_m: 0.3 },
+        true_positive: 1.0,
+        false_positive: 0.0,
+        latency_steps: 0,
+        details: SensorDetails { detects: Detects::Wall, ..SensorDetails::default() },
+    }];
+    let row = |seen: Option<&str>, speed_m_s: f64, turn_rate_rad_s: f64| Row {
+        state: "gathers".to_owned(),
+        when: seen.map(|name| (name.to_owned(), true)).into_iter().collect(),
+        command: Command { speed_m_s, turn_rate_rad_s },
+        next: Vec::new(),
+    };
+    let rows =
+        vec![row(Some("object"), 0.15, -0.75), row(Some("detection"), 0.05, 0.75), row(None, 0.15, 0.75)];
+    let machine =
+        StateMachine { rows, numbers: BTreeMap::new(), starts: BTreeMap::new(), sensors: ReadingNames::default() };
+    Conditions {
+        controller: Controller::Machine(machine).for_robots_with(robot.reading_names()),
+        robot,
+        placement: Placement::BoxFacingAnyWay { width_m: 2.8, height_m: 2.8 },
+        arena: Arena { side_m: 3.0, walls: Walls::Stop },
+        world: WorldFile { objects: vec![objects], ..WorldFile::NOTHING },
+        ..flockbots
     }
 }
 

@@ -1,23 +1,24 @@
 //! A stand-in for the laboratory's floor: robots as they were measured, with faults on top of it that
 //! the simulator does not have.
 //!
-//! It shares nothing with the simulator's worlds but where robots start and how they decide. Time
-//! goes on in steps of 10 ms, in double precision, and every robot decides by its own clock.
-//! The wheels lag behind their commands and sometimes slip, one at a time; bodies push each other
-//! apart.
+//! It shares nothing with the simulator. Time goes on in steps of 10 ms, in double precision, and every robot
+//! decides by its own clock. Motors have inertia, and a wheel slips now and then; sensors cast rays, which end at
+//! the first body; robots that touch push each other, where those of the simulator stop.
 
-use std::f64::consts::TAU;
-
+use anyhow::{Context, bail};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rsrs_core::conditions::{Conditions, GainDistribution};
-use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::conditions::{Conditions, GainDistribution, Placement};
+use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_pipeline::episode::recorder::RobotStep;
-use rsrs_sim::draw::{RunKey, Seed};
-use rsrs_sim::placement::{self, PlacementError};
+use rsrs_sim::draw::Seed;
 use serde::Serialize;
+
+use crate::mechanics::{
+    self, FRICTION_M_S2, MOTOR_MOST_M_S2, N_RAYS, moved, nearest_m, push_apart, turned_m_s,
+};
 
 /// Physical time step, in seconds.
 const STEP_S: f64 = 0.01;
@@ -26,11 +27,20 @@ const STEP_NS: u64 = 10_000_000;
 /// Distance between the wheels, in metres: that of a robot 15 cm wide.
 const WHEEL_BASE_M: f64 = 0.12;
 
+/// How far apart two robots start at least, from body to body, in metres.
+const GAP_M: f64 = 0.015;
+
 /// What real robots do and the simulator does not: chosen before anything was run, not fitted.
 #[derive(Serialize)]
 pub struct Faults {
     /// Time constant of each wheel's speed, in seconds.
     pub motor_lag_s: f64,
+    /// The most that a motor changes the speed of its wheel, in m/s².
+    pub motor_most_m_s2: f64,
+    /// What friction takes of that, in m/s².
+    pub friction_m_s2: f64,
+    /// Rays of a sensor.
+    pub n_rays: usize,
     /// How often a robot's wheel begins to slip, per second.
     pub slips_per_s: f64,
     /// Shortest and longest slip, in seconds.
@@ -42,12 +52,19 @@ pub struct Faults {
 }
 
 /// The faults of the stand-in.
-pub const FAULTS: Faults =
-    Faults { motor_lag_s: 0.1, slips_per_s: 0.02, slip_s: (0.1, 0.4), grip: 0.6, jitter_s: 0.01 };
+pub const FAULTS: Faults = Faults {
+    motor_lag_s: 0.1,
+    motor_most_m_s2: MOTOR_MOST_M_S2,
+    friction_m_s2: FRICTION_M_S2,
+    n_rays: N_RAYS,
+    slips_per_s: 0.02,
+    slip_s: (0.1, 0.4),
+    grip: 0.6,
+    jitter_s: 0.01,
+};
 
 /// One robot.
 struct Robot {
-    pose: Pose,
     speed_gain: f64,
     turn_gain: f64,
     /// Speeds of the left and the right wheel, in metres per second.
@@ -61,21 +78,23 @@ struct Robot {
 /// Robots with the faults of [`FAULTS`].
 pub struct FaultyFleet {
     conditions: Conditions,
+    controller: ControllerParameters,
     time_step: u64,
     robots: Vec<Robot>,
+    /// x and y in metres, heading in radians; shape `[n_robots]`.
+    poses: Vec<[f64; 3]>,
     random: ChaCha8Rng,
 }
 
 impl FaultyFleet {
     /// Places robots as measured, with a cone for a sensor, and draws their gains.
-    pub fn new(conditions: &Conditions, seed: Seed) -> Result<Self, PlacementError> {
-        let poses = placement::place(conditions, RunKey::new(seed, conditions.digest()))?;
+    pub fn new(conditions: &Conditions, seed: Seed) -> anyhow::Result<Self> {
+        let controller = conditions.controller.parameters().context("give two commands")?;
         let mut random = ChaCha8Rng::seed_from_u64(seed.seed);
         random.set_stream(seed.replicate);
-        let robots = poses
-            .into_iter()
-            .map(|pose| Robot {
-                pose,
+        let poses = starts(conditions, &mut random)?;
+        let robots = (0..conditions.robots)
+            .map(|_| Robot {
                 speed_gain: draw_gain(&conditions.robot.speed_gain, &mut random),
                 turn_gain: draw_gain(&conditions.robot.turn_gain, &mut random),
                 wheels_m_s: [0.0; 2],
@@ -84,7 +103,8 @@ impl FaultyFleet {
                 command: Command::STOP,
             })
             .collect();
-        Ok(Self { conditions: conditions.clone(), time_step: 0, robots, random })
+        let conditions = conditions.clone();
+        Ok(Self { conditions, controller, time_step: 0, robots, poses, random })
     }
 
     /// Time since the start, in seconds.
@@ -99,7 +119,7 @@ impl FaultyFleet {
 
     /// Poses of all robots; shape `[n_robots]`.
     pub fn poses(&self) -> impl Iterator<Item = Pose> + '_ {
-        self.robots.iter().map(|robot| robot.pose)
+        self.poses.iter().map(pose)
     }
 
     /// The last command of every robot; shape `[n_robots]`.
@@ -110,34 +130,32 @@ impl FaultyFleet {
     /// Lets 10 ms pass; returns the decisions of those robots whose time had come.
     pub fn advance(&mut self) -> Vec<RobotStep> {
         let steps = self.decide();
-        let poses: Vec<Pose> = self.poses().collect();
         for robot in 0..self.robots.len() {
-            let free = if self.is_blocked(robot, &poses) { 0.0 } else { 1.0 };
-            self.drive(robot, free);
+            self.drive(robot);
         }
-        self.push_apart();
+        push_apart(&mut self.poses, self.conditions.robot.radius_m);
         self.time_step += 1;
         steps
     }
 
     fn decide(&mut self) -> Vec<RobotStep> {
         let time_s = self.time_s();
-        let poses: Vec<Pose> = self.poses().collect();
+        let ControllerParameters { speed_m_s, turn_rate_rad_s, undetected } = self.controller;
+        let seen = Command { speed_m_s, turn_rate_rad_s };
+        let unseen = undetected.unwrap_or(Command { speed_m_s, turn_rate_rad_s: -turn_rate_rad_s });
         let mut steps = Vec::new();
         for robot in 0..self.robots.len() {
             if self.robots[robot].next_decision_s > time_s {
                 continue;
             }
             let sensor = &self.conditions.robot;
-            let chance =
-                if self.sees(robot, &poses) { sensor.true_positive } else { sensor.false_positive };
+            let chance = if self.sees(robot) { sensor.true_positive } else { sensor.false_positive };
             let detected = self.random.random::<f64>() < chance;
-            let command =
-                decide(detected, self.conditions.controller.parameters().expect("two commands"));
+            let command = if detected { seen } else { unseen };
             let jitter_s = FAULTS.jitter_s * normal(&mut self.random);
             let time_ns = self.time_ns();
             let state = &mut self.robots[robot];
-            let (pose, obeyed) = (state.pose, state.command);
+            let (pose, obeyed) = (pose(&self.poses[robot]), state.command);
             steps.push(RobotStep {
                 robot,
                 time_ns,
@@ -152,46 +170,26 @@ impl FaultyFleet {
         steps
     }
 
-    /// Whether the body of any other robot touches the cone of this one, as in `eq:output`.
-    fn sees(&self, robot: usize, poses: &[Pose]) -> bool {
+    /// Whether a ray of a robot's cone meets a body (`eq:output`).
+    fn sees(&self, robot: usize) -> bool {
         let Region::Cone { half_angle_rad, range_m } = self.conditions.robot.region else {
             unreachable!("the stand-in has Flockbots, whose sensor is a cone")
         };
         let radius_m = self.conditions.robot.radius_m;
-        let (sine, cosine) = libm::sincos(half_angle_rad);
-        others(robot, poses).any(|[forward_m, left_m]| {
-            let aside_m = left_m.abs();
-            if libm::atan2(aside_m, forward_m) <= half_angle_rad {
-                return libm::hypot(forward_m, aside_m) <= range_m + radius_m;
-            }
-            // Beside the cone the nearest point lies on its edge.
-            let along_m = (forward_m * cosine + aside_m * sine).clamp(0.0, range_m);
-            libm::hypot(forward_m - along_m * cosine, aside_m - along_m * sine) <= radius_m
-        })
+        nearest_m(&self.poses, robot, radius_m, 0.0, half_angle_rad) <= range_m
     }
 
-    /// Whether another robot stands in front, which stops this one (§IV step 2).
-    fn is_blocked(&self, robot: usize, poses: &[Pose]) -> bool {
-        let body = &self.conditions.robot;
-        others(robot, poses).any(|[forward_m, left_m]| {
-            let reach_m = 2.0 * body.radius_m;
-            let is_touching = forward_m * forward_m + left_m * left_m < reach_m * reach_m;
-            is_touching && libm::atan2(left_m, forward_m).abs() < body.front_half_angle_rad
-        })
-    }
-
-    /// Drives a robot for one step; `free` is 0 if its way is blocked, else 1.
-    fn drive(&mut self, robot: usize, free: f64) {
+    /// Drives a robot for one step.
+    fn drive(&mut self, robot: usize) {
         let time_s = self.time_s();
         self.slip(robot, time_s);
         let state = &mut self.robots[robot];
         let speed_m_s = state.command.speed_m_s * state.speed_gain;
         let half_turn_m_s = state.command.turn_rate_rad_s * state.turn_gain * WHEEL_BASE_M / 2.0;
-        let share = 1.0 - libm::exp(-STEP_S / FAULTS.motor_lag_s);
-        for (wheel, wanted_m_s) in
+        for (wheel_m_s, asked_m_s) in
             state.wheels_m_s.iter_mut().zip([speed_m_s - half_turn_m_s, speed_m_s + half_turn_m_s])
         {
-            *wheel += (wanted_m_s - *wheel) * share;
+            *wheel_m_s = turned_m_s(*wheel_m_s, asked_m_s, FAULTS.motor_lag_s, STEP_S);
         }
         let mut wheels_m_s = state.wheels_m_s;
         if let Some((wheel, _)) = state.slip {
@@ -199,15 +197,11 @@ impl FaultyFleet {
         }
         let [left_m_s, right_m_s] = wheels_m_s;
         let turn_rad = (right_m_s - left_m_s) / WHEEL_BASE_M * STEP_S;
-        let way_m = free * f64::midpoint(left_m_s, right_m_s) * STEP_S;
-        let (sine, cosine) = libm::sincos(state.pose.heading_rad + turn_rad / 2.0);
+        let way_m = f64::midpoint(left_m_s, right_m_s) * STEP_S;
         let half_side_m = self.conditions.arena.side_m / 2.0;
         let inside = |at_m: f64| at_m.clamp(-half_side_m, half_side_m);
-        state.pose = Pose {
-            x_m: inside(state.pose.x_m + way_m * cosine),
-            y_m: inside(state.pose.y_m + way_m * sine),
-            heading_rad: libm::remainder(state.pose.heading_rad + turn_rad, TAU),
-        };
+        let [x_m, y_m, heading_rad] = moved(self.poses[robot], way_m, turn_rad);
+        self.poses[robot] = [inside(x_m), inside(y_m), heading_rad];
     }
 
     /// Begins and ends slips.
@@ -222,37 +216,30 @@ impl FaultyFleet {
             *slip = Some((usize::from(self.random.random::<bool>()), time_s + lasts_s));
         }
     }
-
-    /// Two bodies are never in one place: each gives way by half.
-    fn push_apart(&mut self) {
-        let apart_m = 2.0 * self.conditions.robot.radius_m;
-        for robot in 0..self.robots.len() {
-            for other in robot + 1..self.robots.len() {
-                let (one, two) = (self.robots[robot].pose, self.robots[other].pose);
-                let [dx_m, dy_m] = [two.x_m - one.x_m, two.y_m - one.y_m];
-                let distance_m = libm::hypot(dx_m, dy_m);
-                if distance_m >= apart_m || distance_m == 0.0 {
-                    continue;
-                }
-                let give_way = (apart_m - distance_m) / 2.0 / distance_m;
-                self.robots[robot].pose.x_m -= dx_m * give_way;
-                self.robots[robot].pose.y_m -= dy_m * give_way;
-                self.robots[other].pose.x_m += dx_m * give_way;
-                self.robots[other].pose.y_m += dy_m * give_way;
-            }
-        }
-    }
 }
 
-/// Where all other robots are, forward and to the left of one, in metres.
-fn others(robot: usize, poses: &[Pose]) -> impl Iterator<Item = [f64; 2]> + '_ {
-    let own = poses[robot];
-    let (sine, cosine) = libm::sincos(own.heading_rad);
-    let is_other = move |(other, _): &(usize, &Pose)| *other != robot;
-    poses.iter().enumerate().filter(is_other).map(move |(_, pose)| {
-        let [dx_m, dy_m] = [pose.x_m - own.x_m, pose.y_m - own.y_m];
-        [dx_m * cosine + dy_m * sine, dy_m * cosine - dx_m * sine]
-    })
+fn pose(&[x_m, y_m, heading_rad]: &[f64; 3]) -> Pose {
+    Pose { x_m, y_m, heading_rad }
+}
+
+/// Where robots start: anywhere in the disc, each facing away from its centre, none at another.
+fn starts(conditions: &Conditions, random: &mut ChaCha8Rng) -> anyhow::Result<Vec<[f64; 3]>> {
+    let Placement::DiscFacingOut { radius_m } = conditions.placement else {
+        bail!("the stand-in's robots start in a disc");
+    };
+    let apart_m = 2.0 * conditions.robot.radius_m + GAP_M;
+    let mut poses: Vec<[f64; 3]> = Vec::new();
+    for _ in 0..100_000 {
+        if poses.len() == conditions.robots {
+            return Ok(poses);
+        }
+        let [x_m, y_m] = [(); 2].map(|()| radius_m * (2.0 * random.random::<f64>() - 1.0));
+        let is_inside = libm::hypot(x_m, y_m) <= radius_m;
+        if is_inside && poses.iter().all(|it| libm::hypot(it[0] - x_m, it[1] - y_m) >= apart_m) {
+            poses.push([x_m, y_m, libm::atan2(y_m, x_m)]);
+        }
+    }
+    bail!("a disc of {radius_m} m does not hold {} robots", conditions.robots)
 }
 
 fn draw_gain(gain: &GainDistribution, random: &mut ChaCha8Rng) -> f64 {
@@ -262,8 +249,7 @@ fn draw_gain(gain: &GainDistribution, random: &mut ChaCha8Rng) -> f64 {
 /// A normal draw, cut off at three standard deviations.
 fn normal(random: &mut ChaCha8Rng) -> f64 {
     loop {
-        let radius = libm::sqrt(-2.0 * libm::log(1.0 - random.random::<f64>()));
-        let draw = radius * libm::cos(TAU * random.random::<f64>());
+        let draw = mechanics::normal(random);
         if draw.abs() <= 3.0 {
             return draw;
         }

@@ -8,6 +8,8 @@
 //! experiments as bags, two pictures, and what was counted (`floor.json`).
 
 mod faulty_fleet;
+#[path = "../floors/mechanics.rs"]
+mod mechanics;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -9,6 +9,7 @@
 //! Each line of standard input is a request in JSON, which one line of standard output answers. `SWEEP` is the
 //! folder of the sweep that predicts the runs: robots have the body and the reach of its profile, as measured.
 
+mod mechanics;
 mod ray_floor;
 
 use std::io::{BufRead, Write, stdin, stdout};

@@ -7,11 +7,11 @@
 //!
 //! All numbers were chosen before anything was run on it.
 
-use std::f64::consts::TAU;
-
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
+
+use crate::mechanics::{moved, nearest_m, normal, push_apart, turned_m_s};
 
 const STEP_S: f64 = 0.005;
 
@@ -24,9 +24,6 @@ const WHEEL_PAIR_SD: f64 = 0.005;
 const MOTOR_SD: f64 = 0.05;
 /// A motor approaches what it is asked for with this time constant, in seconds.
 const MOTOR_LAG_S: f64 = 0.12;
-/// The most that it changes the speed of its wheel, and what friction takes of that, in m/s².
-const MOTOR_MOST_M_S2: f64 = 0.8;
-const FRICTION_M_S2: f64 = 0.05;
 /// A robot turns by so much less than its wheels would have it.
 const SCRUB: f64 = 0.10;
 
@@ -35,8 +32,7 @@ const SLIPS_PER_S: f64 = 0.05;
 const SLIP_S: (f64, f64) = (0.1, 0.4);
 const GRIP: f64 = 0.6;
 
-/// Rays of a sensor, from the front of the body; how far they reach, and by how much that varies.
-const N_RAYS: usize = 15;
+/// Rays of a sensor leave the front of the body; how far they reach, and by how much that varies.
 const HALF_ANGLE_RAD: f64 = 0.30;
 const RANGE_M: f64 = 0.75;
 const RANGE_SD_M: f64 = 0.03;
@@ -128,7 +124,7 @@ pub fn drive(task: &Drive) -> Driven {
                 driven.detections.push(robots.iter().map(|robot| robot.detects).collect());
             }
             if driven.poses.len() < task.n_periods {
-                driven.poses.push(robots.iter().map(|robot| robot.pose).collect());
+                driven.poses.push(poses_of(&robots));
             }
         }
         for robot in 0..robots.len() {
@@ -145,7 +141,9 @@ pub fn drive(task: &Drive) -> Driven {
             robot.go_wrong(time_s, &mut random);
             robot.roll(time_s);
         }
-        push_apart(&mut robots);
+        let mut poses = poses_of(&robots);
+        push_apart(&mut poses, RADIUS_M);
+        robots.iter_mut().zip(poses).for_each(|(robot, pose)| robot.pose = pose);
         step += 1;
     }
     driven
@@ -196,11 +194,8 @@ impl Robot {
         for (wheel, asked_m_s) in
             [speed_m_s - half_turn_m_s, speed_m_s + half_turn_m_s].into_iter().enumerate()
         {
-            let wanted_m_s2 = (asked_m_s - self.speeds_m_s[wheel]) / self.motor_lag_s;
-            // Friction resists the wheel, and holds one that stands.
-            let given_m_s2 = wanted_m_s2.clamp(-MOTOR_MOST_M_S2, MOTOR_MOST_M_S2);
-            let friction_m_s2 = FRICTION_M_S2 * self.speeds_m_s[wheel].clamp(-0.01, 0.01) / 0.01;
-            self.speeds_m_s[wheel] += (given_m_s2 - friction_m_s2) * STEP_S;
+            let speed_m_s = self.speeds_m_s[wheel];
+            self.speeds_m_s[wheel] = turned_m_s(speed_m_s, asked_m_s, self.motor_lag_s, STEP_S);
             over_floor_m_s[wheel] = self.speeds_m_s[wheel] * self.wheels[wheel];
         }
         let (slipping, until_s) = self.slip;
@@ -210,79 +205,22 @@ impl Robot {
         let [left_m_s, right_m_s] = over_floor_m_s;
         let turn_rad = (1.0 - SCRUB) * (right_m_s - left_m_s) / WHEEL_BASE_M * STEP_S;
         let way_m = f64::midpoint(left_m_s, right_m_s) * STEP_S;
-        let [x_m, y_m, heading_rad] = self.pose;
-        let (sine, cosine) = libm::sincos(heading_rad + turn_rad / 2.0);
-        self.pose = [
-            x_m + way_m * cosine,
-            y_m + way_m * sine,
-            libm::remainder(heading_rad + turn_rad, TAU),
-        ];
+        self.pose = moved(self.pose, way_m, turn_rad);
     }
+}
+
+fn poses_of(robots: &[Robot]) -> Vec<[f64; 3]> {
+    robots.iter().map(|robot| robot.pose).collect()
 }
 
 /// A robot looks, and obeys one of its two commands from then on.
 fn decide(robots: &mut [Robot], robot: usize, task: &Drive, time_s: f64, random: &mut ChaCha8Rng) {
     let range_m = RANGE_M + RANGE_SD_M * normal(random);
-    let is_seen = nearest_m(robots, robot) <= range_m;
+    let is_seen = nearest_m(&poses_of(robots), robot, RADIUS_M, RADIUS_M, HALF_ANGLE_RAD) <= range_m;
     let period_s = PERIOD_S + JITTER_S * normal(random);
     let state = &mut robots[robot];
     state.detects =
         if state.blind_until_s > time_s { false } else { is_seen || state.ghosts_until_s > time_s };
     state.command = if state.detects { task.seen } else { task.unseen };
     state.next_decision_s += period_s;
-}
-
-/// How far the nearest body is along any ray of a robot's sensor, in metres.
-fn nearest_m(robots: &[Robot], robot: usize) -> f64 {
-    let [x_m, y_m, heading_rad] = robots[robot].pose;
-    let (sine, cosine) = libm::sincos(heading_rad);
-    let eye_m = [x_m + RADIUS_M * cosine, y_m + RADIUS_M * sine];
-    let along = |ray: usize| {
-        let aside = 2.0 * ray as f64 / (N_RAYS - 1) as f64 - 1.0;
-        let (sine, cosine) = libm::sincos(heading_rad + HALF_ANGLE_RAD * aside);
-        let others = robots.iter().enumerate().filter(|(other, _)| *other != robot);
-        let met = others.filter_map(|(_, other)| {
-            let [dx_m, dy_m] = [other.pose[0] - eye_m[0], other.pose[1] - eye_m[1]];
-            let (ahead_m, aside_m) = (dx_m * cosine + dy_m * sine, dy_m * cosine - dx_m * sine);
-            let half_chord_m2 = RADIUS_M * RADIUS_M - aside_m * aside_m;
-            (half_chord_m2 >= 0.0 && ahead_m >= 0.0)
-                .then(|| (ahead_m - libm::sqrt(half_chord_m2)).max(0.0))
-        });
-        met.fold(f64::INFINITY, f64::min)
-    };
-    (0..N_RAYS).map(along).fold(f64::INFINITY, f64::min)
-}
-
-/// No two bodies are in one place: each gives way by half, pair after pair, until none overlap.
-fn push_apart(robots: &mut [Robot]) {
-    let apart_m = 2.0 * RADIUS_M;
-    for _ in 0..20 {
-        let mut is_apart = true;
-        for other in 1..robots.len() {
-            let (before, from_other) = robots.split_at_mut(other);
-            let two = &mut from_other[0];
-            for one in before {
-                let [dx_m, dy_m] = [two.pose[0] - one.pose[0], two.pose[1] - one.pose[1]];
-                let distance_m = libm::hypot(dx_m, dy_m);
-                if distance_m >= apart_m - 1e-6 || distance_m == 0.0 {
-                    continue;
-                }
-                is_apart = false;
-                let give_way = (apart_m - distance_m) / 2.0 / distance_m;
-                one.pose[0] -= dx_m * give_way;
-                one.pose[1] -= dy_m * give_way;
-                two.pose[0] += dx_m * give_way;
-                two.pose[1] += dy_m * give_way;
-            }
-        }
-        if is_apart {
-            return;
-        }
-    }
-}
-
-/// A normal draw.
-fn normal(random: &mut ChaCha8Rng) -> f64 {
-    let radius = libm::sqrt(-2.0 * libm::log(1.0 - random.random::<f64>()));
-    radius * libm::cos(TAU * random.random::<f64>())
 }
