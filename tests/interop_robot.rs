@@ -104,7 +104,7 @@ fn run_beside(
 }
 
 /// Runs an experiment on the fleet that is there; its exit code, what it wrote, and the bag.
-fn run_on_fleet(experiment: &Path, bag: PathBuf) -> (Option<i32>, String, PathBuf) {
+pub fn run_on_fleet(experiment: &Path, bag: PathBuf) -> (Option<i32>, String, PathBuf) {
     let mut command = rsrs();
     command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
     let mut run = Process::start(command.arg(experiment).arg("-o").arg(&bag));
@@ -252,26 +252,40 @@ fn run_of_bases(
     let experiment = experiment(folder, RUN_S, &changes);
     let bag = folder.join("bag");
 
+    let of_base = |((commands, subscribes, publishes), robot): (&(&str, &str, &str), &str)| {
+        format!("{robot}:{commands}:{subscribes}:{publishes}{tracked}")
+    };
+    let _robots = foreign_robots(python, folder, bases.iter().zip(ROBOTS).map(of_base));
+    let _controllers = ["twist", "twist_stamped"].map(|commands| {
+        let of_type = KINDS.iter().zip(ROBOTS).filter(|((kind, _, _), _)| *kind == commands);
+        let names: Vec<&str> = of_type.map(|(_, robot)| robot).collect();
+        controllers_with_leases(&names, commands)
+    });
+    run_on_fleet(&experiment, bag)
+}
+
+/// Robots of `tests/interop/robots.py`, by its arguments.
+pub fn foreign_robots(
+    python: &Path,
+    folder: &Path,
+    arguments: impl IntoIterator<Item = String>,
+) -> Process {
     let mut robots = Command::new(python);
     for variable in ["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY"] {
         robots.env_remove(variable);
     }
-    robots.arg(repository().join("tests/interop/robots.py"));
-    robots.args(bases.iter().zip(ROBOTS).map(|((commands, subscribes, publishes), robot)| {
-        format!("{robot}:{commands}:{subscribes}:{publishes}{tracked}")
-    }));
+    robots.arg(repository().join("tests/interop/robots.py")).args(arguments);
     robots.env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", folder.join("logs")).stdout(Stdio::null());
-    let _robots = Process(robots.spawn().expect("the interpreter is there"));
-    let _controllers = ["twist", "twist_stamped"].map(|commands| {
-        let of_type = KINDS.iter().zip(ROBOTS).filter(|((kind, _, _), _)| *kind == commands);
-        let names: Vec<&str> = of_type.map(|(_, robot)| robot).collect();
-        let mut controllers = rsrs();
-        controllers.args(["node", "controller", "--interface", "127.0.0.1"]);
-        controllers.args(["--robots", &names.join(","), "--ros-args", "-p", "lease:=controller"]);
-        controllers.args(["-p", &format!("cmd_vel_type:={commands}")]).stdout(Stdio::null());
-        Process(controllers.spawn().expect("the program was built for this test"))
-    });
-    run_on_fleet(&experiment, bag)
+    Process(robots.spawn().expect("the interpreter is there"))
+}
+
+/// The controllers of robots without a gate.
+pub fn controllers_with_leases(robots: &[&str], commands: &str) -> Process {
+    let mut controllers = rsrs();
+    controllers.args(["node", "controller", "--interface", "127.0.0.1"]);
+    controllers.args(["--robots", &robots.join(","), "--ros-args", "-p", "lease:=controller"]);
+    controllers.args(["-p", &format!("cmd_vel_type:={commands}")]).stdout(Stdio::null());
+    Process(controllers.spawn().expect("the program was built for this test"))
 }
 
 #[test]

@@ -3,18 +3,22 @@
 use std::path::{Path, PathBuf};
 
 use crate::command::{code, rsrs as typed, stderr, stdout};
-use crate::fleet::{experiment, usual_sensing};
-use crate::processes::{confined_rsrs, run_in_lockstep};
+use crate::fleet::{ROBOTS, experiment, usual_sensing};
+use crate::interop_robot::{controllers_with_leases, foreign_robots, python, run_on_fleet};
+use crate::processes::run_in_lockstep;
 use crate::recorded::{
     assert_commands_of_replicate, assert_digests_of_replicate, messages, record_of, seed_of,
 };
+use rsrs_bags::Bag;
 use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::sensor::Readings;
 use rsrs_fleet::record::ExperimentRecord;
+use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
+use rsrs_testing::network::in_own_network;
 
 /// One sensor that tells robots from walls, and a late one to the left.
 const SENSORS: &str = "\
@@ -107,16 +111,59 @@ fn reported(record: &ExperimentRecord, seed: Seed) -> Vec<Vec<Readings>> {
 }
 
 #[test]
-fn real_robots_with_several_sensors_are_refused_before_anything_moves() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = files(folder.path(), "ros");
+fn real_robots_obey_each_of_their_sensors_and_one_that_nobody_publishes_is_named() {
+    let python = python();
+    let name = "sensors::\
+        real_robots_obey_each_of_their_sensors_and_one_that_nobody_publishes_is_named";
+    in_own_network(name, async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = files(folder.path(), "ros");
+        let text = std::fs::read_to_string(&file).expect("it was written");
+        let real = text
+            .replace("arena_m: 2.4", "arena_m: 12")
+            .replace("time: lockstep", "time: real_time")
+            .replace("duration_s: 62", "duration_s: 8");
+        assert!(real != text && real.contains("duration_s: 8"), "{text}");
+        std::fs::write(&file, real).expect("the folder is writable");
+        let fleet = folder.path().join("fleets/nine_virtual.yaml");
+        let text = std::fs::read_to_string(&fleet).expect("it was written");
+        let foreign = text.replace("type: flockbot}", "type: flockbot, lease: controller}");
+        std::fs::write(&fleet, foreign).expect("the folder is writable");
+        let _controllers = controllers_with_leases(&ROBOTS[..3], "twist_stamped");
+        // One of each quality of service that robots have.
+        let kinds = ["default:default", "sensor:sensor", "default:kept"];
+        let robots = |further: &str| {
+            let of_robot = |(kind, robot)| format!("{robot}:twist_stamped:{kind}");
+            let robots = kinds.iter().zip(ROBOTS).map(of_robot);
+            let arguments = [format!("--further={further}")].into_iter().chain(robots);
+            foreign_robots(&python, folder.path(), arguments)
+        };
 
-    let mut command = confined_rsrs();
-    command.arg("run").arg(&file).args(["--backend", "fleet", "--interface", "127.0.0.1"]);
-    let output = command.output().expect("the program was built for this test");
+        let of_one = robots("left");
+        let (code, printed, _) = run_on_fleet(&file, folder.path().join("refused"));
+        assert_eq!(code, Some(1), "{printed}");
+        assert!(printed.contains("/{robot_1, robot_2, robot_3}/detection/wall: no publisher"), "{printed}");
+        assert!(!printed.contains("detection/left"), "{printed}");
+        drop(of_one);
 
-    assert!(!output.status.success(), "{}", stdout(&output));
-    let expected = "these robots report detection, wall, left, and drivers of real robots publish \
-                    `detection` alone";
-    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+        let _of_both = robots("wall,left");
+        let (code, printed, bag) = run_on_fleet(&file, folder.path().join("bag"));
+        assert_eq!(code, Some(0), "{printed}");
+        let bag = Bag::open(&bag).expect("the run was recorded");
+        for robot in &ROBOTS[..3] {
+            for topic in ["detection", "detection/wall", "detection/left"] {
+                let n = messages::<Bool>(&bag, robot, topic).len();
+                assert!(n > 40, "{robot}: {n} of {topic}");
+            }
+            let commands = messages::<TwistStamped>(&bag, robot, "cmd_vel");
+            let n_of = |speed_m_s: f64, turn_rate_rad_s: f64| {
+                let is = |it: &&TwistStamped| {
+                    (it.twist.linear.x, it.twist.angular.z) == (speed_m_s, turn_rate_rad_s)
+                };
+                commands.iter().filter(is).count()
+            };
+            let (turns, goes) = (n_of(0.0, 1.0), n_of(0.2, 0.0));
+            assert!(turns > 10 && goes > 10, "{robot}: {turns} at walls, {goes} ahead");
+        }
+    });
 }

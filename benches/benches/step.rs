@@ -112,9 +112,9 @@ mod runs {
 
     fn run(bencher: Bencher<'_, '_>, conditions: &Conditions) {
         let n_steps = conditions.steps(DURATION_S);
-        bencher
-            .counter(ItemsCount::new(n_steps * conditions.robots))
-            .bench_local(|| black_box(run_episode(conditions, SEED, DURATION_S).expect("they fit")));
+        bencher.counter(ItemsCount::new(n_steps * conditions.robots as u64)).bench_local(|| {
+            black_box(run_episode(conditions, SEED, DURATION_S).expect("they fit"))
+        });
     }
 
     #[divan::bench]

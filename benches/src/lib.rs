@@ -38,7 +38,7 @@ pub fn pushers() -> Conditions {
     let flockbots = flockbots(20);
     let objects = ObjectGroup { count: Some(20), places_m: None, radius_m: 0.05, friction: 0.0 };
     let mut robot = flockbots.robot.clone();
-    robot.contact = ContactModel::Push { friction: 0.0 };
+    robot.contact = ContactModel::Push;
     robot.region = Region::Cone { half_angle_rad: 0.0, range_m: 5.0 };
     robot.details = SensorDetails {
         hidden_by: vec![Detects::Robot, Detects::Object],
@@ -66,10 +66,17 @@ pub fn pushers() -> Conditions {
         command: Command { speed_m_s, turn_rate_rad_s },
         next: Vec::new(),
     };
-    let rows =
-        vec![row(Some("object"), 0.15, -0.75), row(Some("detection"), 0.05, 0.75), row(None, 0.15, 0.75)];
-    let machine =
-        StateMachine { rows, numbers: BTreeMap::new(), starts: BTreeMap::new(), sensors: ReadingNames::default() };
+    let rows = vec![
+        row(Some("object"), 0.15, -0.75),
+        row(Some("detection"), 0.05, 0.75),
+        row(None, 0.15, 0.75),
+    ];
+    let machine = StateMachine {
+        rows,
+        numbers: BTreeMap::new(),
+        starts: BTreeMap::new(),
+        sensors: ReadingNames::default(),
+    };
     Conditions {
         controller: Controller::Machine(machine).for_robots_with(robot.reading_names()),
         robot,

@@ -143,8 +143,8 @@ const LATCHED: Qos =
 
 /// Whether the robot sees another one; one sample per control period.
 pub const DETECTION: Topic = topic::<std_msgs::Bool>("detection", Qos::reliable(LOCKSTEP_DEPTH));
-/// A further reading of a robot with several sensors, beside [`DETECTION`]: on [`further_detection`]; kept for who
-/// subscribes once it is told what the robot reports.
+/// A further reading of a robot with several sensors, beside [`DETECTION`]: on [`further_detection`]. In lockstep it is
+/// kept for who subscribes once it is told what the robot reports; elsewhere it is subscribed as [`DETECTION`] is.
 pub const FURTHER_DETECTION: Topic = topic::<std_msgs::Bool>(
     "detection/*",
     Qos {
@@ -237,6 +237,9 @@ pub const HARDWARE_CMD_VEL_UNSTAMPED: Topic =
 /// The readings of another driver's distance sensor; best effort also receives reliable publishers.
 pub const HARDWARE_RANGE: Topic =
     topic::<sensor_msgs::Range>("hardware/range", Qos::best_effort(10));
+/// What another driver's sensor decides itself.
+pub const HARDWARE_DETECTION: Topic =
+    topic::<std_msgs::Bool>("hardware/detection", Qos::best_effort(10));
 /// The readings of another driver's laser scanner.
 pub const HARDWARE_SCAN: Topic =
     topic::<sensor_msgs::LaserScan>("hardware/scan", Qos::best_effort(10));
@@ -311,6 +314,7 @@ pub const ALL: &[Topic] = &[
     HARDWARE_CMD_VEL_UNSTAMPED,
     HARDWARE_RANGE,
     HARDWARE_SCAN,
+    HARDWARE_DETECTION,
     STATUS,
     CONTROLLER_STATUS,
     SIMULATOR_STATUS,

@@ -1,10 +1,10 @@
 """Plain rclpy robots in one process, each with another quality of service; see interop_robot.rs.
 
-    python robots.py NAME:COMMANDS:SUBSCRIBES:PUBLISHES[:tracked] ...
+    python robots.py [--further=NAME,...] NAME:COMMANDS:SUBSCRIBES:PUBLISHES[:tracked] ...
 
 COMMANDS is twist or twist_stamped, the next two are a quality of service below. Each robot publishes
 `detection` and `odom`, and obeys `cmd_vel`. Of one that is tracked, `pose` has its place on the floor as
-well, and its odometry starts at 0, 0.
+well, and its odometry starts at 0, 0. With --further, `detection/NAME` of each is true for a second in two.
 """
 
 import math
@@ -20,6 +20,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from std_msgs.msg import Bool
 
 PERIOD_S = 0.13
+ROBOTS = [it for it in sys.argv[1:] if not it.startswith("--further=")]
+FURTHER = [name for it in sys.argv[1:] if it not in ROBOTS for name in it.split("=")[1].split(",")]
 QUALITIES = {
     "default": QoSProfile(depth=10),
     "sensor": qos_profile_sensor_data,
@@ -41,6 +43,8 @@ class Robot(Node):
             self.create_subscription(
                 TwistStamped, "cmd_vel", lambda m: self.obey(m.twist), QUALITIES[subscribes])
         self.detection = self.create_publisher(Bool, "detection", QUALITIES[publishes])
+        self.further = [
+            self.create_publisher(Bool, f"detection/{it}", QUALITIES[publishes]) for it in FURTHER]
         self.odom = self.create_publisher(Odometry, "odom", QUALITIES[publishes])
         self.create_timer(PERIOD_S, self.live)
 
@@ -52,6 +56,8 @@ class Robot(Node):
             self.x += self.twist.linear.x * PERIOD_S * math.cos(self.heading)
             self.y += self.twist.linear.x * PERIOD_S * math.sin(self.heading)
             self.heading += self.twist.angular.z * PERIOD_S
+        for further in self.further:
+            further.publish(Bool(data=int(time.monotonic()) % 2 == 1))
         self.detection.publish(Bool(data=False))
         odometry = Odometry()
         odometry.header.stamp = self.get_clock().now().to_msg()
@@ -69,6 +75,6 @@ class Robot(Node):
 
 rclpy.init()
 executor = SingleThreadedExecutor()
-for index, robot in enumerate(sys.argv[1:]):
+for index, robot in enumerate(ROBOTS):
     executor.add_node(Robot(index, *robot.split(":")))
 executor.spin()

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_msgs::topics;
 
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
@@ -453,13 +454,19 @@ fn of_topic(
 /// The node of the topic's robot that should have it, and has a topic of another name and the same type:
 /// one of `-r`.
 fn renamed(topic: &ExpectedTopic, graph: &Graph) -> Option<(String, String)> {
+    // A node has as many readings as its robot has sensors, all of one type.
+    let is_further = |name: &str| topics::further_reading(name).is_some();
+    if is_further(&topic.name) {
+        return None;
+    }
     let (namespace, name) = topic.name.rsplit_once('/')?;
     let own = [gate::NODE, controller::NODE].map(|node| format!("{namespace}/{node}"));
     let of_own = |end: &&Endpoint| {
         let is_own = end.node.as_ref().is_some_and(|node| own.contains(node));
         // Topics of the swarm, and further ones of the robot, have their own names.
-        let is_another =
-            !end.topic.starts_with("/swarm/") && !end.topic.ends_with("/virtual_detection");
+        let is_another = !end.topic.starts_with("/swarm/")
+            && !end.topic.ends_with("/virtual_detection")
+            && !is_further(&end.topic);
         is_own && is_another && end.type_name == topic.type_name && end.topic != topic.name
     };
     let is_of_commands = name == "cmd_vel";

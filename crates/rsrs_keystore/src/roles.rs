@@ -70,6 +70,7 @@ pub const PUBLISHERS: &[(Topic, &[Kind])] = &[
     (topics::HARDWARE_CMD_VEL_UNSTAMPED, &[Kind::Robot]),
     (topics::HARDWARE_RANGE, &[Kind::Robot]),
     (topics::HARDWARE_SCAN, &[Kind::Robot]),
+    (topics::HARDWARE_DETECTION, &[Kind::Robot]),
     (topics::STATUS, &[Kind::Robot, Kind::Controllers, Kind::Simulator]),
     (topics::CONTROLLER_STATUS, &[Kind::Robot, Kind::Controllers]),
     (topics::SIMULATOR_STATUS, &[Kind::Simulator]),

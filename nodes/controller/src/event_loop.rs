@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use rsrs_core::robot::controller::Reaction;
-use rsrs_fleet::controller::{Action, Controller, Event};
+use rsrs_fleet::controller::{Action, Controller, Event, Settings, Stamp};
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::timing::{HEARTBEAT_PERIOD, TICK};
 use rsrs_fleet::wire;
@@ -54,7 +54,7 @@ struct Hosted {
     /// Whether the robot sees a virtual one, in a mixed fleet.
     sight: VirtualSight,
     /// What its controller needs besides `detection`.
-    further: BTreeMap<String, Subscription>,
+    further: BTreeMap<String, (Stamp, Subscription)>,
 }
 
 enum CmdVel {
@@ -201,20 +201,25 @@ impl Hosted {
         index: usize,
         received: &UnboundedSender<Input>,
     ) -> anyhow::Result<()> {
-        let names = self.machine.settings().controller.reading_names();
-        self.further.retain(|name, _| names.place(name).is_some());
+        let Settings { controller, stamp, .. } = self.machine.settings();
+        let (names, stamp) = (controller.reading_names(), *stamp);
+        self.further.retain(|name, (of, _)| names.place(name).is_some() && *of == stamp);
         for name in names.further() {
             if self.further.contains_key(name) {
                 continue;
             }
             let (received, reading) = (received.clone(), name.to_owned());
             let topic = topics::further_detection(&self.robot, name);
-            let qos = topics::FURTHER_DETECTION.qos;
+            let qos = match stamp {
+                Stamp::Clock => topics::FURTHER_DETECTION.qos,
+                // Robots may publish it as they like, and what is old is of no use.
+                Stamp::Wall => topics::DETECTION.qos,
+            };
             let subscription = session.subscribe(&self.node, &topic, qos, move |sample| {
                 let Bool { data } = sample.message;
                 drop(received.send(Input::Reading(index, reading.clone(), data)));
             })?;
-            self.further.insert(name.to_owned(), subscription);
+            self.further.insert(name.to_owned(), (stamp, subscription));
         }
         Ok(())
     }

@@ -128,8 +128,9 @@ pub async fn run(
     let tracked = Tracked::of_run(plan);
     let readings = plan.record.conditions.robot.reading_names();
     let n_objects = plan.record.conditions.world.n_objects();
+    let what = (&readings, n_objects);
     let recorded_topics =
-        recorded_topics::recorded_topics(&plan.robots, (&readings, n_objects), tracked.topics());
+        recorded_topics::recorded_topics(&plan.robots, plan.record.time, what, tracked.topics());
     let place = |topic: &RecordedTopic| tracked.index_of(&topic.name, &topic.type_name);
     let places = recorded_topics.iter().map(place).collect();
     let server = ParameterServer::without_parameters(&session, &node)?;

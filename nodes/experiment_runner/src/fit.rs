@@ -19,8 +19,12 @@ const OUR_VENDOR: [u8; 2] = [1, 0x12];
 /// Topics by which robots are steered: who receives nothing there does not move.
 const STEERING: [Topic; 2] = [topics::CMD_VEL, topics::HARDWARE_CMD_VEL];
 /// Topics by which robots sense: who receives nothing there is blind.
-const SENSING: [Topic; 3] =
-    [topics::HARDWARE_RANGE, topics::HARDWARE_SCAN, topics::VIRTUAL_DETECTION];
+const SENSING: [Topic; 4] = [
+    topics::HARDWARE_RANGE,
+    topics::HARDWARE_SCAN,
+    topics::HARDWARE_DETECTION,
+    topics::VIRTUAL_DETECTION,
+];
 
 /// Topics whose ends do not fit each other.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -189,10 +193,11 @@ fn advice(reader: &Endpoint, writer: &Endpoint) -> String {
     if ends_with(&topics::CMD_VEL) {
         return commands_as(&reader.type_name).unwrap_or_default();
     }
-    let is_sensor = [topics::HARDWARE_RANGE, topics::HARDWARE_SCAN].iter().any(ends_with);
+    let is_sensor = SENSING.iter().any(ends_with) && !ends_with(&topics::VIRTUAL_DETECTION);
     let word = match short(&writer.type_name).as_deref() {
         Some("Range") => "range",
         Some("LaserScan") => "laser_scan",
+        Some("Bool") => "bool",
         _ => return String::new(),
     };
     if is_sensor && is_ours(reader) {

@@ -443,20 +443,15 @@ fn backend(asked: Backend, robots: &[FleetRobot]) -> Backend {
     if asked == Backend::Fleet && has_virtual { Backend::Mixed } else { asked }
 }
 
-/// Robots with several sensors are simulated; drivers of real ones publish one reading, and what real robots would
-/// detect of virtual ones is known for one plain sensor.
+/// What real robots would detect of virtual ones is known for one plain sensor.
 fn refuse_sensors(
     backend: Backend,
     robots: &[FleetRobot],
     conditions: &Conditions,
 ) -> anyhow::Result<()> {
     let is_real = |robot: &FleetRobot| robot.driver != Driver::Virtual;
-    if backend == Backend::Simulator || !robots.iter().any(is_real) {
-        return Ok(());
-    }
-    conditions.robot.reading_names().refuse_further("drivers of real robots publish")?;
-    let is_mixed = !robots.iter().all(is_real);
-    if is_mixed && !conditions.have_one_plain_sensor() {
+    let is_mixed = robots.iter().any(is_real) && !robots.iter().all(is_real);
+    if backend != Backend::Simulator && is_mixed && !conditions.have_one_plain_sensor() {
         bail!(
             "real and virtual robots meet in this fleet, and their sensor is not plain, expected one that \
              detects robots ahead, whatever stands in between"

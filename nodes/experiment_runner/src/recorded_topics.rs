@@ -7,6 +7,7 @@ use rsrs_bags::definitions::Definition;
 use rsrs_bags::trajectory::TrackedTopic;
 use rsrs_core::robot::sensor::ReadingNames;
 use rsrs_core::world::WorldFile;
+use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetRobot};
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{ReceivedRaw, Session, SessionError, Subscription};
@@ -145,11 +146,13 @@ pub const LEAST_DEPTH: u32 = 100;
 ///
 /// # Arguments
 ///
+/// * `time` — whether the run is in lockstep.
 /// * `readings` — what the robots report.
 /// * `n_objects` — objects of the world, whose poses are recorded.
 /// * `tracked` — those with the poses of the robots, which may be among those of every run.
 pub fn recorded_topics(
     robots: &[FleetRobot],
+    time: Time,
     (readings, n_objects): (&ReadingNames, usize),
     tracked: &[TrackedTopic],
 ) -> Vec<RecordedTopic> {
@@ -172,8 +175,12 @@ pub fn recorded_topics(
         }
         for reading in readings.further() {
             let name = topics::further_detection(&robot.name, reading);
+            let qos = match time {
+                Time::Lockstep => topics::FURTHER_DETECTION.qos,
+                Time::RealTime => topics::DETECTION.qos,
+            };
             let (topic, role) = (topics::FURTHER_DETECTION, Role::FurtherDetection(index));
-            recorded_topics.push(RecordedTopic::new(name, topic, role));
+            recorded_topics.push(RecordedTopic::new(name, Topic { qos, ..topic }, role));
         }
         if receives_virtual_detections(robot, robots) {
             let topic = topics::VIRTUAL_DETECTION;

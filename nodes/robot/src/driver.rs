@@ -87,6 +87,8 @@ pub struct Sensed {
     pub seen: Option<bool>,
     /// The distance that was measured, if there is one.
     pub range: Option<Range>,
+    /// What further sensors of the hardware report, by name.
+    pub further: Vec<(String, bool)>,
 }
 
 /// Where a driver is.

@@ -14,6 +14,7 @@ mod arguments;
 mod declared;
 mod diagnostics;
 pub mod driver;
+mod further_readings;
 mod listening;
 mod node;
 mod parameters;

@@ -31,6 +31,7 @@ use crate::driver::ros::RosDriver;
 use crate::driver::serial::SerialDriver;
 use crate::driver::virtual_robot::VirtualDriver;
 use crate::driver::{Driver, DriverContext, DriverKind, Report, Sensed};
+use crate::further_readings::FurtherReadings;
 use crate::listening::{Commands, Input, listen, listen_to_e_stop};
 use crate::parameters::{self, Settings};
 use crate::publishers::Publishers;
@@ -85,7 +86,8 @@ async fn serve_controller(session: &Session, controller: Option<Hosting>) -> any
 }
 
 /// The robot, its hardware and its ends of the network.
-struct RobotNode<D> {
+struct RobotNode<'a, D> {
+    session: &'a Session,
     name: String,
     node: NodeHandle,
     kind: DriverKind,
@@ -93,6 +95,7 @@ struct RobotNode<D> {
     gate: Robot,
     ramp: Ramp,
     detector: Detector,
+    further: FurtherReadings,
     settings: Settings,
     server: ParameterServer,
     publishers: Publishers,
@@ -136,9 +139,9 @@ enum Woken {
     Health,
 }
 
-impl<D: Driver> RobotNode<D> {
+impl<'a, D: Driver> RobotNode<'a, D> {
     fn new(
-        session: &Session,
+        session: &'a Session,
         options: &RobotArguments,
         received: &UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
@@ -170,6 +173,8 @@ impl<D: Driver> RobotNode<D> {
             gate,
             ramp: Ramp::standing(Duration::ZERO),
             detector: Detector::default(),
+            further: FurtherReadings::default(),
+            session,
             settings: parameters::settings(&server, full_name),
             publishers: Publishers::new(session, &node, &name)?,
             start: since_boot(),
@@ -297,9 +302,11 @@ impl<D: Driver> RobotNode<D> {
             }
             Report::Down(reason) => self.driver_fault = Some(reason),
             Report::Battery(battery_v) => self.step_gate(Event::Battery(battery_v)).await?,
-            Report::Sensed(Sensed { seen, range }) => {
+            Report::Sensed(Sensed { seen, range, further }) => {
                 let measured = range.as_ref().map(|range| Reading::Range(f64::from(range.range)));
                 let now = self.now();
+                let place = (self.session, &self.node, self.name.as_str());
+                self.further.take(further, place, (&self.settings.detector, now))?;
                 if let Some(reading) = seen.map(Reading::Seen).or(measured) {
                     self.detector.on_reading(reading, &self.settings.detector, now);
                 }
@@ -360,9 +367,11 @@ impl<D: Driver> RobotNode<D> {
         Ok(())
     }
 
-    /// Publishes what the robot sees; nothing while nothing is known.
+    /// Publishes what the robot sees, that of its first sensor last; nothing while nothing is known.
     async fn publish_detection(&mut self) -> anyhow::Result<()> {
-        if let Ok(data) = self.detector.detected(&self.settings.detector, self.now()) {
+        let now = self.now();
+        self.further.publish(&self.settings.detector, now).await?;
+        if let Ok(data) = self.detector.detected(&self.settings.detector, now) {
             self.publishers.detection(Bool { data }).await?;
         }
         Ok(())

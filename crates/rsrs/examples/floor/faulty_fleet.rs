@@ -16,9 +16,7 @@ use rsrs_pipeline::episode::recorder::RobotStep;
 use rsrs_sim::draw::Seed;
 use serde::Serialize;
 
-use crate::mechanics::{
-    self, FRICTION_M_S2, MOTOR_MOST_M_S2, N_RAYS, moved, nearest_m, push_apart, turned_m_s,
-};
+use crate::mechanics::{self, MOTOR_MOST_M_S2, Motor, N_RAYS, moved, nearest_m, push_apart};
 
 /// Physical time step, in seconds.
 const STEP_S: f64 = 0.01;
@@ -37,8 +35,6 @@ pub struct Faults {
     pub motor_lag_s: f64,
     /// The most that a motor changes the speed of its wheel, in m/s².
     pub motor_most_m_s2: f64,
-    /// What friction takes of that, in m/s².
-    pub friction_m_s2: f64,
     /// Rays of a sensor.
     pub n_rays: usize,
     /// How often a robot's wheel begins to slip, per second.
@@ -55,13 +51,15 @@ pub struct Faults {
 pub const FAULTS: Faults = Faults {
     motor_lag_s: 0.1,
     motor_most_m_s2: MOTOR_MOST_M_S2,
-    friction_m_s2: FRICTION_M_S2,
     n_rays: N_RAYS,
     slips_per_s: 0.02,
     slip_s: (0.1, 0.4),
     grip: 0.6,
     jitter_s: 0.01,
 };
+
+/// Friction is in the gains that were measured.
+const MOTOR: Motor = Motor { lag_s: FAULTS.motor_lag_s, friction_m_s2: 0.0 };
 
 /// One robot.
 struct Robot {
@@ -149,7 +147,8 @@ impl FaultyFleet {
                 continue;
             }
             let sensor = &self.conditions.robot;
-            let chance = if self.sees(robot) { sensor.true_positive } else { sensor.false_positive };
+            let chance =
+                if self.sees(robot) { sensor.true_positive } else { sensor.false_positive };
             let detected = self.random.random::<f64>() < chance;
             let command = if detected { seen } else { unseen };
             let jitter_s = FAULTS.jitter_s * normal(&mut self.random);
@@ -189,7 +188,7 @@ impl FaultyFleet {
         for (wheel_m_s, asked_m_s) in
             state.wheels_m_s.iter_mut().zip([speed_m_s - half_turn_m_s, speed_m_s + half_turn_m_s])
         {
-            *wheel_m_s = turned_m_s(*wheel_m_s, asked_m_s, FAULTS.motor_lag_s, STEP_S);
+            *wheel_m_s = MOTOR.turned_m_s(*wheel_m_s, asked_m_s, STEP_S);
         }
         let mut wheels_m_s = state.wheels_m_s;
         if let Some((wheel, _)) = state.slip {

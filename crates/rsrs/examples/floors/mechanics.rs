@@ -1,4 +1,4 @@
-//! What floors that share nothing with the simulator are made of: motors with inertia and friction, sensors that
+//! What floors that share nothing with the simulator are made of: motors with inertia, sensors that
 //! cast rays, and bodies that push each other.
 //!
 //! A pose is x and y in metres, and a heading in radians.
@@ -8,20 +8,29 @@ use std::f64::consts::TAU;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 
-/// The most that a motor changes the speed of its wheel, and what friction takes of that, in m/s².
+/// The most that a motor changes the speed of its wheel, in m/s².
 pub const MOTOR_MOST_M_S2: f64 = 0.8;
-pub const FRICTION_M_S2: f64 = 0.05;
 
 /// Rays of a sensor, evenly over its angle.
 pub const N_RAYS: usize = 15;
 
-/// The speed of a wheel `step_s` later, in m/s: its motor approaches what it is asked for with a time constant.
-pub fn turned_m_s(speed_m_s: f64, asked_m_s: f64, motor_lag_s: f64, step_s: f64) -> f64 {
-    let wanted_m_s2 = (asked_m_s - speed_m_s) / motor_lag_s;
-    // Friction resists the wheel, and holds one that stands.
-    let given_m_s2 = wanted_m_s2.clamp(-MOTOR_MOST_M_S2, MOTOR_MOST_M_S2);
-    let friction_m_s2 = FRICTION_M_S2 * speed_m_s.clamp(-0.01, 0.01) / 0.01;
-    speed_m_s + (given_m_s2 - friction_m_s2) * step_s
+/// A motor that turns a wheel.
+pub struct Motor {
+    /// It approaches what it is asked for with this time constant, in seconds.
+    pub lag_s: f64,
+    /// What friction takes of its acceleration, in m/s².
+    pub friction_m_s2: f64,
+}
+
+impl Motor {
+    /// The speed of its wheel `step_s` later, in m/s.
+    pub fn turned_m_s(&self, speed_m_s: f64, asked_m_s: f64, step_s: f64) -> f64 {
+        let wanted_m_s2 = (asked_m_s - speed_m_s) / self.lag_s;
+        // Friction resists the wheel, and holds one that stands.
+        let given_m_s2 = wanted_m_s2.clamp(-MOTOR_MOST_M_S2, MOTOR_MOST_M_S2);
+        let friction_m_s2 = self.friction_m_s2 * speed_m_s.clamp(-0.01, 0.01) / 0.01;
+        speed_m_s + (given_m_s2 - friction_m_s2) * step_s
+    }
 }
 
 /// Where a robot comes to that moves by `way_m` and turns by `turn_rad`.

@@ -11,7 +11,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-use crate::mechanics::{moved, nearest_m, normal, push_apart, turned_m_s};
+use crate::mechanics::{Motor, moved, nearest_m, normal, push_apart};
 
 const STEP_S: f64 = 0.005;
 
@@ -24,6 +24,8 @@ const WHEEL_PAIR_SD: f64 = 0.005;
 const MOTOR_SD: f64 = 0.05;
 /// A motor approaches what it is asked for with this time constant, in seconds.
 const MOTOR_LAG_S: f64 = 0.12;
+/// What friction takes of its acceleration, in m/s².
+const FRICTION_M_S2: f64 = 0.05;
 /// A robot turns by so much less than its wheels would have it.
 const SCRUB: f64 = 0.10;
 
@@ -83,7 +85,7 @@ pub struct Driven {
 struct Robot {
     /// Of the left and the right wheel: actual over believed size.
     wheels: [f64; 2],
-    motor_lag_s: f64,
+    motor: Motor,
     /// x and y in metres, heading in radians.
     pose: [f64; 3],
     /// Of the left and the right wheel, over the floor, in m/s.
@@ -157,7 +159,10 @@ impl Robot {
         let pair = WHEEL_PAIR_SD * normal(&mut made);
         Self {
             wheels: [size - pair, size + pair],
-            motor_lag_s: MOTOR_LAG_S * (1.0 + MOTOR_SD * normal(&mut made)),
+            motor: Motor {
+                lag_s: MOTOR_LAG_S * (1.0 + MOTOR_SD * normal(&mut made)),
+                friction_m_s2: FRICTION_M_S2,
+            },
             pose,
             speeds_m_s: [0.0; 2],
             command: [0.0; 2],
@@ -195,7 +200,7 @@ impl Robot {
             [speed_m_s - half_turn_m_s, speed_m_s + half_turn_m_s].into_iter().enumerate()
         {
             let speed_m_s = self.speeds_m_s[wheel];
-            self.speeds_m_s[wheel] = turned_m_s(speed_m_s, asked_m_s, self.motor_lag_s, STEP_S);
+            self.speeds_m_s[wheel] = self.motor.turned_m_s(speed_m_s, asked_m_s, STEP_S);
             over_floor_m_s[wheel] = self.speeds_m_s[wheel] * self.wheels[wheel];
         }
         let (slipping, until_s) = self.slip;
@@ -216,7 +221,8 @@ fn poses_of(robots: &[Robot]) -> Vec<[f64; 3]> {
 /// A robot looks, and obeys one of its two commands from then on.
 fn decide(robots: &mut [Robot], robot: usize, task: &Drive, time_s: f64, random: &mut ChaCha8Rng) {
     let range_m = RANGE_M + RANGE_SD_M * normal(random);
-    let is_seen = nearest_m(&poses_of(robots), robot, RADIUS_M, RADIUS_M, HALF_ANGLE_RAD) <= range_m;
+    let is_seen =
+        nearest_m(&poses_of(robots), robot, RADIUS_M, RADIUS_M, HALF_ANGLE_RAD) <= range_m;
     let period_s = PERIOD_S + JITTER_S * normal(random);
     let state = &mut robots[robot];
     state.detects =

@@ -1,5 +1,7 @@
 //! What keeps a run from starting, each cause once, however many robots it holds.
 
+use rsrs_msgs::topics;
+
 use super::outcome::{Failure, Target};
 use crate::preflight::{Problem, UnfitTopic};
 use crate::record::LostRobot;
@@ -120,11 +122,14 @@ impl Problem {
     }
 }
 
-/// The robot of a topic, which may have a namespace; some of its topics have two parts.
+/// The robot of a topic, which may have a namespace; some of its topics have two parts. An object is none.
 fn robot_of(topic: &str) -> Option<&str> {
+    if topics::object_of(topic).is_some() {
+        return None;
+    }
     let (robot, _) = topic.strip_prefix('/')?.rsplit_once('/')?;
     let of_two = |part| robot.strip_suffix(part);
-    Some(of_two("/hardware").or_else(|| of_two("/controller")).unwrap_or(robot))
+    ["/hardware", "/controller", "/detection"].into_iter().find_map(of_two).or(Some(robot))
 }
 
 #[cfg(test)]
@@ -163,13 +168,22 @@ mod tests {
     #[test]
     fn robots_in_a_namespace_are_grouped_like_others() {
         let silent = |topic: &str| Failure::from(Problem::NoPublisher { topic: topic.to_owned() });
-        let failures = ["/lab/robot_1/detection", "/lab/robot_2/detection", "/b/controller/status"];
+        let failures = [
+            "/lab/robot_1/detection",
+            "/lab/robot_2/detection",
+            "/b/controller/status",
+            "/robot_1/detection/wall",
+            "/robot_2/detection/wall",
+            "/objects/object_1/pose",
+        ];
 
         assert_eq!(
             grouped(&failures.map(silent)),
             [
                 "/{lab/robot_1, lab/robot_2}/detection: no publisher",
-                "/b/controller/status: no publisher"
+                "/b/controller/status: no publisher",
+                "/{robot_1, robot_2}/detection/wall: no publisher",
+                "/objects/object_1/pose: no publisher",
             ]
         );
     }

@@ -1,14 +1,14 @@
 //! Somebody else's base driver: any node that takes velocity commands, and any that measures
-//! distances.
+//! distances or detects.
 //!
-//! Readings come as `sensor_msgs/Range` or `sensor_msgs/LaserScan`; gated commands go out on
+//! Readings come as `sensor_msgs/Range`, `sensor_msgs/LaserScan` or `std_msgs/Bool`; gated commands go out on
 //! `hardware/cmd_vel`. The base driver must have a timeout of its own: if this process dies, nobody
 //! else stops its wheels.
 
 use anyhow::{Context, Result, bail};
 use rsrs_core::robot::controller::Command;
 use rsrs_msgs::sensor_msgs::{LaserScan, Range};
-use rsrs_msgs::topics;
+use rsrs_msgs::{RosMessage, std_msgs, topics};
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
 use rsrs_ros::session::Subscription;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -46,12 +46,12 @@ impl Driver for RosDriver {
             ..Descriptor::new(
                 SENSOR_TOPIC,
                 ParameterKind::String,
-                "Topic of the sensor; hardware/range or hardware/scan if empty.",
+                "Topic of the sensor; hardware/range, hardware/scan or hardware/detection if empty.",
             )
         };
         let sensor_type = "Type of the sensor's messages.";
         vec![
-            choice(SENSOR_TYPE, sensor_type, "range or laser_scan", "range"),
+            choice(SENSOR_TYPE, sensor_type, "range, laser_scan or bool", "range"),
             (sensor_topic, ParameterValue::String(String::new())),
             (sector, ParameterValue::Double(0.2)),
             choice(CMD_VEL_TYPE, "Type of hardware/cmd_vel.", "twist or twist_stamped", "twist"),
@@ -70,9 +70,25 @@ impl Driver for RosDriver {
         drop(to_node.send(Report::Up));
         let given = value(SENSOR_TOPIC);
         let (sensor_topic, subscription) = match value(SENSOR_TYPE).as_str() {
-            "range" => follow_range(place, &given, to_node),
-            "laser_scan" => follow_scan(place, &given, to_node),
-            other => bail!("`{SENSOR_TYPE}` is `{other}`, expected range or laser_scan"),
+            "range" => {
+                let reading =
+                    |message| Sensed { range: Some(usable(message)), ..Sensed::default() };
+                follow(place, &given, topics::HARDWARE_RANGE, to_node, reading)
+            }
+            "laser_scan" => {
+                let half_angle_rad = double(place.server, place.node.full_name(), SECTOR);
+                let reading = move |scan: LaserScan| Sensed {
+                    range: Some(nearest(&scan, half_angle_rad)),
+                    ..Sensed::default()
+                };
+                follow(place, &given, topics::HARDWARE_SCAN, to_node, reading)
+            }
+            "bool" => {
+                let reading =
+                    |std_msgs::Bool { data }| Sensed { seen: Some(data), ..Sensed::default() };
+                follow(place, &given, topics::HARDWARE_DETECTION, to_node, reading)
+            }
+            other => bail!("`{SENSOR_TYPE}` is `{other}`, expected range, laser_scan or bool"),
         }
         .with_context(|| format!("`{SENSOR_TOPIC}`"))?;
         Ok(Self { cmd_vel_publisher, reports, sensor_topic, subscription })
@@ -105,31 +121,23 @@ fn full_name(robot: &str, given: &str, usual: &topics::Topic) -> String {
     }
 }
 
-fn follow_range(
+/// Subscribes to a sensor; its topic, and the subscription.
+///
+/// # Arguments
+///
+/// * `given` — the topic, or empty for the `usual` one.
+/// * `reading` — what a message says.
+fn follow<M: RosMessage>(
     place: DriverContext<'_>,
     given: &str,
+    usual: topics::Topic,
     to_node: UnboundedSender<Report>,
+    reading: impl Fn(M) -> Sensed + Send + 'static,
 ) -> Result<(String, Subscription)> {
-    let topic = topics::HARDWARE_RANGE;
-    let name = full_name(place.robot, given, &topic);
-    let subscription = place.session.subscribe(place.node, &name, topic.qos, move |sample| {
-        let sensed = Sensed { seen: None, range: Some(usable(sample.message)) };
-        drop(to_node.send(Report::Sensed(sensed)));
-    })?;
-    Ok((name, subscription))
-}
-
-fn follow_scan(
-    place: DriverContext<'_>,
-    given: &str,
-    to_node: UnboundedSender<Report>,
-) -> Result<(String, Subscription)> {
-    let half_angle_rad = double(place.server, place.node.full_name(), SECTOR);
-    let topic = topics::HARDWARE_SCAN;
-    let name = full_name(place.robot, given, &topic);
-    let subscription = place.session.subscribe(place.node, &name, topic.qos, move |sample| {
-        let sensed = Sensed { seen: None, range: Some(nearest(&sample.message, half_angle_rad)) };
-        drop(to_node.send(Report::Sensed(sensed)));
+    let name = full_name(place.robot, given, &usual);
+    let subscription = place.session.subscribe(place.node, &name, usual.qos, move |sample| {
+        // The receiver is gone only while the node shuts down.
+        drop(to_node.send(Report::Sensed(reading(sample.message))));
     })?;
     Ok((name, subscription))
 }

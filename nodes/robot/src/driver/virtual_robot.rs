@@ -34,7 +34,7 @@ impl Driver for VirtualDriver {
         let subscription =
             place.session.subscribe(place.node, &name, topic.qos, move |sample| {
                 let Bool { data } = sample.message;
-                let sensed = Sensed { seen: Some(data), range: None };
+                let sensed = Sensed { seen: Some(data), ..Sensed::default() };
                 // The receiver is gone only while the node shuts down.
                 drop(to_node.send(Report::Sensed(sensed)));
             })?;

@@ -1,7 +1,7 @@
 //! Robots without a microcontroller of ours: somebody else's base, and a robot of the simulator.
 
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
@@ -12,12 +12,16 @@ use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
 use tokio::task::JoinHandle;
 
+use super::micro::{Micro, Socket};
 use super::rest_of_fleet::{DIGEST, Node, ROBOT, Runner};
 use rsrs_testing::network::{eventually, in_own_network, session};
 
+/// Longer than the time after which a sensor has failed.
+const SILENCE: Duration = Duration::from_secs(2);
+
 /// The last message of a topic.
 struct Last<M> {
-    message: Arc<Mutex<Option<M>>>,
+    message: Arc<Mutex<Option<(M, Instant)>>>,
     _subscription: Subscription,
 }
 
@@ -27,14 +31,20 @@ impl<M: RosMessage> Last<M> {
         let received = Arc::clone(&message);
         let name = topic.for_robot(ROBOT);
         let subscription = session.subscribe(node, &name, topic.qos, move |sample| {
-            *received.lock().unwrap_or_else(PoisonError::into_inner) = Some(sample.message);
+            let newest = Some((sample.message, Instant::now()));
+            *received.lock().unwrap_or_else(PoisonError::into_inner) = newest;
         });
         Self { message, _subscription: subscription.expect("the topic is allowed") }
     }
 
     fn is(&self, expected: impl Fn(&M) -> bool) -> bool {
         let message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
-        message.as_ref().is_some_and(expected)
+        message.as_ref().is_some_and(|(message, _)| expected(message))
+    }
+
+    fn is_silent_for(&self, duration: Duration) -> bool {
+        let message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
+        message.as_ref().is_none_or(|(_, at)| at.elapsed() > duration)
     }
 }
 
@@ -150,6 +160,61 @@ fn a_laser_scanner_sees_what_is_ahead() {
         eventually("it sees", || detection.is(|detection| detection.data)).await;
 
         drop((scanner, node));
+        session.close().await;
+    });
+}
+
+#[test]
+fn a_sensor_that_decides_by_itself_is_believed_until_it_is_silent() {
+    let name = "drivers::a_sensor_that_decides_by_itself_is_believed_until_it_is_silent";
+    in_own_network(name, async || {
+        let arguments = ["--driver", "ros", "--without-controller", "--ros-args"];
+        let node = Node::start(&[&arguments[..], &["-p", "ros.sensor_type:=bool"]].concat());
+        let session = session();
+        let base = session.node("/robot_1", "base").expect("the name is allowed");
+        let detection = Last::<Bool>::of(&session, &base, topics::DETECTION);
+        let runner = Runner::start(&session, &base);
+        let topic = topics::HARDWARE_DETECTION;
+        let name = topic.for_robot(ROBOT);
+        let camera = Repeated::on(&session, &base, (&name, topic), Bool { data: false });
+
+        eventually("it sees nothing", || detection.is(|detection| !detection.data)).await;
+        camera.change(|seen| seen.data = true);
+        eventually("it sees", || detection.is(|detection| detection.data)).await;
+        drop(camera);
+        eventually("it is in fault", || runner.state() == RobotState::Fault).await;
+
+        drop((runner, node));
+        session.close().await;
+    });
+}
+
+#[test]
+fn further_sensors_of_a_microcontroller_have_a_topic_each_and_none_while_they_are_silent() {
+    let name = "drivers::\
+        further_sensors_of_a_microcontroller_have_a_topic_each_and_none_while_they_are_silent";
+    in_own_network(name, async || {
+        let socket = Socket::new();
+        let micro = Micro::plug_in(&socket.path());
+        micro.inside().further = ",wall=1,object=0";
+        let port = socket.path().display().to_string();
+        let arguments = ["--driver", "serial", "--port", &port, "--without-controller"];
+        let node = Node::start(&arguments);
+        let session = session();
+        let visitor = session.node("/", "visitor").expect("the name is allowed");
+        let of = |name: &'static str| {
+            let topic = Topic { name, qos: topics::DETECTION.qos, ..topics::FURTHER_DETECTION };
+            Last::<Bool>::of(&session, &visitor, topic)
+        };
+        let (wall, object) = (of("detection/wall"), of("detection/object"));
+
+        eventually("both are known", || wall.is(|it| it.data) && object.is(|it| !it.data)).await;
+        micro.inside().further = ",object=1";
+        eventually("the object is there", || object.is(|it| it.data)).await;
+        eventually("nothing is known of the wall", || wall.is_silent_for(SILENCE)).await;
+        assert!(!object.is_silent_for(SILENCE));
+
+        drop((node, micro));
         session.close().await;
     });
 }

@@ -50,6 +50,8 @@ pub struct Inside {
     /// What its sensor reports, as the protocol writes it: `1`, `0` or `-`.
     pub seen: &'static str,
     pub range: &'static str,
+    /// What its further sensors report, such as `,wall=1`.
+    pub further: &'static str,
     /// Every change of what the wheels are set to.
     pub wheels: Vec<Wheels>,
     /// When the last valid command came.
@@ -80,6 +82,7 @@ impl Micro {
             mood: Mood::Well,
             seen: "0",
             range: "-",
+            further: "",
             wheels: Vec::new(),
             commanded: None,
             is_to_end: false,
@@ -263,9 +266,9 @@ impl Program {
         if mood == Mood::Silent {
             return;
         }
-        let (seen, range) = {
+        let (seen, range, further) = {
             let inside = self.inside();
-            (inside.seen, inside.range)
+            (inside.seen, inside.range, inside.further)
         };
         if mood == Mood::Broken {
             self.turn_wheels((0, 0));
@@ -278,8 +281,8 @@ impl Program {
         };
         let number = self.command.map_or_else(|| "-".to_owned(), |(number, _)| number.to_string());
         let (time, (speed, turn)) = (self.time_ms(), self.wheels);
-        let mut line =
-            sealed(&format!("S,{time},{number},{speed},{turn},{mode},{seen},{range},7400"));
+        let sensed = format!("{seen},{range},7400{further}");
+        let mut line = sealed(&format!("S,{time},{number},{speed},{turn},{mode},{sensed}"));
         self.n_states += 1;
         match mood {
             Mood::Garbling => line.insert_str(0, "\u{7f}$S,1,2*\0\u{1}V,9,900,900\n$*"),

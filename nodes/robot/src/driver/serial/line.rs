@@ -1,12 +1,16 @@
 //! The lines of the serial protocol: `$BODY*CRC`, see `docs/serial_protocol.md`.
 
+use rsrs_core::document::is_name;
 use rsrs_core::robot::controller::Command;
 
 /// Version of the protocol.
 pub const VERSION: u32 = 1;
 
-/// The longest line, with its end.
+/// The longest line to a microcontroller, with its end.
 pub const LONGEST: usize = 80;
+
+/// The longest line of a microcontroller, with its end: one with many further readings.
+pub const LONGEST_STATE: usize = 320;
 
 /// CRC-16/CCITT-FALSE: polynomial 0x1021 from 0xFFFF, most significant bit first.
 ///
@@ -125,7 +129,7 @@ pub struct Identity {
 }
 
 /// What a microcontroller does and measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct State {
     /// When it was sent, in ms by the microcontroller's own clock, which starts again after 2³².
     pub time_ms: u32,
@@ -141,6 +145,8 @@ pub struct State {
     pub range: Option<RangeReading>,
     /// Voltage of the battery, in mV, if it is measured.
     pub battery_mv: Option<u32>,
+    /// What further sensors report, by name.
+    pub further: Vec<(String, bool)>,
 }
 
 /// How a microcontroller is.
@@ -236,7 +242,8 @@ fn identity(fields: &[&str]) -> Option<Identity> {
 }
 
 fn state(fields: &[&str]) -> Option<State> {
-    let [time, sequence, speed, turn_rate, mode, seen, range, battery] = fields else {
+    let [time, sequence, speed, turn_rate, mode, seen, range, battery, further @ ..] = fields
+    else {
         return None;
     };
     let setpoint =
@@ -252,18 +259,30 @@ fn state(fields: &[&str]) -> Option<State> {
             "F" => Mode::Fault,
             _ => return None,
         },
-        seen: optional(seen, |text| match text {
-            "0" => Some(false),
-            "1" => Some(true),
-            _ => None,
-        })?,
+        seen: optional(seen, binary)?,
         range: optional(range, |text| match text {
             "i" => Some(RangeReading::Nothing),
             "x" => Some(RangeReading::Failed),
             distance => distance.parse().ok().map(RangeReading::Distance),
         })?,
         battery_mv: optional(battery, |text| text.parse().ok())?,
+        further: further.iter().map(|text| further_reading(text)).collect::<Option<_>>()?,
     })
+}
+
+fn binary(text: &str) -> Option<bool> {
+    match text {
+        "0" => Some(false),
+        "1" => Some(true),
+        _ => None,
+    }
+}
+
+/// A further reading, `NAME=0` or `NAME=1`; its name is a part of a topic's.
+fn further_reading(text: &str) -> Option<(String, bool)> {
+    let (name, value) = text.split_once('=')?;
+    is_name(name).then_some(())?;
+    Some((name.to_owned(), binary(value)?))
 }
 
 /// A field that may be `-` for none; the outer `None` is a field that means nothing.
@@ -285,6 +304,7 @@ mod tests {
             ToDevice::Drive { sequence: 42, time_ms: 81250, setpoint }.encode(),
             encode("I,1,7,rsrs_base,250,400,20,750"),
             encode("S,81300,42,150,-750,R,-,312,7400"),
+            encode("S,81350,42,150,-750,R,0,-,7400,wall=1,object=0"),
         ];
 
         for line in lines {
@@ -304,8 +324,15 @@ mod tests {
             seen: Some(true),
             range: Some(RangeReading::Distance(312)),
             battery_mv: None,
+            further: Vec::new(),
         };
-        assert_eq!(FromDevice::decode(line.trim_end().as_bytes()), Ok(FromDevice::State(state)));
+        let found = FromDevice::decode(line.trim_end().as_bytes());
+        assert_eq!(found, Ok(FromDevice::State(state.clone())));
+
+        let line = encode("S,81300,42,150,-750,R,1,312,-,wall=0,object_2=1");
+        let further = vec![("wall".to_owned(), false), ("object_2".to_owned(), true)];
+        let state = FromDevice::State(State { further, ..state });
+        assert_eq!(FromDevice::decode(line.trim_end().as_bytes()), Ok(state));
     }
 
     #[test]
@@ -323,10 +350,20 @@ mod tests {
         }
     }
 
+    const WRONG_FURTHER: [&str; 5] = [
+        "S,0,1,2,3,R,1,-,-,",
+        "S,0,1,2,3,R,1,-,-,wall",
+        "S,0,1,2,3,R,1,-,-,wall=2",
+        "S,0,1,2,3,R,1,-,-,Wall=1",
+        "S,0,1,2,3,R,1,-,-,a/b=1",
+    ];
+
     #[test]
     fn whole_lines_that_the_protocol_does_not_have_are_refused() {
         for body in
             ["", "S", "S,1,2,3,R,-,-,-", "S,0,1,2,3,Q,-,-,-", "S,0,1,2,3,R,2,-,-", "X,1", "I,1"]
+                .into_iter()
+                .chain(WRONG_FURTHER)
         {
             let error = FromDevice::decode(encode(body).trim_end().as_bytes()).unwrap_err();
 

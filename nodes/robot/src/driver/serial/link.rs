@@ -12,7 +12,7 @@ use rsrs_msgs::sensor_msgs::Range;
 
 use super::super::{Report, Sensed};
 use super::line::{
-    FromDevice, Identity, LONGEST, Mode, RangeReading, Setpoint, State, ToDevice, VERSION,
+    FromDevice, Identity, LONGEST_STATE, Mode, RangeReading, Setpoint, State, ToDevice, VERSION,
 };
 
 /// Greetings are repeated: a microcontroller that restarts when its port is opened receives the first
@@ -117,7 +117,7 @@ impl Link {
         Self {
             phase: Phase::Greeting { since: now, next: now },
             nonce,
-            line: Vec::with_capacity(LONGEST),
+            line: Vec::with_capacity(LONGEST_STATE),
             sequence: 0,
             on_the_way: VecDeque::new(),
             acknowledged: None,
@@ -215,7 +215,7 @@ impl Link {
                 }
                 // What comes before a start, or after too much, belongs to no line.
                 _ if self.line.is_empty() => {}
-                _ if self.line.len() >= LONGEST => {
+                _ if self.line.len() >= LONGEST_STATE => {
                     self.counts.garbled += 1;
                     self.line.clear();
                 }
@@ -241,7 +241,7 @@ impl Link {
         self.counts.understood += 1;
         match message {
             FromDevice::Identity(identity) => self.on_identity(identity, now),
-            FromDevice::State(state) => self.on_state(&state, reports, now),
+            FromDevice::State(state) => self.on_state(state, reports, now),
         }
     }
 
@@ -263,7 +263,7 @@ impl Link {
 
     fn on_state(
         &mut self,
-        state: &State,
+        state: State,
         reports: &mut Vec<Report>,
         now: Duration,
     ) -> Result<(), LinkError> {
@@ -275,7 +275,7 @@ impl Link {
             Mode::Fault => return Err(LinkError::Fault),
             Mode::Driving | Mode::TimedOut => {}
         }
-        self.acknowledge(state)?;
+        self.acknowledge(&state)?;
         let Phase::Up { identity, received, time_ms } = &mut self.phase else {
             unreachable!("the phase was looked at above");
         };
@@ -283,11 +283,12 @@ impl Link {
         if time_ms.replace(state.time_ms).is_none() {
             reports.push(Report::Up);
         }
-        if state.seen.is_some() || state.range.is_some() {
-            let range = state.range.map(|reading| range_message(reading, identity));
-            reports.push(Report::Sensed(Sensed { seen: state.seen, range }));
+        let State { seen, range, battery_mv, further, .. } = state;
+        if seen.is_some() || range.is_some() || !further.is_empty() {
+            let range = range.map(|reading| range_message(reading, identity));
+            reports.push(Report::Sensed(Sensed { seen, range, further }));
         }
-        reports.extend(state.battery_mv.map(|mv| Report::Battery(mv as f32 / 1000.0)));
+        reports.extend(battery_mv.map(|mv| Report::Battery(mv as f32 / 1000.0)));
         Ok(())
     }
 

@@ -147,7 +147,7 @@ fn a_flood_without_an_end_is_thrown_away() {
     link.on_bytes(&vec![b'$'; 100_000], ms(10)).unwrap();
     link.on_bytes(&vec![b'7'; 100_000], ms(10)).unwrap();
 
-    assert!(link.line.capacity() <= 2 * LONGEST);
+    assert!(link.line.capacity() <= 2 * LONGEST_STATE);
     assert_eq!(receive(&mut link, "S,40,-,0,0,T,0,-,-", 10).unwrap().len(), 1);
 }
 
