@@ -3,15 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use crate::command::{code, json, repository, rsrs as typed, stderr, stdout, write};
-use crate::fleet::{experiment, usual_sensing};
+use crate::fleet::{ROBOTS, experiment, usual_sensing};
+use crate::interop_robot::{controllers_with_leases, foreign_robots, python, run_on_fleet};
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{
     assert_commands_of_replicate, assert_digests_of_replicate, assert_objects_of_replicate,
     record_of, seed_of,
 };
+use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_sim::episode::run_episode;
+use rsrs_testing::network::in_own_network;
 
 /// One sensor that tells robots, objects and walls from each other, and one for goals.
 const SENSORS: &str = "\
@@ -109,18 +112,99 @@ fn a_world_with_objects_over_ros_2_in_lockstep_is_the_replicate_to_the_bit() {
 }
 
 #[test]
-fn objects_among_real_robots_are_refused_before_anything_moves() {
+fn objects_among_real_and_virtual_robots_are_refused_before_anything_moves() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = files(folder.path(), "ros");
+    let file = files(folder.path(), "virtual");
+    let fleet = folder.path().join("fleets/nine_virtual.yaml");
+    let text = std::fs::read_to_string(&fleet).expect("it was written");
+    let mixed = text.replace(
+        "robot_1: {enabled: true, type: flockbot}",
+        "robot_1: {enabled: true, type: flockbot, driver: {kind: ros}}",
+    );
+    assert_ne!(mixed, text);
+    std::fs::write(&fleet, mixed).expect("the folder is writable");
 
     let mut command = confined_rsrs();
     command.arg("run").arg(&file).args(["--backend", "fleet", "--interface", "127.0.0.1"]);
     let output = command.output().expect("the program was built for this test");
 
     assert!(!output.status.success(), "{}", stdout(&output));
-    let expected = "there are 9 objects and 1 goal in this world, and their poses are known where the \
-                    simulator is all of the fleet";
+    let expected = "there are 9 objects and 1 goal in this world, and real and virtual robots in this \
+                    fleet, which cannot push the same objects";
     assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+}
+
+#[test]
+fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_missing_ones_named() {
+    let python = python();
+    let name = "objects::\
+        objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_missing_ones_named";
+    in_own_network(name, async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = real_files(folder.path());
+        let placed =
+            typed(folder.path(), &["place", file.to_str().expect("text"), "-o", "start.svg"]);
+        assert_eq!(code(&placed), 0, "{}", stderr(&placed));
+        assert!(stdout(&placed).contains("object_9   0.900   0.900"), "{}", stdout(&placed));
+        let _controllers = controllers_with_leases(&ROBOTS[..3], "twist_stamped");
+        let robots = |n_objects: usize| {
+            let of_robot = |robot: &&str| format!("{robot}:twist_stamped:default:default");
+            let given = ["--further=object,wall,goal".to_owned(), format!("--objects={n_objects}")];
+            let arguments = given.into_iter().chain(ROBOTS[..3].iter().map(of_robot));
+            foreign_robots(&python, folder.path(), arguments)
+        };
+
+        let of_eight = robots(8);
+        let (code_of_run, printed, _) = run_on_fleet(&file, folder.path().join("refused"));
+        assert_eq!(code_of_run, Some(1), "{printed}");
+        assert!(printed.contains("/objects/object_9/pose"), "{printed}");
+        assert!(!printed.contains("/objects/object_8/pose"), "{printed}");
+        drop(of_eight);
+
+        let _of_all = robots(9);
+        let (code_of_run, printed, bag) = run_on_fleet(&file, folder.path().join("bag"));
+        assert_eq!(code_of_run, Some(0), "{printed}");
+        let bag = Bag::open(&bag).expect("the run was recorded");
+        let recorded = read_trajectory(&bag, &TrajectoryOptions::default()).expect("it has poses");
+        let run = recorded.trajectory;
+        assert_eq!(run.n_objects, 9, "{:?}", recorded.findings);
+        let [first, last] = [0, run.n_samples() - 1].map(|sample| run.objects_at(sample)[0]);
+        let way_m = last[1] - first[1];
+        assert!((0.08..0.16).contains(&way_m), "pushed by {way_m} m in 12 s");
+        let labelled = typed(folder.path(), &["label", "bag", "--format", "json"]);
+        assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
+        let evidence = &json(&labelled)[0]["evidence"];
+        assert!(evidence["objects_clustered"].is_f64(), "{}", stdout(&labelled));
+    });
+}
+
+/// An experiment of three robots with nodes of their own, for 12 s.
+fn real_files(folder: &Path) -> PathBuf {
+    let file = files(folder, "ros");
+    let change = |path: &Path, changes: &[(&str, &str)]| {
+        let mut text = std::fs::read_to_string(path).expect("it was written");
+        for (from, to) in changes {
+            assert!(text.contains(from), "{from} in {text}");
+            text = text.replace(from, to);
+        }
+        std::fs::write(path, text).expect("the folder is writable");
+    };
+    let experiment = [
+        ("arena_m: 2.6", "arena_m: 12"),
+        ("time: lockstep", "time: real_time"),
+        ("duration_s: 62", "duration_s: 12"),
+    ];
+    change(&file, &experiment);
+    let plain = "type: flockbot}";
+    change(
+        &folder.join("fleets/nine_virtual.yaml"),
+        &[(plain, "type: flockbot, lease: controller}")],
+    );
+    change(
+        &folder.join("heap.yaml"),
+        &[("otherwise: strewn", "otherwise: strewn\nwindow: {last_s: 10}")],
+    );
+    file
 }
 
 const SWEEP: &str = "\

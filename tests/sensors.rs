@@ -142,7 +142,10 @@ fn real_robots_obey_each_of_their_sensors_and_one_that_nobody_publishes_is_named
         let of_one = robots("left");
         let (code, printed, _) = run_on_fleet(&file, folder.path().join("refused"));
         assert_eq!(code, Some(1), "{printed}");
-        assert!(printed.contains("/{robot_1, robot_2, robot_3}/detection/wall: no publisher"), "{printed}");
+        assert!(
+            printed.contains("/{robot_1, robot_2, robot_3}/detection/wall: no publisher"),
+            "{printed}"
+        );
         assert!(!printed.contains("detection/left"), "{printed}");
         drop(of_one);
 

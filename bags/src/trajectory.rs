@@ -114,6 +114,7 @@ pub fn read_trajectory(
         tidy::tidy(robot)?;
     }
     let clocks = clocks::align(&mut collected.robots)?;
+    let poses_ns = clocks::ahead_ns(&collected.robots).unwrap_or(0);
     let recorded_ns = align::median_period_ns(&collected.robots)?;
     let period_ns = align::period_ns(&collected.robots, recorded_ns);
     let window = window::running_window(&collected, period_ns)?;
@@ -134,7 +135,7 @@ pub fn read_trajectory(
     let robots: Vec<String> = collected.robots.into_iter().map(|robot| robot.name).collect();
     spots::check(rows.trajectory.poses_at(0), &robots)?;
     let mut trajectory = rows.trajectory;
-    let objects = objects::collect(bag)?;
+    let objects = objects::collect(bag, poses_ns)?;
     match objects::at(&objects, &rows.times_ns) {
         Ok(objects_m) => (trajectory.n_objects, trajectory.objects_m) = (objects.len(), objects_m),
         Err(lost) => findings.push(lost),

@@ -189,7 +189,8 @@ pub const NAMED_POSES: Topic =
     topic::<motion_capture_tracking_interfaces::NamedPoseArray>("/poses", Qos::best_effort(10));
 /// The same of a tracker that tells bodies apart by their order; the same name, and never both.
 pub const POSE_ARRAY: Topic = topic::<geometry_msgs::PoseArray>("/poses", Qos::best_effort(10));
-/// Where an object that robots push is: on [`object_pose`] of each; kept for who subscribes once it is told what is there.
+/// Where an object that robots push is: on [`object_pose`] of each. In lockstep it is kept for who subscribes once it is
+/// told what is there; elsewhere it is subscribed as [`POSE`] is.
 pub const OBJECT_POSE: Topic = topic::<geometry_msgs::PoseStamped>(
     "/objects/*/pose",
     Qos {

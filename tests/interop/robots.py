@@ -1,14 +1,15 @@
 """Plain rclpy robots in one process, each with another quality of service; see interop_robot.rs.
 
-    python robots.py [--further=NAME,...] NAME:COMMANDS:SUBSCRIBES:PUBLISHES[:tracked] ...
+    python robots.py [--further=NAME,...] [--objects=N] NAME:COMMANDS:SUBSCRIBES:PUBLISHES[:tracked] ...
 
 COMMANDS is twist or twist_stamped, the next two are a quality of service below. Each robot publishes
 `detection` and `odom`, and obeys `cmd_vel`. Of one that is tracked, `pose` has its place on the floor as
 well, and its odometry starts at 0, 0. With --further, `detection/NAME` of each is true for a second in two.
+With --objects, a tracker with a clock of its own sees so many objects, of which the first is pushed along.
 """
 
+import argparse
 import math
-import sys
 import time
 
 import rclpy
@@ -20,8 +21,6 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from std_msgs.msg import Bool
 
 PERIOD_S = 0.13
-ROBOTS = [it for it in sys.argv[1:] if not it.startswith("--further=")]
-FURTHER = [name for it in sys.argv[1:] if it not in ROBOTS for name in it.split("=")[1].split(",")]
 QUALITIES = {
     "default": QoSProfile(depth=10),
     "sensor": qos_profile_sensor_data,
@@ -31,7 +30,7 @@ QUALITIES = {
 
 
 class Robot(Node):
-    def __init__(self, index, name, commands, subscribes, publishes, tracked=None):
+    def __init__(self, index, further, name, commands, subscribes, publishes, tracked=None):
         super().__init__("base", namespace=name)
         self.x, self.y, self.heading = float(index), 0.0, 0.0
         self.origin = self.x if tracked else 0.0
@@ -44,7 +43,7 @@ class Robot(Node):
                 TwistStamped, "cmd_vel", lambda m: self.obey(m.twist), QUALITIES[subscribes])
         self.detection = self.create_publisher(Bool, "detection", QUALITIES[publishes])
         self.further = [
-            self.create_publisher(Bool, f"detection/{it}", QUALITIES[publishes]) for it in FURTHER]
+            self.create_publisher(Bool, f"detection/{it}", QUALITIES[publishes]) for it in further]
         self.odom = self.create_publisher(Odometry, "odom", QUALITIES[publishes])
         self.create_timer(PERIOD_S, self.live)
 
@@ -73,8 +72,37 @@ class Robot(Node):
             self.pose.publish(pose)
 
 
+class Tracker(Node):
+    def __init__(self, n_objects):
+        super().__init__("objects")
+        names = [f"/objects/object_{number + 1}/pose" for number in range(n_objects)]
+        self.poses = [
+            self.create_publisher(PoseStamped, name, qos_profile_sensor_data) for name in names]
+        self.start_s = time.monotonic()
+        self.create_timer(0.1, self.look)
+
+    def look(self):
+        passed_s = time.monotonic() - self.start_s
+        for number, publisher in enumerate(self.poses):
+            pose = PoseStamped()
+            pose.header.frame_id = "map"
+            # Seconds since it was switched on.
+            pose.header.stamp.sec, pose.header.stamp.nanosec = int(passed_s), int(passed_s % 1 * 1e9)
+            pose.pose.position.x, pose.pose.position.y = 0.5 * number, 1.0
+            if number == 0:
+                pose.pose.position.y += 0.01 * passed_s
+            publisher.publish(pose)
+
+
+arguments = argparse.ArgumentParser()
+arguments.add_argument("--further", type=lambda names: names.split(","), default=[])
+arguments.add_argument("--objects", type=int, default=0)
+arguments.add_argument("robots", nargs="+")
+given = arguments.parse_args()
 rclpy.init()
 executor = SingleThreadedExecutor()
-for index, robot in enumerate(ROBOTS):
-    executor.add_node(Robot(index, *robot.split(":")))
+for index, robot in enumerate(given.robots):
+    executor.add_node(Robot(index, given.further, *robot.split(":")))
+if given.objects:
+    executor.add_node(Tracker(given.objects))
 executor.spin()

@@ -85,6 +85,24 @@ pub fn align(robots: &mut [RecordedRobot]) -> Result<Option<Finding>, Trajectory
     Ok(Some(Finding::Clocks { least_s, most_s }))
 }
 
+/// How far the stamps of all poses are ahead of their log times, in nanoseconds; `None` without a pose.
+pub fn ahead_ns(robots: &[RecordedRobot]) -> Option<i128> {
+    let poses = robots.iter().flat_map(|robot| &robot.poses);
+    median(poses.map(|pose| i128::from(pose.stamp_ns) - i128::from(pose.log_ns)).collect())
+}
+
+/// By how much another stream is to be set back so that its stamps are of the clock of the poses, in nanoseconds.
+///
+/// # Arguments
+///
+/// * `times_ns` — its stamps and log times.
+/// * `poses_ns` — how far those of the poses are ahead.
+pub fn behind_poses_ns(times_ns: &[(u64, u64)], poses_ns: i128) -> i128 {
+    let ahead = |(stamp_ns, log_ns): &(u64, u64)| i128::from(*stamp_ns) - i128::from(*log_ns);
+    let apart_ns = median(times_ns.iter().map(ahead).collect()).map_or(0, |it| it - poses_ns);
+    if apart_ns.abs() <= MAX_APART_NS { 0 } else { apart_ns }
+}
+
 fn shift(
     robot: &mut RecordedRobot,
     poses: Option<&Offsets>,

@@ -7,8 +7,9 @@ use rsrs_core::natural_order::natural_key;
 use rsrs_msgs::geometry_msgs::PoseStamped;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
-use super::TrajectoryError;
+use super::command::set_back;
 use super::finding::Finding;
+use super::{TrajectoryError, clocks};
 use crate::Bag;
 
 /// Whether a time without a pose of an object is bridged, in nanoseconds.
@@ -23,18 +24,23 @@ pub struct RecordedObject {
     places: Vec<(u64, [f64; 2])>,
 }
 
-/// All objects that have poses; `object_2` before `object_10`.
+/// All objects that have poses, by the clock of the robots' poses; `object_2` before `object_10`.
+///
+/// # Arguments
+///
+/// * `poses_ns` — how far the stamps of the robots' poses are ahead of their log times, in nanoseconds.
 ///
 /// # Errors
 ///
 /// If the bag cannot be read there, or a message is no pose.
-pub fn collect(bag: &Bag) -> Result<Vec<RecordedObject>, TrajectoryError> {
+pub fn collect(bag: &Bag, poses_ns: i128) -> Result<Vec<RecordedObject>, TrajectoryError> {
     let topics = bag.topics();
     let has_objects = topics.iter().filter(|topic| {
         topics::object_of(&topic.name).is_some() && topic.type_name == PoseStamped::TYPE_NAME
     });
     let names: Vec<&str> = has_objects.map(|topic| topic.name.as_str()).collect();
     let mut found: BTreeMap<String, Vec<(u64, [f64; 2])>> = BTreeMap::new();
+    let mut times_ns = Vec::new();
     if names.is_empty() {
         return Ok(Vec::new());
     }
@@ -55,11 +61,16 @@ pub fn collect(bag: &Bag) -> Result<Vec<RecordedObject>, TrajectoryError> {
         }
         let stamp_ns = header.stamp.to_nanos().filter(|stamp_ns| *stamp_ns > 0);
         let at_ns = stamp_ns.unwrap_or(message.log_time_ns);
+        times_ns.push((at_ns, message.log_time_ns));
         found.entry(name.to_owned()).or_default().push((at_ns, place_m));
     }
+    let behind_ns = clocks::behind_poses_ns(&times_ns, poses_ns);
     let mut objects: Vec<RecordedObject> = found
         .into_iter()
         .map(|(name, mut places)| {
+            for (at_ns, _) in &mut places {
+                *at_ns = set_back(*at_ns, behind_ns);
+            }
             places.sort_by_key(|(at_ns, _)| *at_ns);
             RecordedObject { name, places }
         })

@@ -60,6 +60,13 @@ pub enum Event {
         /// There.
         pose: Pose,
     },
+    /// Where an object is.
+    Object {
+        /// The object.
+        object: String,
+        /// There, in metres.
+        place_m: [f64; 2],
+    },
     /// The status of a robot.
     Status {
         /// The robot.
@@ -110,6 +117,7 @@ impl Event {
             Self::Detection { .. }
             | Self::Command { .. }
             | Self::Pose { .. }
+            | Self::Object { .. }
             | Self::Status { .. }
             | Self::Clock(_) => false,
         }
@@ -121,6 +129,8 @@ impl Event {
 pub struct Observation {
     freshness: Freshness,
     robots: BTreeMap<Name, ObservedRobot>,
+    /// Where objects were seen last, in metres.
+    objects_m: BTreeMap<Name, [f64; 2]>,
     lease: Option<Seen<Lease>>,
     /// When the run of the lease was seen to run first.
     running_since: Option<Seen<String>>,
@@ -204,6 +214,12 @@ impl Observation {
                     robot.take_pose(source, pose, now);
                 }
             }
+            Event::Object { object, place_m } => {
+                let object = Name::new(object);
+                if self.objects_m.contains_key(&object) || self.objects_m.len() < MOST_ROBOTS {
+                    self.objects_m.insert(object, place_m);
+                }
+            }
             Event::Status { robot, status } => {
                 if let Some(robot) = self.robot_mut(robot) {
                     robot.take_status(status, now);
@@ -228,13 +244,18 @@ impl Observation {
             Event::Ending { run_id, ending } => self.ending = Some((run_id, ending)),
         }
         if self.is_running(now) {
-            self.swarm.sample(&self.robots, now);
+            self.swarm.sample(&self.robots, &self.objects_m, now);
         }
     }
 
     /// All robots, `robot_2` before `robot_10`.
     pub fn robots(&self) -> impl ExactSizeIterator<Item = (&str, &ObservedRobot)> {
         self.robots.iter().map(|(name, robot)| (name.as_str(), robot))
+    }
+
+    /// Where objects were seen last, in metres.
+    pub fn objects_m(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.objects_m.values().copied()
     }
 
     /// How many robots there are.
@@ -306,9 +327,9 @@ impl Observation {
         self.swarm.order()
     }
 
-    /// Whether the swarm is judged by where objects are, which is not observed.
-    pub fn is_judged_by_objects(&self) -> bool {
-        self.swarm.is_judged_by_objects()
+    /// Whether the swarm is judged by where objects are, of which not all were seen.
+    pub fn lacks_objects(&self) -> bool {
+        self.swarm.lacks(self.objects_m.len())
     }
 
     /// Where robots were in the last seconds of their movement, in any order.

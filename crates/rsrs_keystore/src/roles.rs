@@ -63,7 +63,7 @@ pub const PUBLISHERS: &[(Topic, &[Kind])] = &[
     (topics::POSE, &[Kind::Tracker, Kind::Simulator]),
     (topics::NAMED_POSES, &[Kind::Tracker]),
     (topics::POSE_ARRAY, &[Kind::Tracker]),
-    (topics::OBJECT_POSE, &[Kind::Simulator]),
+    (topics::OBJECT_POSE, &[Kind::Tracker, Kind::Simulator]),
     (topics::RANGE, &[Kind::Robot]),
     (topics::VIRTUAL_DETECTION, &[Kind::Simulator]),
     (topics::HARDWARE_CMD_VEL, &[Kind::Robot]),

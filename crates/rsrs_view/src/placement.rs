@@ -1,9 +1,11 @@
 //! Where the robots start: the picture that lies on the floor beside them.
 
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 
 use crate::floor::{
-    CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, round_length, scale_bar, short, tags,
+    CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, round_length, scale_bar, short, tags, things,
+    walls,
 };
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
@@ -25,6 +27,12 @@ pub struct PlacementPicture<'a> {
     pub area: Area,
     /// Radius of a robot's body, in metres; positive.
     pub radius_m: f64,
+    /// Names and places of objects, in metres.
+    pub objects: &'a [(String, [f64; 2])],
+    /// What is there besides robots.
+    pub world: &'a WorldFile,
+    /// Distance of the walls of a square from the origin, in metres, where there are walls.
+    pub walls_m: Option<f64>,
     /// Where it is looked at.
     pub theme: Theme,
     /// The title; any text.
@@ -97,6 +105,17 @@ impl Area {
     }
 }
 
+impl PlacementPicture<'_> {
+    /// Half of what it takes along x and y, in metres.
+    fn half_extents_m(&self) -> (f64, f64) {
+        let wider = |(half_x_m, half_y_m): (f64, f64), [x_m, y_m]: &[f64; 2]| {
+            (half_x_m.max(x_m.abs()), half_y_m.max(y_m.abs()))
+        };
+        let objects = self.objects.iter().map(|(_, place_m)| place_m);
+        objects.fold(self.area.half_extents_m(), wider)
+    }
+}
+
 /// Draws where the robots start: their area, the origin with the axes, and every robot by its name.
 ///
 /// # Returns
@@ -108,7 +127,8 @@ impl Area {
 /// If a pose or a length is not finite; the simulator places no such robot.
 pub fn svg(picture: &PlacementPicture) -> String {
     let numbers = picture.robots.iter().flat_map(|(_, pose)| [pose.x_m, pose.y_m]);
-    let (half_x_m, half_y_m) = picture.area.half_extents_m();
+    let objects_m: Vec<[f64; 2]> = picture.objects.iter().map(|(_, place_m)| *place_m).collect();
+    let (half_x_m, half_y_m) = picture.half_extents_m();
     assert!(
         numbers.chain([half_x_m, half_y_m, picture.radius_m]).all(f64::is_finite),
         "a placement is made of finite numbers"
@@ -125,12 +145,14 @@ pub fn svg(picture: &PlacementPicture) -> String {
     let poses: Vec<Pose> = picture.robots.iter().map(|(_, pose)| *pose).collect();
     let names = tags(&field, &poses, &short, picture.radius_m);
     let bottom_px = field.top_px + field.height_px + 28.0;
-    let (table, end_px) = table(picture.robots, bottom_px + 12.0);
+    let (table, end_px) = table(picture, bottom_px + 12.0);
     let page = Element::picture(PAGE_PX, end_px + 10.0, &picture.title)
         .described(&picture.theme.description([picture.subtitle.as_str()], ""))
         .children(header)
         .children(grid(&field, (half_x_m, half_y_m)))
+        .children(walls(&field, picture.walls_m, Some(picture.world)))
         .children(picture.area.border(&field))
+        .children(things(&field, picture.world, &objects_m))
         .children(axes(&field, half_x_m.min(half_y_m)))
         .children(bodies)
         .children(names)
@@ -180,24 +202,25 @@ fn grid(field: &Field, (half_x_m, half_y_m): (f64, f64)) -> Vec<Element> {
 /// # Returns
 ///
 /// The texts, and where they end below, in pixels.
-fn table(robots: &[(String, Pose)], top_px: f64) -> (Vec<Element>, f64) {
-    let n_rows = robots.len().div_ceil(2);
+fn table(picture: &PlacementPicture, top_px: f64) -> (Vec<Element>, f64) {
+    let place = |name: &str, x_m: f64, y_m: f64| {
+        format!("{}: x {:.2} m, y {:.2} m", short(name), x_m + 0.0, y_m + 0.0)
+    };
+    let robots = picture.robots.iter().map(|(name, pose)| {
+        let degrees = pose.heading_rad.to_degrees() + 0.0;
+        format!("{}, {degrees:.0}°", place(name, pose.x_m, pose.y_m))
+    });
+    let objects = picture.objects.iter().map(|(name, [x_m, y_m])| place(name, *x_m, *y_m));
+    let lines: Vec<String> = robots.chain(objects).collect();
+    let n_rows = lines.len().div_ceil(2);
     let column_px = (PAGE_PX - 2.0 * MARGIN_PX) / 2.0;
-    let row = |(index, (name, pose)): (usize, &(String, Pose))| {
+    let row = |(index, line): (usize, &String)| {
         let (column, row) = ((index / n_rows) as f64, (index % n_rows) as f64);
-        let degrees = pose.heading_rad.to_degrees();
-        let name = short(name);
-        let text = format!(
-            "{name}: x {:.2} m, y {:.2} m, {:.0}°",
-            pose.x_m + 0.0,
-            pose.y_m + 0.0,
-            degrees + 0.0
-        )
-        .replace('-', "\u{2212}");
         let x_px = MARGIN_PX + column * column_px;
+        let text = line.replace('-', "\u{2212}");
         small(x_px, top_px + (row + 1.0) * ROW_PX, &text).with("fill", INK)
     };
-    let texts = robots.iter().enumerate().map(row).collect();
+    let texts = lines.iter().enumerate().map(row).collect();
     (texts, top_px + n_rows as f64 * ROW_PX)
 }
 
@@ -234,6 +257,9 @@ mod tests {
             robots,
             area,
             radius_m: 0.075,
+            objects: &[],
+            world: &WorldFile::NOTHING,
+            walls_m: None,
             theme: Theme::Screen,
             title: "Start".to_owned(),
             subtitle: "2 robots".to_owned(),

@@ -171,6 +171,7 @@ fn publishers(plan: &Plan, reader: &PoseReader, recorded_topic: &RecordedTopic) 
         {
             Publishers::One
         }
+        Role::Object if plan.record.backend == Backend::Fleet => Publishers::One,
         // The simulator publishes further detections, and where objects are, once it has placed the world.
         Role::FurtherDetection(_) | Role::Object | Role::Robot(_) | Role::Controller(_) => {
             Publishers::AtMostOne

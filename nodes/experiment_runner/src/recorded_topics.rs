@@ -193,7 +193,13 @@ pub fn recorded_topics(
     }
     for object in 0..n_objects {
         let name = topics::object_pose(&WorldFile::object_name(object));
-        recorded_topics.push(RecordedTopic::new(name, topics::OBJECT_POSE, Role::Object));
+        let qos = match time {
+            Time::Lockstep => topics::OBJECT_POSE.qos,
+            // Of a tracker.
+            Time::RealTime => topics::POSE.qos,
+        };
+        let topic = Topic { qos, ..topics::OBJECT_POSE };
+        recorded_topics.push(RecordedTopic::new(name, topic, Role::Object));
     }
     for (topic, role) in [
         (topics::CLOCK, Role::Clock),

@@ -28,7 +28,8 @@ use rsrs_render::picture_file::PictureFile;
 /// They are those with which the simulator starts this experiment with measured robots. The robots'
 /// centres lie in a disc or a box around the origin, far enough apart, and every robot faces away from
 /// the centre; `--seed` gives others that are as good. With `placement: {kind: file, path: …}` they are
-/// those of the table, checked against the robots and the arena.
+/// those of the table, checked against the robots and the arena. Of a world with objects it says where
+/// those are to be.
 ///
 /// `--check` shows instead where the robots of the fleet are seen now, as a run would read their poses,
 /// and what is not as it should be at the start; it sends nothing to any robot. Exit code 3 means that
@@ -118,11 +119,16 @@ fn draw(picture: PictureFile<'_>, experiment: &Path, poses: &StartPoses) -> anyh
             (robot.clone(), Pose { x_m: *x_m, y_m: *y_m, heading_rad: *heading_rad })
         })
         .collect();
+    let objects: Vec<(String, [f64; 2])> =
+        poses.objects.iter().map(|it| (it.object.clone(), [it.x_m, it.y_m])).collect();
     let stem = experiment.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
     let svg = rsrs_view::placement::svg(&PlacementPicture {
         robots: &robots,
         area: poses.drawn_area,
         radius_m: poses.body_radius_m,
+        objects: &objects,
+        world: &poses.world,
+        walls_m: poses.walls_m,
         title: format!("Start of {stem}"),
         subtitle: format!("{} robots {}, seed {}", robots.len(), poses.area, poses.seed),
         theme: picture.style().theme,

@@ -103,11 +103,13 @@ pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     }
     let trail = view.observation.trail(TRAIL_S);
     let poses = robots.iter().map(|(_, _, pose)| pose).chain(trail);
+    let objects_m: Vec<[f64; 2]> = view.observation.objects_m().collect();
     let conditions = view.observation.conditions();
     let walls = conditions.map(Conditions::walls_drawn_m).unwrap_or_default();
     // A square around obstacles may be much wider than where robots are.
     let is_square = conditions.is_some_and(|conditions| conditions.world.arena.is_none());
     let around = walls.iter().skip(usize::from(is_square)).flatten().map(|[x, y]| (*x, *y));
+    let around = around.chain(objects_m.iter().map(|[x, y]| (*x, *y)));
     let places_m: Vec<(f64, f64)> = poses.map(|pose| (pose.x_m, pose.y_m)).chain(around).collect();
     let floor = Rect { height: area.height - 1, ..area };
     let scale = Scale::of(&places_m, floor.width, floor.height);
@@ -117,6 +119,7 @@ pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
         let trail = trail.iter().map(|pose| [pose.x_m, pose.y_m]);
         draw_dots(view, (&scale, trail), floor, buffer);
     }
+    draw_objects(view, (&scale, &objects_m), floor, buffer);
     draw_robots(view, (&scale, &robots), floor, buffer);
     let bar = Rect { y: area.y + area.height - 1, height: 1, ..area };
     draw_bar(view, &scale, bar, buffer);
@@ -161,6 +164,22 @@ fn draw_dots(
             Signs::Ascii => '.',
         };
         write(buffer, area, letter, &sign.to_string(), view.look.quiet());
+    }
+}
+
+/// Every object as a square.
+fn draw_objects(
+    view: &View<'_>,
+    (scale, objects_m): (&Scale, &[[f64; 2]]),
+    area: Rect,
+    buffer: &mut Buffer,
+) {
+    let sign = match view.look.signs {
+        Signs::Unicode => "▪",
+        Signs::Ascii => "#",
+    };
+    for letter in objects_m.iter().filter_map(|[x_m, y_m]| scale.letter(*x_m, *y_m)) {
+        write(buffer, area, letter, sign, Style::new());
     }
 }
 

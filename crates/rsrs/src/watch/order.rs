@@ -43,8 +43,8 @@ pub fn height(view: &View<'_>) -> u16 {
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let area = titled(view.look, "the swarm", area, buffer);
     let Some(order) = &view.order else {
-        let why = if view.observation.is_judged_by_objects() {
-            "is judged by objects, not shown here"
+        let why = if view.observation.lacks_objects() {
+            "is judged by objects that are not seen"
         } else {
             "has not moved yet"
         };

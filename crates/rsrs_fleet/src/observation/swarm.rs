@@ -132,7 +132,16 @@ impl Swarm {
     }
 
     /// Takes a sample if one is due; only while robots may move.
-    pub(super) fn sample(&mut self, robots: &BTreeMap<Name, ObservedRobot>, now: Duration) {
+    ///
+    /// # Arguments
+    ///
+    /// * `objects_m` — where objects were seen last, in metres: they stand unless they are pushed.
+    pub(super) fn sample(
+        &mut self,
+        robots: &BTreeMap<Name, ObservedRobot>,
+        objects_m: &BTreeMap<Name, [f64; 2]>,
+        now: Duration,
+    ) {
         let clock = self.clock.filter(|clock| clock.age(now) <= NODE_TIMEOUT);
         let time = clock.map_or(now, |clock| clock.value);
         let period = Duration::from_secs_f64(self.trajectory.period_s);
@@ -156,14 +165,19 @@ impl Swarm {
                 Some((pose, fresh.map_or(Command::STOP, |command| command.value)))
             })
             .collect();
-        if seen.len() != self.trajectory.n_robots {
+        // Some of the objects say nothing of all.
+        let are_all = objects_m.len() == self.bodies.world.n_objects();
+        let n_objects = if are_all { objects_m.len() } else { 0 };
+        let counts = (seen.len(), n_objects);
+        if counts != (self.trajectory.n_robots, self.trajectory.n_objects) {
             self.clear();
-            self.trajectory.n_robots = seen.len();
+            (self.trajectory.n_robots, self.trajectory.n_objects) = counts;
         }
         // What was missed is held, so that time does not shrink.
         for _ in 0..n_due {
             self.trajectory.poses.extend(seen.iter().map(|(pose, _)| *pose));
             self.trajectory.commands.extend(seen.iter().map(|(_, command)| *command));
+            self.trajectory.objects_m.extend(objects_m.values().take(n_objects));
         }
         let last = self.last.map_or(time, |last| last + period * u32::try_from(n_due).unwrap_or(1));
         self.last = Some(last);
@@ -176,12 +190,14 @@ impl Swarm {
         if kept_s.is_infinite() {
             return;
         }
-        let Trajectory { period_s, n_robots, poses, commands, .. } = &mut self.trajectory;
+        let Trajectory { period_s, n_robots, n_objects, poses, commands, objects_m } =
+            &mut self.trajectory;
         let most = samples_in(kept_s.max(WINDOW_S) + SPARE_S, *period_s) * *n_robots;
         if poses.len() > most {
-            let n_old = samples_in(SPARE_S, *period_s) * *n_robots;
-            poses.drain(..n_old);
-            commands.drain(..n_old);
+            let n_old = samples_in(SPARE_S, *period_s);
+            poses.drain(..n_old * *n_robots);
+            commands.drain(..n_old * *n_robots);
+            objects_m.drain(..n_old * *n_objects);
         }
     }
 
@@ -191,8 +207,9 @@ impl Swarm {
         &poses[poses.len().saturating_sub(n_poses)..]
     }
 
-    pub(super) fn is_judged_by_objects(&self) -> bool {
-        self.behaviour.rules().asked().iter().any(|it| it.needs(Prerequisite::Objects))
+    pub(super) fn lacks(&self, n_objects: usize) -> bool {
+        n_objects != self.bodies.world.n_objects()
+            && self.behaviour.rules().asked().iter().any(|it| it.needs(Prerequisite::Objects))
     }
 
     pub(super) fn order(&self) -> Option<SwarmOrder> {

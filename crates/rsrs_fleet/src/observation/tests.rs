@@ -338,7 +338,7 @@ fn a_recorded_run_in_lockstep_has_no_silent_robots_and_one_in_real_time_has() {
 }
 
 #[test]
-fn no_phase_is_shown_where_objects_decide_on_it_which_nobody_observes() {
+fn objects_decide_on_a_phase_once_all_of_them_are_seen() {
     let mut record = record();
     let world = "objects: [{count: 3, radius_m: 0.05}]";
     record.conditions.world =
@@ -349,13 +349,28 @@ fn no_phase_is_shown_where_objects_decide_on_it_which_nobody_observes() {
                 otherwise: not_in_a_heap\n";
     record.conditions.behaviour = Behaviour::parse("heap.yaml", heap).expect("it is one");
     let mut observation = Observation::default();
-    assert!(!observation.is_judged_by_objects());
+    assert!(!observation.lacks_objects());
 
     observation.on_event(Event::Experiment(Box::new(record)), at(0.0));
+    let object = |number: u32| Event::Object {
+        object: format!("object_{number}"),
+        place_m: [0.1 * f64::from(number), 0.0],
+    };
     for (time, event) in milling(20) {
         observation.on_event(event, time);
+        observation.on_event(object(1), time);
+        observation.on_event(object(2), time);
     }
-
     assert_eq!(observation.order(), None);
-    assert!(observation.is_judged_by_objects());
+    assert!(observation.lacks_objects());
+
+    for (time, event) in milling(20) {
+        let time = time + at(30.0);
+        observation.on_event(object(3), time);
+        observation.on_event(event, time);
+    }
+    assert!(!observation.lacks_objects());
+    let order = observation.order().expect("all are seen");
+    assert_eq!(order.phase.key(), "in_a_heap");
+    assert_eq!(observation.objects_m().count(), 3);
 }

@@ -4,11 +4,13 @@ use std::fmt;
 
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::WorldFile;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::placement::WantedStart;
 use rsrs_pipeline::error::helped;
 use rsrs_sim::draw::{RunKey, Seed};
 use rsrs_sim::placement;
+use rsrs_sim::world::World;
 use rsrs_view::placement::Area;
 use serde::Serialize;
 
@@ -35,6 +37,26 @@ pub struct StartPoses {
     pub body_radius_m: f64,
     /// In the order of the fleet file.
     pub robots: Vec<StartPose>,
+    /// What robots push, of a world that has some.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<StartPlace>,
+    /// What is there besides robots.
+    #[serde(skip)]
+    pub world: WorldFile,
+    /// Distance of the walls of a square from the centre, in metres, where there are walls.
+    #[serde(skip)]
+    pub walls_m: Option<f64>,
+}
+
+/// Where an object is at the start, from the centre.
+#[derive(Debug, Serialize)]
+pub struct StartPlace {
+    /// Its name, as in its topic.
+    pub object: String,
+    /// In metres.
+    pub x_m: f64,
+    /// In metres.
+    pub y_m: f64,
 }
 
 /// Where one robot starts, from the centre of the disc.
@@ -57,7 +79,7 @@ impl StartPoses {
     ///
     /// # Errors
     ///
-    /// If the robots do not fit into the disc.
+    /// If robots or objects do not fit.
     pub fn of(plan: &Plan) -> anyhow::Result<Self> {
         let record = &plan.record;
         let seed = Seed { seed: record.seed, replicate: record.replicate };
@@ -99,6 +121,9 @@ impl StartPoses {
             clearance_m: WantedStart::of(&record.conditions, record.replicate).clearance_m,
             body_radius_m: record.conditions.largest_radius_m(),
             robots: robots.collect(),
+            objects: objects(&record.conditions, seed)?,
+            world: record.conditions.world.clone(),
+            walls_m: record.conditions.arena.walls_m(),
         })
     }
 
@@ -138,8 +163,29 @@ impl fmt::Display for StartPoses {
                 "\n{robot:width$}  {x_m:>6.3}  {y_m:>6.3}  {heading_deg:>11.0}  {heading_rad:>13.3}"
             )?;
         }
+        let width = self.objects.iter().map(|it| it.object.len()).max().unwrap_or(0);
+        if width > 0 {
+            write!(out, "\n\n{:width$}   x (m)   y (m)", "object")?;
+        }
+        for StartPlace { object, x_m, y_m } in &self.objects {
+            write!(out, "\n{object:width$}  {x_m:>6.3}  {y_m:>6.3}")?;
+        }
         Ok(())
     }
+}
+
+/// Where objects are in a replicate of these conditions.
+fn objects(conditions: &Conditions, seed: Seed) -> anyhow::Result<Vec<StartPlace>> {
+    if conditions.world.n_objects() == 0 {
+        return Ok(Vec::new());
+    }
+    let world = World::new(conditions, seed).map_err(helped)?;
+    let place = |(index, [x_m, y_m]): (usize, [f64; 2])| StartPlace {
+        object: WorldFile::object_name(index),
+        x_m,
+        y_m,
+    };
+    Ok(world.objects_m().enumerate().map(place).collect())
 }
 
 /// Where the simulator starts a replicate of these conditions.

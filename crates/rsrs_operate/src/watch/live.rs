@@ -144,9 +144,9 @@ impl Watcher {
         let node = session.node("/", NODE)?;
         let _parameters = ParameterServer::without_parameters(session, &node)?;
         let mut subscriptions = BTreeMap::new();
-        let mut robots = BTreeSet::new();
+        let (mut robots, mut objects) = (BTreeSet::new(), BTreeSet::new());
         for topic in OF_SWARM {
-            let watched = WatchedTopic { topic, robot: String::new() };
+            let watched = WatchedTopic { topic, owner: String::new() };
             subscriptions.insert(key(topic.name, &topic), self.subscribe(session, watched)?);
         }
         let mut look = tokio::time::interval(LOOK);
@@ -155,24 +155,25 @@ impl Watcher {
             look.tick().await;
             for watched in self.new_topics(session, &subscriptions) {
                 // Any node in the network may publish under any name.
-                if robots.len() == MOST_ROBOTS && !robots.contains(&watched.robot) {
+                let known = if watched.is_of_object() { &mut objects } else { &mut robots };
+                if known.len() == MOST_ROBOTS && !known.contains(&watched.owner) {
                     continue;
                 }
-                let is_new = robots.insert(watched.robot.clone());
-                if !topics::is_namespace(&watched.robot) {
+                let is_new = known.insert(watched.owner.clone());
+                if !topics::is_namespace(&watched.owner) {
                     if is_new {
-                        log::warn!("left out `{}`: no robot can have this name", watched.robot);
+                        log::warn!("left out `{}`: nothing can have this name", watched.owner);
                     }
                     continue;
                 }
-                let name = watched.topic.for_robot(&watched.robot);
+                let name = watched.name();
                 let subscription = self.subscribe(session, watched.clone())?;
                 subscriptions.insert(key(&name, &watched.topic), subscription);
             }
         }
     }
 
-    /// Topics of robots that have a publisher and are not subscribed yet.
+    /// Topics of robots and objects that have a publisher and are not subscribed yet.
     fn new_topics(
         &self,
         session: &Session,
@@ -182,10 +183,10 @@ impl Watcher {
         let published: Vec<WatchedTopic> = writers
             .filter(|end| end.kind == EndpointKind::Writer)
             .filter_map(|end| WatchedTopic::of(&end.topic, &end.type_name))
-            .filter(|watched| !watched.robot.is_empty())
+            .filter(|watched| !watched.owner.is_empty())
             .collect();
         let shown = published.iter().filter(|watched| watched.shows_a_robot());
-        let shown: BTreeSet<&str> = shown.map(|watched| watched.robot.as_str()).collect();
+        let shown: BTreeSet<&str> = shown.map(|watched| watched.owner.as_str()).collect();
         let is_robot = |robot: &String| {
             if self.robots.is_empty() {
                 shown.contains(robot.as_str())
@@ -195,8 +196,8 @@ impl Watcher {
         };
         let mut new = published.clone();
         new.retain(|watched| {
-            let name = watched.topic.for_robot(&watched.robot);
-            is_robot(&watched.robot) && !subscriptions.contains_key(&key(&name, &watched.topic))
+            let is_wanted = watched.is_of_object() || is_robot(&watched.owner);
+            is_wanted && !subscriptions.contains_key(&key(&watched.name(), &watched.topic))
         });
         new.dedup();
         new
@@ -206,8 +207,10 @@ impl Watcher {
     /// topics keep their quality of service.
     fn subscribe(&self, session: &Session, watched: WatchedTopic) -> anyhow::Result<Subscription> {
         let Topic { type_name, qos, .. } = watched.topic;
-        let name = watched.topic.for_robot(&watched.robot);
+        let name = watched.name();
         let qos = match qos.durability {
+            // Where an object is comes again and again, of a tracker that keeps nothing.
+            _ if watched.is_of_object() => Qos::best_effort(DEPTH),
             Durability::Volatile => Qos::best_effort(DEPTH),
             Durability::TransientLocal => qos,
         };

@@ -39,8 +39,8 @@ pub(super) const OF_SWARM: [Topic; 6] = [
 pub(super) struct WatchedTopic {
     /// Its place in the table of topics.
     pub topic: Topic,
-    /// Whose it is; empty for one of the swarm.
-    pub robot: String,
+    /// Whose it is, a robot's or an object's; empty for one of the swarm.
+    pub owner: String,
 }
 
 impl WatchedTopic {
@@ -48,12 +48,31 @@ impl WatchedTopic {
     pub fn of(name: &str, type_name: &str) -> Option<Self> {
         let is_it = |topic: &&Topic| topic.name == name && topic.type_name == type_name;
         if let Some(topic) = OF_SWARM.iter().find(is_it) {
-            return Some(Self { topic: *topic, robot: String::new() });
+            return Some(Self { topic: *topic, owner: String::new() });
+        }
+        if let Some(object) = topics::object_of(name) {
+            let is_pose = type_name == topics::OBJECT_POSE.type_name;
+            let owner = object.to_owned();
+            return is_pose.then_some(Self { topic: topics::OBJECT_POSE, owner });
         }
         let of_type = OF_ROBOTS.iter().filter(|topic| topic.type_name == type_name);
         let mut found = of_type.filter_map(|topic| Some((topic, topic.robot_of(name)?)));
         let (topic, robot) = found.next()?;
-        Some(Self { topic: *topic, robot: robot.to_owned() })
+        Some(Self { topic: *topic, owner: robot.to_owned() })
+    }
+
+    /// Its full name.
+    pub fn name(&self) -> String {
+        if self.is_of_object() {
+            topics::object_pose(&self.owner)
+        } else {
+            self.topic.for_robot(&self.owner)
+        }
+    }
+
+    /// Whether it tells where an object is.
+    pub fn is_of_object(&self) -> bool {
+        self.topic == topics::OBJECT_POSE
     }
 
     /// Whether only robots of this protocol, or such as take part in it, have this topic.
@@ -71,7 +90,7 @@ impl WatchedTopic {
     ///
     /// What is wrong with the message.
     pub fn understand(&self, writer: Source, bytes: &[u8]) -> Result<Event, String> {
-        let robot = || self.robot.clone();
+        let robot = || self.owner.clone();
         let topic = self.topic;
         Ok(if topic == topics::DETECTION {
             Event::Detection { robot: robot(), detected: decode::<Bool>(bytes)?.data }
@@ -87,6 +106,9 @@ impl WatchedTopic {
         } else if topic == topics::POSE {
             let pose = wire::pose(&decode::<PoseStamped>(bytes)?.pose).map_err(text)?;
             Event::Pose { robot: robot(), source: PoseSource::Pose, pose }
+        } else if topic == topics::OBJECT_POSE {
+            let place = wire::pose(&decode::<PoseStamped>(bytes)?.pose).map_err(text)?;
+            Event::Object { object: self.owner.clone(), place_m: [place.x_m, place.y_m] }
         } else if topic == topics::STATUS {
             let status = wire::status(decode::<RobotStatus>(bytes)?).map_err(text)?;
             Event::Status { robot: robot(), status }
@@ -131,13 +153,20 @@ mod tests {
 
     #[test]
     fn topics_are_watched_by_name_and_type() {
-        let robot_of = |name, type_name| WatchedTopic::of(name, type_name).map(|it| it.robot);
+        let robot_of = |name, type_name| WatchedTopic::of(name, type_name).map(|it| it.owner);
         let stamped = topics::CMD_VEL.type_name;
 
         assert_eq!(robot_of("/robot_3/cmd_vel", stamped).as_deref(), Some("robot_3"));
         assert_eq!(robot_of("/a/b/cmd_vel", stamped).as_deref(), Some("a/b"));
         assert_eq!(robot_of("/swarm/lease", topics::LEASE.type_name).as_deref(), Some(""));
+        let of_object = WatchedTopic::of("/objects/object_2/pose", topics::POSE.type_name).unwrap();
+        assert!(of_object.is_of_object());
+        assert_eq!(
+            (of_object.name().as_str(), of_object.owner.as_str()),
+            ("/objects/object_2/pose", "object_2")
+        );
         for (name, type_name) in [
+            ("/objects/object_2/pose", topics::ODOM.type_name),
             ("/robot_3/cmd_vel", "std_msgs/msg/Bool"),
             ("/robot_3/controller/status", topics::STATUS.type_name),
             ("/simulator/status", topics::STATUS.type_name),
@@ -151,14 +180,15 @@ mod tests {
     #[test]
     fn every_watched_topic_understands_its_own_messages_and_refuses_no_bytes() {
         let robots = OF_ROBOTS.iter().map(|topic| (*topic, "robot_1"));
+        let robots = robots.chain([(topics::OBJECT_POSE, "object_1")]);
         for (topic, robot) in robots.chain(OF_SWARM.iter().map(|topic| (*topic, ""))) {
-            let watched = WatchedTopic { topic, robot: robot.to_owned() };
+            let watched = WatchedTopic { topic, owner: robot.to_owned() };
 
             let nothing = watched.understand(Source([1; 16]), &[]);
 
             assert!(nothing.is_err(), "{}", topic.name);
         }
-        let watched = WatchedTopic { topic: topics::DETECTION, robot: "robot_1".to_owned() };
+        let watched = WatchedTopic { topic: topics::DETECTION, owner: "robot_1".to_owned() };
         let event = watched.understand(Source([1; 16]), &cdr::encode(&Bool { data: true }));
         let expected = Event::Detection { robot: "robot_1".to_owned(), detected: true };
         assert_eq!(event, Ok(expected));

@@ -5,6 +5,7 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::statistics::share::Share;
+use rsrs_core::world::WorldFile;
 use rsrs_view::curves::{self, Curve, CurvesPicture, UprightBoundary};
 use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, Panel, Side, svg};
 use rsrs_view::placement::{self, Area, PlacementPicture};
@@ -95,6 +96,9 @@ fn a_start_can_be_read() {
         robots: &robots,
         area: Area::Disc { radius_m: 0.825 },
         radius_m: 0.075,
+        objects: &[],
+        world: &WorldFile::NOTHING,
+        walls_m: None,
         theme: Theme::Screen,
         title: "Where the robots start".to_owned(),
         subtitle: "9 robots".to_owned(),

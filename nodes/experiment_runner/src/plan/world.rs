@@ -92,10 +92,10 @@ pub fn refuse_unordered(robots: &[String], conditions: &Conditions) -> anyhow::R
     }
 }
 
-/// Objects whose poses nobody publishes.
+/// Objects that only some of the robots could push.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "there are {found} in this world, and their poses are known where the simulator is all of the fleet"
+    "there are {found} in this world, and real and virtual robots in this fleet, which cannot push the same objects"
 )]
 struct Objects {
     found: String,
@@ -104,7 +104,8 @@ struct Objects {
 impl Help for Objects {
     fn help(&self) -> Option<String> {
         Some(
-            "run it with `--backend simulator`, or leave the objects out of the `world`".to_owned(),
+            "run it with real robots alone, with `--backend simulator`, or leave the objects out of the `world`"
+                .to_owned(),
         )
     }
 }
@@ -120,7 +121,7 @@ impl Help for Failing {
     }
 }
 
-/// Refuses a world with objects, or in which robots fail, where robots are real: nothing records where their objects are.
+/// Refuses a world in which robots fail where robots are real, and one with objects where some are.
 ///
 /// # Errors
 ///
@@ -132,7 +133,7 @@ pub fn refuse_objects(backend: Backend, conditions: &Conditions) -> anyhow::Resu
     if !conditions.world.failures.is_empty() {
         return Err(Helpful::from(Failing).into());
     }
-    if conditions.world.n_objects() == 0 {
+    if backend == Backend::Fleet || conditions.world.n_objects() == 0 {
         return Ok(());
     }
     let found = conditions.world.in_words();
