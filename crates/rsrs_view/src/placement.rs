@@ -108,10 +108,11 @@ impl Area {
 impl PlacementPicture<'_> {
     /// Half of what it takes along x and y, in metres.
     fn half_extents_m(&self) -> (f64, f64) {
-        let wider = |(half_x_m, half_y_m): (f64, f64), [x_m, y_m]: &[f64; 2]| {
-            (half_x_m.max(x_m.abs()), half_y_m.max(y_m.abs()))
+        let wider = |(half_x_m, half_y_m): (f64, f64), (radius_m, [x_m, y_m]): (f64, [f64; 2])| {
+            (half_x_m.max(x_m.abs() + radius_m), half_y_m.max(y_m.abs() + radius_m))
         };
-        let objects = self.objects.iter().map(|(_, place_m)| place_m);
+        let radii_m = self.world.each_object().map(|object| object.radius_m);
+        let objects = radii_m.zip(self.objects.iter().map(|(_, place_m)| *place_m));
         objects.fold(self.area.half_extents_m(), wider)
     }
 }
@@ -144,6 +145,15 @@ pub fn svg(picture: &PlacementPicture) -> String {
         picture.robots.iter().map(|(name, _)| short(name).to_owned()).collect();
     let poses: Vec<Pose> = picture.robots.iter().map(|(_, pose)| *pose).collect();
     let names = tags(&field, &poses, &short, picture.radius_m);
+    let objects = picture.objects.iter().map(|(_, [x_m, y_m])| Pose {
+        x_m: *x_m,
+        y_m: *y_m,
+        heading_rad: 0.0,
+    });
+    let numbers: Vec<String> =
+        picture.objects.iter().map(|(name, _)| self::short(name).to_owned()).collect();
+    let least_m = picture.world.each_object().map(|it| it.radius_m).fold(f64::INFINITY, f64::min);
+    let of_objects = tags(&field, &objects.collect::<Vec<Pose>>(), &numbers, least_m);
     let bottom_px = field.top_px + field.height_px + 28.0;
     let (table, end_px) = table(picture, bottom_px + 12.0);
     let page = Element::picture(PAGE_PX, end_px + 10.0, &picture.title)
@@ -156,6 +166,7 @@ pub fn svg(picture: &PlacementPicture) -> String {
         .children(axes(&field, half_x_m.min(half_y_m)))
         .children(bodies)
         .children(names)
+        .children(of_objects)
         .children(scale_bar(&field, bottom_px))
         .child(small(MARGIN_PX, bottom_px, picture.area.caption()).with("fill", QUIET_INK))
         .children(table);
@@ -204,11 +215,11 @@ fn grid(field: &Field, (half_x_m, half_y_m): (f64, f64)) -> Vec<Element> {
 /// The texts, and where they end below, in pixels.
 fn table(picture: &PlacementPicture, top_px: f64) -> (Vec<Element>, f64) {
     let place = |name: &str, x_m: f64, y_m: f64| {
-        format!("{}: x {:.2} m, y {:.2} m", short(name), x_m + 0.0, y_m + 0.0)
+        format!("{name}: x {:.2} m, y {:.2} m", x_m + 0.0, y_m + 0.0)
     };
     let robots = picture.robots.iter().map(|(name, pose)| {
         let degrees = pose.heading_rad.to_degrees() + 0.0;
-        format!("{}, {degrees:.0}°", place(name, pose.x_m, pose.y_m))
+        format!("{}, {degrees:.0}°", place(short(name), pose.x_m, pose.y_m))
     });
     let objects = picture.objects.iter().map(|(name, [x_m, y_m])| place(name, *x_m, *y_m));
     let lines: Vec<String> = robots.chain(objects).collect();
