@@ -114,6 +114,25 @@ fn trajectories_are_sorted_and_their_headings_made_continuous() {
 }
 
 #[test]
+fn a_recording_that_begins_before_the_robot_does_begins_with_its_command() {
+    let header = "robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s";
+    let rows = |commands: &[f64]| {
+        let row = |(index, speed_m_s): (usize, &f64)| format!("a,1,{index},0,0,0,{speed_m_s},0");
+        let rows: Vec<String> = commands.iter().enumerate().map(row).collect();
+        let text = format!("{header}\n{}", rows.join("\n"));
+        let trial = driven_trials("t.csv", &text).unwrap().remove(0);
+        let command = trial.constant_command().map(|command| command.speed_m_s);
+        (trial.samples[0].time_s, trial.samples.len(), command)
+    };
+
+    assert_eq!(rows(&[0.0, 0.0, 0.1, 0.1, 0.0]), (2.0, 3, Some(0.1)));
+    assert_eq!(rows(&[0.1, 0.1, 0.1]), (0.0, 3, Some(0.1)));
+    assert_eq!(rows(&[0.0, 0.1, 0.2, 0.2]), (1.0, 3, None), "of two commands none is constant");
+    assert_eq!(rows(&[0.0, 0.0, 0.0]), (0.0, 3, Some(0.0)), "it stood");
+    assert_eq!(rows(&[0.0, 0.0, 0.1]), (0.0, 3, Some(0.0)), "and the last command is not driven");
+}
+
+#[test]
 fn trajectories_that_cannot_be_are_refused() {
     let error = |rows: &str| {
         let header = "robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s";

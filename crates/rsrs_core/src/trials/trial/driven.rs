@@ -82,7 +82,8 @@ impl DrivenTrial {
 
 /// Reads trajectories: `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s`.
 ///
-/// Rows may stand in any order; each trial is sorted by time and its heading made continuous.
+/// Rows may stand in any order; each trial is sorted by time and its heading made continuous. One that is driven
+/// begins with its first command: a recording often begins before the robot does.
 ///
 /// # Returns
 ///
@@ -153,5 +154,8 @@ fn in_order(
         // The nearest heading that looks the same.
         *heading -= ((*heading - before) / std::f64::consts::TAU).round() * std::f64::consts::TAU;
     }
+    let begins = samples.iter().position(|sample| sample.command != Command::STOP);
+    // A command of the last sample is never driven.
+    samples.drain(..begins.filter(|first| first + 1 < samples.len()).unwrap_or(0));
     Ok(DrivenTrial { robot, trial, going_s: 0.0, samples })
 }
