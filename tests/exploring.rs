@@ -239,3 +239,42 @@ fn what_is_found_is_run_in_other_worlds_however_far_robots_see() {
         }
     }
 }
+
+#[test]
+fn a_search_begins_where_a_table_puts_the_robots() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let here = place.path();
+    let set = |replicate: u64, x_m: f64| {
+        let line = |robot: u64| format!("{replicate},{x_m},{},0.5\n", 0.4 * robot as f64 - 0.4);
+        (0..3).map(line).collect::<String>()
+    };
+    let table = format!("replicate,x_m,y_m,heading_rad\n{}{}", set(0, 0.1), set(1, -0.2));
+    std::fs::write(here.join("starts.csv"), &table).expect("it can be written");
+    std::fs::write(here.join("places.csv"), "x_m,y_m\n0,0\n0,1\n").expect("it can be written");
+    let few = ["--controllers", "64", "--replicates", "2", "--duration", "60", "--arena", "2"];
+    let explore = |folder: &str, starts: &str, robots: &str| {
+        let more = ["--behaviour", "milling", "--starts", starts, "--robots", robots];
+        explore(here, folder, &[&few[..], &more].concat())
+    };
+
+    let found = explore("found", "starts.csv", "3");
+    let too_many = explore("more", "starts.csv", "4");
+    let without_headings = explore("none", "places.csv", "2");
+
+    assert!([0, 3].contains(&code(&found)), "{}", stderr(&found));
+    let sweep = json(&found)["found"][0]["sweep"].as_str().expect("a path").to_owned();
+    let kept = std::fs::read_to_string(here.join("found/starts.csv")).expect("it is there");
+    assert_eq!(kept, table);
+    let text = std::fs::read_to_string(here.join("found").join(&sweep)).expect("it is there");
+    assert!(text.contains("path: ../starts.csv") && !text.contains("placement_radius"), "{text}");
+    // The sweep begins there, too.
+    let swept = rsrs(here, &["sweep", &format!("found/{sweep}"), "-o", "swept"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    // Other starts are another search.
+    std::fs::write(here.join("starts.csv"), table.replace(",0.5", ",0.6")).expect("it is written");
+    let other = explore("found", "starts.csv", "3");
+    assert!(stderr(&other).contains("starts.csv is that of another search"), "{}", stderr(&other));
+    let expected = "replicate 0 has 3 start poses, expected 4";
+    assert!(code(&too_many) != 0 && stderr(&too_many).contains(expected), "{}", stderr(&too_many));
+    assert!(stderr(&without_headings).contains("no column `heading_rad`"));
+}

@@ -21,6 +21,7 @@ mod compare;
 mod controllers;
 mod deploy;
 mod diagnosing;
+mod discovery;
 mod drawing;
 mod dry_run;
 mod exploring;

@@ -20,11 +20,12 @@ class Floor:
     radius_m = physics.BODY_RADIUS_M
     period_s = 0.1
     contact = "push"
+    rectangle_m = None  # Width and height of what walls enclose; nothing does where there is none.
 
     def drive(self, robots, starts, controller, duration_s, seed):
         """Lets robots, by number, drive from their starts. Each decides by a clock of its own."""
         names = [f"robot_{number}" for number in range(1, max(robots) + 1)]
-        world = physics.Physics(names, FLEET)
+        world = physics.Physics(names, FLEET, self.rectangle_m)
         draws = seeded(self.name, seed)
         world.draws = draws
         names = [f"robot_{robot}" for robot in robots]

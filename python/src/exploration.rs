@@ -142,6 +142,7 @@ pub fn explore_all(
             wanted,
             controller: None,
             world: None,
+            starts: None,
             robots,
             arena_m,
             walls,

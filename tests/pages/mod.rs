@@ -46,6 +46,7 @@ pub const REASONS: [(&str, &[&str]); 7] = [
             "reproduce.py",
             "mujoco/run.sh",
             "floors/compare.py",
+            "floors/discovery.py",
             ".ci/atlas ",
         ],
     ),

@@ -7,9 +7,11 @@
 mod folder;
 mod gallery;
 mod journal;
+pub mod judge;
 mod search;
 mod settings;
 mod space;
+pub mod start_table;
 mod trial;
 
 use std::collections::BTreeMap;
@@ -31,6 +33,7 @@ use crate::execution::Execution;
 use crate::sweep::source::read_profile;
 use folder::Folder;
 use settings::Settings;
+use start_table::StartTable;
 use trial::Laboratory;
 
 /// What is searched for, with which robots.
@@ -42,6 +45,8 @@ pub struct Options<'a> {
     pub controller: Option<&'a ControllerTable>,
     /// What is in the arena besides the robots; `None` is nothing.
     pub world: Option<&'a WorldFile>,
+    /// Where robots start; `None` is a disc, facing away from its centre.
+    pub starts: Option<&'a StartTable>,
     /// Number of robots; at least 1.
     pub robots: usize,
     /// Side of the square arena, in metres; `None` is that of the world's own arena, or of 500 squares of a body's radius
@@ -181,7 +186,7 @@ pub fn explore(profile: &Path, folder: &Path, options: &Options) -> anyhow::Resu
     let measured = read_profile(profile)?;
     let laboratory = Laboratory::new(&measured, options)?;
     let settings = Settings::of(options, &laboratory);
-    let mut site = Folder::open(folder, &measured, &settings)?;
+    let mut site = Folder::open(folder, &measured, &settings, options.starts)?;
     let finds = search::search(&laboratory, &mut site.journal, options)?;
     gallery::write(&laboratory, &site, finds, options)
 }

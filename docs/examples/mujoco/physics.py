@@ -21,7 +21,7 @@ WHEELS_MOST_RAD_S = 14.0
 WATCHDOG_S = 0.4
 # The camera looks ahead from the front of the body; a body must fill two of its columns.
 CAMERA_AHEAD_M, CAMERA_HALF_ANGLE_RAD, COLUMNS = 0.05, 0.35, 21
-CAMERA_RANGE_M, CAMERA_RANGE_SD_M = 0.9, 0.04
+CAMERA_RANGE_M, CAMERA_RANGE_SD_M, CAMERA_FARTHEST_M = 0.9, 0.04, 2.0
 MISSED, INVENTED = 0.04, 0.02
 TRACKER_SD_M, TRACKER_SD_RAD = 0.001, 0.004
 
@@ -30,10 +30,15 @@ WORLD = """
   <option timestep="{step}" integrator="implicitfast" cone="elliptic" impratio="10"/>
   <worldbody>
     <geom name="floor" type="plane" size="20 20 1" friction="0.8" contype="1" conaffinity="0"/>
+    {walls}
     {robots}
   </worldbody>
   <actuator>{motors}</actuator>
 </mujoco>
+"""
+# Bodies stop at walls, which no camera sees.
+WALL = """
+<geom type="box" pos="{x} {y} 0.05" size="{half_x} {half_y} 0.05" friction="0.3" contype="2" conaffinity="2"/>
 """
 # Wheels and casters touch the floor, bodies touch bodies; rays see bodies, which are of group 1.
 ROBOT = """
@@ -103,15 +108,24 @@ class Robot:
         return left * scale, right * scale
 
 
+def walls(rectangle_m):
+    """Four walls, 4 cm thick, around a rectangle whose middle is the origin."""
+    x, y = (side_m / 2 + 0.02 for side_m in rectangle_m)
+    along_x = [WALL.format(x=0, y=place, half_x=x + 0.02, half_y=0.02) for place in (-y, y)]
+    along_y = [WALL.format(x=place, y=0, half_x=0.02, half_y=y - 0.02) for place in (-x, x)]
+    return "".join(along_x + along_y)
+
+
 class Physics:
     """The simulated robots, which `advance` moves on to a time."""
 
-    def __init__(self, names, seed):
+    def __init__(self, names, seed, rectangle_m=None):
         self.draws = random.Random(seed)
         self.robots = {name: Robot(name, self.draws) for name in names}
         robots = self.robots.values()
         world = WORLD.format(
             step=STEP_S,
+            walls=walls(rectangle_m) if rectangle_m else "",
             robots="".join(robot.xml(place) for place, robot in enumerate(robots)),
             motors="".join(robot.motors() for robot in robots),
         )
@@ -197,6 +211,7 @@ class Physics:
         bodies_only = np.array((0, 1, 0, 0, 0, 0), dtype=np.uint8)
         hit, far_m = np.empty(COLUMNS, dtype=np.int32), np.empty(COLUMNS)
         mujoco.mj_multiRay(
-            self.model, self.data, eye, rays.ravel(), bodies_only, 1, own, hit, far_m, None, COLUMNS, 2.0
+            self.model, self.data, eye, rays.ravel(), bodies_only, 1, own, hit, far_m, None, COLUMNS,
+            CAMERA_FARTHEST_M,
         )
         return far_m

@@ -1,26 +1,31 @@
-//! What `docs/floors/compare.py` asks for: drives on the floor of [`ray_floor`], and labels of anybody's
+//! What `docs/floors/compare.py` and `docs/floors/discovery.py` ask for: drives on the floor of [`ray_floor`], and labels of anybody's
 //! trajectories by the one judge.
 //!
 //! ```text
 //! cargo run --release --example floors drive
 //! cargo run --release --example floors judge SWEEP
+//! cargo run --release --example floors call SEARCH
 //! ```
 //!
 //! Each line of standard input is a request in JSON, which one line of standard output answers. `SWEEP` is the
 //! folder of the sweep that predicts the runs: robots have the body and the reach of its profile, as measured.
+//! `SEARCH` is the folder of `rsrs explore`, by whose names runs are called.
 
 mod mechanics;
 mod ray_floor;
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, Write, stdin, stdout};
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use rsrs_core::judge::phase::label;
+use rsrs_core::judge::rule::Parameter;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::program;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_pipeline::explore::judge::{Judge, Seen};
 use rsrs_pipeline::sweep::folder;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -52,7 +57,21 @@ fn main() -> anyhow::Result<()> {
                 Ok(json!({ "phase": verdict.phase.key() }))
             })
         }
-        _ => bail!("expected `drive`, or `judge` and the folder of a sweep; got {arguments:?}"),
+        ["call", search] => {
+            let judge = Judge::of_search(Path::new(search))?;
+            answer_each(|line| {
+                let run: Recorded = serde_json::from_str(line).context("this is no recording")?;
+                let Seen { names, niche, evidence } = judge.see(&run.trajectory())?;
+                let measured =
+                    Parameter::all().filter_map(|it| Some((it.key(), it.value(&evidence)?)));
+                let measured: BTreeMap<&str, f64> = measured.collect();
+                Ok(json!({ "names": names, "niche": niche, "order_parameters": measured }))
+            })
+        }
+        _ => bail!(
+            "expected `drive`, `judge` and the folder of a sweep, or `call` and that of a search; \
+             got {arguments:?}"
+        ),
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::explore::start_table::StartTable;
 use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS, explore};
 use rsrs_pipeline::sweep::source::{
     behaviour, read_controller, read_profile, read_world, robots_beside,
@@ -46,6 +47,10 @@ pub struct Arguments {
     /// What is in the arena besides robots: a world's file; beside `--arena`, unless it has an arena of its own.
     #[arg(long = "world-file", value_name = "FILE")]
     world: Option<PathBuf>,
+    /// Where robots start: a table of poses, of which replicate k takes set k (default: in a disc, facing away
+    /// from its centre).
+    #[arg(long, value_name = "CSV")]
+    starts: Option<PathBuf>,
     /// Number of robots (default: that of `fleet.yaml` beside the profile, or 9).
     #[arg(long, value_name = "N")]
     robots: Option<usize>,
@@ -125,10 +130,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             "give the side of a square in metres, as in `--arena 3`, or the world an `arena`",
         )));
     }
+    let starts = arguments.starts.as_deref().map(StartTable::read).transpose()?;
     let options = Options {
         wanted: arguments.behaviour,
         controller: table.as_ref(),
         world: world.as_ref(),
+        starts: starts.as_ref(),
         robots,
         arena_m: arguments.arena,
         walls: match arguments.walls {

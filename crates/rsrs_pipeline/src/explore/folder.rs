@@ -7,6 +7,7 @@ use rsrs_core::robot::profile::RobotProfile;
 
 use super::journal::Journal;
 use super::settings::Settings;
+use super::start_table::StartTable;
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
 use crate::files::{read_text, write_file};
@@ -17,7 +18,10 @@ pub const PROFILE: &str = "profile.yaml";
 pub const CONTROLLER: &str = "controller.yaml";
 /// Name of the world in the folder, where there is one.
 pub const WORLD: &str = "world.yaml";
-const SETTINGS: &str = "exploration.yaml";
+/// Name of the table of start poses in the folder, where there is one.
+pub const STARTS: &str = "starts.csv";
+/// Name of what the search follows from, besides the robot.
+pub const SETTINGS: &str = "exploration.yaml";
 const JOURNAL: &str = "trials.jsonl";
 const LOCK: &str = ".lock";
 
@@ -38,7 +42,12 @@ impl Folder {
     ///
     /// If it holds another search or something else, another process is at work in it, or it cannot
     /// be made.
-    pub fn open(path: &Path, robot: &RobotProfile, settings: &Settings) -> anyhow::Result<Self> {
+    pub fn open(
+        path: &Path,
+        robot: &RobotProfile,
+        settings: &Settings,
+        starts: Option<&StartTable>,
+    ) -> anyhow::Result<Self> {
         let written = serde_saphyr::to_string(settings).context("the settings as YAML")?;
         let profile = serde_saphyr::to_string(robot).context("the profile as YAML")?;
         refuse_other_things(path)?;
@@ -58,6 +67,7 @@ impl Folder {
             (SETTINGS, Some(&written)),
             (CONTROLLER, table.as_ref()),
             (WORLD, world.as_ref()),
+            (STARTS, starts.map(|table| &table.text)),
         ];
         for (name, text) in files.into_iter().filter_map(|(name, text)| Some((name, text?))) {
             let file = path.join(name);

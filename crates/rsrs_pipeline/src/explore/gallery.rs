@@ -15,7 +15,8 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::confirmation_seed;
 
-use super::folder::{CONTROLLER, Folder, PROFILE, WORLD};
+use super::folder::{CONTROLLER, Folder, PROFILE, STARTS, WORLD};
+use super::settings::in_folder;
 use super::trial::{self, Elsewhere, Laboratory, Name, Shown, Trial};
 use super::{CONFIRM, Explored, FoundController, Options, ShownRun};
 use crate::files::write_file;
@@ -150,7 +151,9 @@ fn sweep_text(
     if options.world.is_none_or(|world| world.arena.is_none()) {
         values.push((Axis::Arena, laboratory.arena_m));
     }
-    values.push((Axis::PlacementRadius, laboratory.placement_m));
+    if options.starts.is_none() {
+        values.push((Axis::PlacementRadius, laboratory.placement_m));
+    }
     let sweep = SweepFile {
         profile: format!("../{PROFILE}"),
         controller: laboratory
@@ -161,7 +164,7 @@ fn sweep_text(
         behaviour: NamedBehaviour::Known(behaviour),
         axes,
         fixed: Fixed { values, walls: options.walls },
-        placement: None,
+        placement: options.starts.map(|_| in_folder(format!("../{STARTS}"))),
         world: options.world.map(|_| WorldSource::File(format!("../{WORLD}"))),
         cells: None,
         replicates: 100,

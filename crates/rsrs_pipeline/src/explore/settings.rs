@@ -2,11 +2,13 @@
 
 use rsrs_core::conditions::Walls;
 use rsrs_core::conditions::controller_table::ControllerTable;
+use rsrs_core::conditions::start_file::StartPlacement;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::world::WorldFile;
 use serde::{Deserialize, Serialize};
 
 use super::Options;
+use super::folder::STARTS;
 use super::trial::Laboratory;
 
 /// Everything but the robot that a search follows from: two searches with these are one.
@@ -28,6 +30,9 @@ pub struct Settings {
     pub arena_m: f64,
     /// What happens at its border.
     pub walls: Walls,
+    /// Where robots start, by the table in the folder; not there for anywhere in a disc.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placement: Option<StartPlacement>,
     /// Radius of the disc in which robots start, in metres.
     pub placement_radius_m: f64,
     /// Whether robots may drive backward.
@@ -52,6 +57,7 @@ impl Settings {
             robots: options.robots,
             arena_m: laboratory.arena_m,
             walls: options.walls,
+            placement: options.starts.map(|_| in_folder(STARTS.to_owned())),
             placement_radius_m: laboratory.placement_m,
             backward: options.directions == Directions::Both,
             replicates: options.replicates,
@@ -59,4 +65,9 @@ impl Settings {
             seed: options.seed,
         }
     }
+}
+
+/// Start poses by a table that has headings.
+pub fn in_folder(path: String) -> StartPlacement {
+    StartPlacement::File { path, headings: None }
 }

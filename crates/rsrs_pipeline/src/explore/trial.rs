@@ -1,6 +1,6 @@
 //! Controllers on trial: simulated, judged, and described.
 
-use rsrs_core::conditions::{Conditions, ConditionsError, Settings};
+use rsrs_core::conditions::{Conditions, ConditionsError, Placement, Settings};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::rule::{Needs, Parameter, Rules};
@@ -63,6 +63,9 @@ pub enum Name {
 }
 
 impl Name {
+    /// Those of runs by their niche, which no behaviour's file is needed for.
+    pub const OF_NICHES: [Self; 3] = [Self::WallFollowing, Self::RotatingCrowd, Self::NoOrder];
+
     /// In files.
     pub fn key(self) -> &'static str {
         match self {
@@ -85,6 +88,11 @@ impl Name {
             Self::RotatingCrowd => Some("milling"),
             Self::NoOrder => Some("random"),
         }
+    }
+
+    /// Whether a run shows it, by its niche; never behaviours, which judge for themselves.
+    pub fn is_shown_in(self, niche: Niche, evidence: &OrderParameters) -> bool {
+        self.shown_in(niche, evidence) == Some(true)
     }
 
     /// Whether a run shows it; `None` for behaviours, which judge for themselves.
@@ -124,7 +132,7 @@ pub struct Laboratory {
     pub space: Space,
     /// Side of the arena, in metres.
     pub arena_m: f64,
-    /// Radius of the disc in which robots start, in metres.
+    /// Radius of the disc in which robots start, in metres; of a table's, of the one that holds all of them.
     pub placement_m: f64,
     measured: RobotProfile,
     simulated: RobotProfile,
@@ -183,17 +191,22 @@ impl Laboratory {
             // A side that a person would write, and in which there is room for the least of robots.
             ((ARENA_OVER_RADIUS_2.sqrt() * across_m * 10.0).round() / 10.0).max(0.1)
         });
-        let placement_m = (PLACEMENT_OVER_RADIUS * across_m).min(PLACEMENT_OVER_ARENA * arena_m);
+        let in_disc_m = (PLACEMENT_OVER_RADIUS * across_m).min(PLACEMENT_OVER_ARENA * arena_m);
+        let placement = options.starts.map(|table| table.placement.clone());
+        let placement_m = placement.as_ref().map_or(in_disc_m, Placement::radius_m);
         let placement_m = (placement_m * 1e3).round() / 1e3;
         let mut values = vec![(Axis::Robots, options.robots as f64)];
         // Beside an arena of the world's own, that of the options is refused.
         let side_m = if own_m.is_some() { options.arena_m } else { Some(arena_m) };
         values.extend(side_m.map(|side_m| (Axis::Arena, side_m)));
-        values.push((Axis::PlacementRadius, placement_m));
+        if placement.is_none() {
+            values.push((Axis::PlacementRadius, placement_m));
+        }
         let settings = Settings {
             values,
             walls: options.walls,
             behaviour: options.wanted.unwrap_or_default(),
+            placement,
             controller: options.controller.cloned(),
             world: options.world.cloned().unwrap_or_default(),
             ..Settings::default()
@@ -238,6 +251,11 @@ impl Laboratory {
     /// Radius of a robot's body, in metres.
     pub fn radius_m(&self) -> f64 {
         self.simulated.body.radius_m
+    }
+
+    /// The robots as measured, with some controller.
+    pub fn as_measured(&self) -> Result<Conditions, ConditionsError> {
+        self.conditions_of(&self.measured, &vec![1.0; self.space.n_numbers()])
     }
 
     /// The world of the controller at a point.
@@ -425,7 +443,7 @@ fn name(conditions: &Conditions, outcomes: &[ReplicateOutcome]) -> Name {
     let is_called = |name: &Name| {
         let shows = |outcome: &&ReplicateOutcome| {
             let niche = Niche::of(conditions, &outcome.evidence);
-            name.shown_in(niche, &outcome.evidence) == Some(true)
+            name.is_shown_in(niche, &outcome.evidence)
         };
         outcomes.iter().filter(shows).count() as f64 / outcomes.len() as f64 > MOST
     };
