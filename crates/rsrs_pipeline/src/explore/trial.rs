@@ -209,7 +209,6 @@ impl Laboratory {
             placement,
             controller: options.controller.cloned(),
             world: options.world.cloned().unwrap_or_default(),
-            ..Settings::default()
         };
         let runs = Runs {
             seed: options.seed,
