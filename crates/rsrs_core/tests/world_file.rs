@@ -250,6 +250,9 @@ fn shares_of_objects_and_distances_to_goals_are_what_they_are_called() {
     let inside = self::run(1.2, 20.0);
     assert_eq!(measured(&inside, "at_goal").to_bits(), 1.0_f64.to_bits());
     assert_eq!(measured(&inside, "goal_distance_m").to_bits(), 0.0_f64.to_bits());
+    assert_eq!(measured(&inside, "consensus").to_bits(), 1.0_f64.to_bits());
+    // Another robot would fit between this one, of 0.1 m radius, and the nearest rim, 0.75 m from its centre.
+    assert_eq!(measured(&run, "consensus").to_bits(), 0.0_f64.to_bits());
     let goal = Goal { place_m: [1.0, 0.0], radius_m: 0.25 };
     assert_eq!(bodies().world.goals[0], goal);
 }

@@ -496,7 +496,7 @@ words: {noun: a heap, swarm: a swarm that heaps, verb: [heap, heaps, heaped]}
 phases: [{key: heaped}, {key: strewn}]
 rules:
   - phase: heaped
-    when: {objects_clustered: {at_least: 0.4}, objects_at_goal: {below: 0.9}, at_goal: {below: 0.9}, goal_distance_m: {below: 9}}
+    when: {objects_clustered: {at_least: 0.4}, objects_at_goal: {below: 0.9}, at_goal: {below: 0.9}, goal_distance_m: {below: 9}, consensus: {below: 0.95}}
 otherwise: strewn
 ";
 

@@ -7,7 +7,7 @@ use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-use super::cluster::{clustered_by_class, clustered_objects};
+use super::cluster::{at_one_goal, clustered_by_class, clustered_objects};
 use super::geometry::{Vector, centroid, distance_m2};
 use super::parameter::{Parameter, Prerequisite};
 use super::sums::Samples;
@@ -17,7 +17,7 @@ use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::world::{FreeSpace, Goal, WorldFile};
 
 /// How many there are.
-pub const N_ASKED: usize = 11;
+pub const N_ASKED: usize = 12;
 
 /// The values of those that were asked for; in files under their names, beside the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -113,6 +113,10 @@ pub const SEGREGATED: Measure = Measure { of: segregated, is_of_headings: false,
 /// The same without its mean over classes.
 pub const LEAST_SEGREGATED: Measure =
     Measure { of: least_segregated, is_of_headings: false, adds_up: false };
+
+/// A. Özdemir et al., "Finding consensus without computation", IEEE RA-L 3(3), 2018, have 20 robots choose one of two
+/// options; what counts as there is ours ([`super::cluster`]).
+pub const CONSENSUS: Measure = Measure { of: consensus, is_of_headings: false, adds_up: false };
 
 /// A window of one world, by itself.
 struct Look<'a> {
@@ -316,6 +320,11 @@ fn segregated(look: &Look) -> f64 {
 
 fn least_segregated(look: &Look) -> f64 {
     look.clustered_by_class().into_iter().fold(f64::INFINITY, f64::min)
+}
+
+fn consensus(look: &Look) -> f64 {
+    let scale = (look.period_s, look.radius_m);
+    at_one_goal(scale, &look.world.goals, look.n_robots, &look.places)
 }
 
 fn coverage(look: &Look) -> f64 {

@@ -1,4 +1,5 @@
-//! Clusters: robots between which no other one fits, objects likewise, and robots of one class that are near each other.
+//! Clusters: robots between which no other one fits, objects likewise, robots of one class that are near each other, and
+//! robots that are gathered at one goal.
 
 use std::ops::Range;
 
@@ -6,6 +7,7 @@ use super::Samples;
 use super::geometry::{Vector, distance_m2};
 use crate::judge::number::Number;
 use crate::judge::phase::{BLOCK_S, samples_in};
+use crate::world::Goal;
 
 /// Share of the robots in the largest cluster of one lane: a mean over the last sample of a window and
 /// those every [`BLOCK_S`] before it.
@@ -94,6 +96,48 @@ pub fn clustered_by_class(radius_m: f64, classes: &[usize], robots: &[Vector<f64
     shares.into_iter().map(|share| share / n_samples).collect()
 }
 
+/// Share of robots that are gathered at the goal that has most of them: a mean over the last sample and those every
+/// [`BLOCK_S`] before it. A robot is gathered at a goal if no other one fits between the two, or between it and one that
+/// is gathered there.
+///
+/// # Arguments
+///
+/// * `period_s` — between samples, in seconds.
+/// * `radius_m` — radius of the bodies, in metres.
+/// * `robots` — where they are, in metres, sample by sample, `n_robots` in each; not empty.
+///
+/// # Source
+///
+/// The options of A. Özdemir, M. Gauci, S. Bonnet and R. Groß, "Finding consensus without computation", IEEE RA-L 3(3),
+/// 2018, one of which all robots are to choose and move to. That what has gathered is a cluster as in M. Gauci et al.,
+/// IJRR 33(8), 2014, is ours.
+pub fn at_one_goal(
+    (period_s, radius_m): (f64, f64),
+    goals: &[Goal],
+    n_robots: usize,
+    robots: &[Vector<f64>],
+) -> f64 {
+    let near_m = 4.0 * radius_m;
+    let are_near =
+        |one: &Vector<f64>, other: &Vector<f64>| distance_m2(*one, *other) < near_m * near_m;
+    let n_block = samples_in(BLOCK_S, period_s);
+    let (mut shares, mut n_looks) = (0.0, 0.0);
+    for places in robots.chunks_exact(n_robots).rev().step_by(n_block) {
+        let gathered = |goal: &Goal| {
+            let near_m = goal.radius_m + 3.0 * radius_m;
+            let is_there = |place: &Vector<f64>| {
+                distance_m2(*place, (goal.place_m[0], goal.place_m[1])) < near_m * near_m
+            };
+            let (mut there, mut others) = places.iter().partition(|place| is_there(place));
+            grow(&mut there, &mut others, &are_near);
+            there.len()
+        };
+        shares += goals.iter().map(gathered).max().unwrap_or(0) as f64 / n_robots as f64;
+        n_looks += 1.0;
+    }
+    shares / n_looks
+}
+
 /// How many the largest cluster has.
 fn largest<T: Copy>(places: &[T], are_near: impl Fn(&T, &T) -> bool) -> usize {
     let mut others: Vec<T> = places.to_vec();
@@ -102,21 +146,26 @@ fn largest<T: Copy>(places: &[T], are_near: impl Fn(&T, &T) -> bool) -> usize {
     while let Some(first) = others.pop() {
         cluster.clear();
         cluster.push(first);
-        let mut looked_at = 0;
-        while let Some(place) = cluster.get(looked_at).copied() {
-            looked_at += 1;
-            let mut index = 0;
-            while index < others.len() {
-                if are_near(&others[index], &place) {
-                    cluster.push(others.swap_remove(index));
-                } else {
-                    index += 1;
-                }
-            }
-        }
+        grow(&mut cluster, &mut others, &are_near);
         most = most.max(cluster.len());
     }
     most
+}
+
+/// Moves into a cluster all others that are near one of it.
+fn grow<T: Copy>(cluster: &mut Vec<T>, others: &mut Vec<T>, are_near: &impl Fn(&T, &T) -> bool) {
+    let mut looked_at = 0;
+    while let Some(place) = cluster.get(looked_at).copied() {
+        looked_at += 1;
+        let mut index = 0;
+        while index < others.len() {
+            if are_near(&others[index], &place) {
+                cluster.push(others.swap_remove(index));
+            } else {
+                index += 1;
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -161,6 +210,22 @@ mod tests {
 
         assert_eq!(shares(0.0499), [1.0, 0.5, 0.5]);
         assert_eq!(shares(0.0501), [0.5, 0.5, 0.5]);
+    }
+
+    #[test]
+    fn robots_are_at_the_goal_that_has_most_of_those_between_which_and_it_no_other_one_fits() {
+        let goals = [([-1.0, 0.0], 0.2), ([1.0, 0.0], 0.1)]
+            .map(|(place_m, radius_m)| Goal { place_m, radius_m });
+        let share = |goals: &[Goal], gap_m: f64| {
+            // Two at the first goal, three in a row at the second, and one that is in a cluster with nobody.
+            let row = [0.0, 0.25, 0.5].map(|way_m| (1.2 + gap_m + way_m, 0.0));
+            let robots = [(-1.0, 0.0), (-1.0, 0.3), row[0], row[1], row[2], (0.0, 3.0)];
+            at_one_goal((0.1, 0.1), goals, robots.len(), &robots)
+        };
+
+        assert!((share(&goals, 0.199) - 3.0 / 6.0).abs() < 1e-12, "the row reaches its goal");
+        assert!((share(&goals, 0.201) - 2.0 / 6.0).abs() < 1e-12, "another one fits between");
+        assert!((share(&goals[..1], 0.199) - 2.0 / 6.0).abs() < 1e-12);
     }
 
     #[test]

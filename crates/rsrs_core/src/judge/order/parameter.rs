@@ -251,6 +251,15 @@ const TABLE: &[Row] = &[
         needs: &[Prerequisite::Classes, Prerequisite::Radius],
         value: Value::Asked(asked::LEAST_SEGREGATED),
     },
+    Row {
+        key: "consensus",
+        unit: "",
+        words: "share of robots gathered at the goal that has most of them: no other robot fits between one and the goal, \
+                or one that is gathered there",
+        most: 1.0,
+        needs: &[Prerequisite::Goals, Prerequisite::Radius],
+        value: Value::Asked(asked::CONSENSUS),
+    },
 ];
 
 /// Those before it are fields.
