@@ -36,7 +36,8 @@ pub fn flockbots(robots: usize) -> Conditions {
 /// line of sight meets first, the other detects walls.
 pub fn pushers() -> Conditions {
     let flockbots = flockbots(20);
-    let objects = ObjectGroup { count: Some(20), places_m: None, radius_m: 0.05, friction: 0.0 };
+    let objects =
+        ObjectGroup { count: Some(20), places_m: None, radius_m: 0.05, friction: 0.0, weight: 1.0 };
     let mut robot = flockbots.robot.clone();
     robot.contact = ContactModel::Push;
     robot.region = Region::Cone { half_angle_rad: 0.0, range_m: 5.0 };

@@ -84,6 +84,10 @@ pub struct ObjectGroup {
     /// one counts.
     #[serde(default, skip_serializing_if = "is_none")]
     pub friction: f64,
+    /// As how many robots each resists a push, from 0.1 to 1000 (default: 1); dimensionless. Of two bodies that push
+    /// each other, the heavier one yields less.
+    #[serde(default = "as_one_robot", skip_serializing_if = "is_as_one_robot")]
+    pub weight: f64,
 }
 
 /// A disc on the floor.
@@ -101,6 +105,15 @@ fn is_none(friction: &f64) -> bool {
     *friction == 0.0
 }
 
+fn as_one_robot() -> f64 {
+    1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_as_one_robot(weight: &f64) -> bool {
+    weight.to_bits() == as_one_robot().to_bits()
+}
+
 /// One object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Object {
@@ -108,6 +121,8 @@ pub struct Object {
     pub radius_m: f64,
     /// Dimensionless.
     pub friction: f64,
+    /// Over that of a robot; dimensionless.
+    pub weight: f64,
     /// Where it is at the start, in metres; `None` if that is drawn.
     pub place_m: Option<[f64; 2]>,
 }
@@ -191,6 +206,7 @@ impl ObjectGroup {
         (0..self.n_objects()).map(|object| Object {
             radius_m: self.radius_m,
             friction: self.friction,
+            weight: self.weight,
             place_m: self.places_m.as_ref().and_then(|places_m| places_m.get(object).copied()),
         })
     }

@@ -9,8 +9,9 @@
 //! moved apart (Coulomb). Contact turns nobody.
 //!
 //! Objects are bodies that have no wheels. Whoever does not pass through others pushes them: robots that push
-//! robots share the way with them as with each other; to robots that only stop at robots they yield all, as to
-//! walls. What slides along an object is held back by the object's friction, of two objects by that of the
+//! robots share the way with them as with each other, and the more of it, the heavier the object is: `k` robots that drive
+//! against objects of weight `w` together move them at `k / (k + w)` of their speed; to robots that only stop at robots
+//! they yield all, as to walls. What slides along an object is held back by the object's friction, of two objects by that of the
 //! smoother one.
 //!
 //! Bodies that could not be moved apart in [`MOST_ROUNDS`], or are jammed among objects, go back to where they were before the step, and
@@ -83,6 +84,8 @@ struct Bodies(Vec<Body>);
 struct Body {
     radius_m: f64,
     friction: f64,
+    /// Over that of a robot; dimensionless.
+    weight: f64,
     contact: ContactModel,
     is_object: bool,
     border: Border,
@@ -116,6 +119,7 @@ impl Pushing {
         let body = |robot: &SimulatedRobot| Body {
             radius_m: robot.radius_m,
             friction: robot.contact_friction,
+            weight: 1.0,
             contact: robot.contact,
             is_object: false,
             border: borders.of(robot.radius_m),
@@ -123,6 +127,7 @@ impl Pushing {
         let object = |object: Object| Body {
             radius_m: object.radius_m,
             friction: object.friction,
+            weight: object.weight,
             contact: ContactModel::Push,
             is_object: true,
             border: borders.of(object.radius_m),
@@ -316,10 +321,11 @@ impl Bodies {
         contacts.contains(&ContactModel::Push) && !contacts.contains(&ContactModel::None)
     }
 
-    /// Which share of the way apart the first of two makes: half, unless nobody moves one of them.
+    /// Which share of the way apart the first of two makes: half of bodies of one weight, unless nobody moves one of them.
     fn yielding(&self, one: usize, other: usize) -> f64 {
+        let [weight, of_other] = [one, other].map(|body| self.0[body].weight);
         match [one, other].map(|body| self.0[body].contact == ContactModel::Push) {
-            [true, true] => 0.5,
+            [true, true] => of_other / (weight + of_other),
             [true, false] => 1.0,
             _ => 0.0,
         }

@@ -298,6 +298,8 @@ impl Help for WorldFlaw {
 const MOST_OBJECTS: Bounds = Bounds { least: 1.0, most: 1e4 };
 /// Friction; dimensionless.
 const FRICTION: Bounds = Bounds { least: 0.0, most: MOST_FRICTION };
+/// Weight over that of a robot; dimensionless. What is heavier is an obstacle.
+const WEIGHT: Bounds = Bounds { least: 0.1, most: 1e3 };
 /// A coordinate, in metres.
 const COORDINATE: Bounds = Bounds { least: -1e6, most: 1e6 };
 /// The radius of a disc, in metres: that of an object that robots could push, and of a goal on a floor.
@@ -511,6 +513,7 @@ impl WorldFile {
 fn check_group(group: &ObjectGroup) -> Result<(), WorldProblem> {
     within("radius_m", group.radius_m, RADIUS)?;
     within("friction", group.friction, FRICTION)?;
+    within("weight", group.weight, WEIGHT)?;
     match (group.count, &group.places_m) {
         (Some(count), None) => within("count", count as f64, MOST_OBJECTS),
         (None, Some(places_m)) => {

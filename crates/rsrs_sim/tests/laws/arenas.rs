@@ -151,8 +151,13 @@ fn no_body_is_ever_in_a_wall_whatever_shape_it_has_and_however_robots_drive() {
             (ContactModel::None, 7.0),
         ] {
             let count = if contact == ContactModel::None { 1 } else { 6 };
-            let group =
-                ObjectGroup { count: Some(count), places_m: None, radius_m: 0.05, friction: 0.2 };
+            let group = ObjectGroup {
+                count: Some(count),
+                places_m: None,
+                radius_m: 0.05,
+                friction: 0.2,
+                weight: 1.0,
+            };
             let world = WorldFile { objects: vec![group], ..world.clone() };
             let mut conditions = conditions(world, side_m, walls);
             conditions.controller = flockbots(way_m / 0.13, 2.0, &PERFECT).controller;
@@ -298,7 +303,13 @@ fn a_robot_slides_along_a_round_wall_and_around_a_pillar_to_where_it_is_held() {
 #[test]
 fn robots_start_anywhere_in_the_arena_clear_of_walls_and_so_do_objects() {
     for (world, side_m) in worlds() {
-        let group = ObjectGroup { count: Some(3), places_m: None, radius_m: 0.1, friction: 0.0 };
+        let group = ObjectGroup {
+            count: Some(3),
+            places_m: None,
+            radius_m: 0.1,
+            friction: 0.0,
+            weight: 1.0,
+        };
         let world = WorldFile { objects: vec![group], ..world };
         let mut conditions = conditions(world, side_m, Walls::Stop);
         conditions.robots = 4;
@@ -427,7 +438,13 @@ fn arenas_of_all_shapes_have_the_bits_that_they_always_had() {
         conditions.arena = Arena { side_m, walls: Walls::Clamp };
         conditions.robot.details.hidden_by = vec![Detects::Wall];
         conditions.robot.contact = ContactModel::Push;
-        let group = ObjectGroup { count: Some(3), places_m: None, radius_m: 0.06, friction: 0.1 };
+        let group = ObjectGroup {
+            count: Some(3),
+            places_m: None,
+            radius_m: 0.06,
+            friction: 0.1,
+            weight: 1.0,
+        };
         conditions.world = WorldFile { objects: vec![group], ..world };
         conditions.robots = 5;
         steered_digest(&conditions)

@@ -65,7 +65,13 @@ proptest! {
 fn little_work_is_cut_as_well_and_by_what_it_takes() {
     let plain = flockbots(0.15, 0.75, &HARSHER);
     let mut with_objects = plain.clone();
-    let group = |n| ObjectGroup { count: Some(n), places_m: None, radius_m: 0.05, friction: 0.0 };
+    let group = |n| ObjectGroup {
+        count: Some(n),
+        places_m: None,
+        radius_m: 0.05,
+        friction: 0.0,
+        weight: 1.0,
+    };
     with_objects.world.objects = vec![group(20)];
     let cells = [plain, with_objects];
     let of = |cell: usize, n: u64| -> Vec<u64> {

@@ -31,12 +31,18 @@ fn at(x_m: f64, y_m: f64, heading_rad: f64) -> Pose {
 
 /// Objects of one size at these places.
 fn objects(places_m: Vec<[f64; 2]>, friction: f64) -> WorldFile {
-    let group = ObjectGroup { count: None, places_m: Some(places_m), radius_m: OBJECT_M, friction };
+    let group = ObjectGroup {
+        count: None,
+        places_m: Some(places_m),
+        radius_m: OBJECT_M,
+        friction,
+        weight: 1.0,
+    };
     WorldFile { objects: vec![group], ..WorldFile::NOTHING }
 }
 
 fn anywhere(count: usize, radius_m: f64, friction: f64) -> ObjectGroup {
-    ObjectGroup { count: Some(count), places_m: None, radius_m, friction }
+    ObjectGroup { count: Some(count), places_m: None, radius_m, friction, weight: 1.0 }
 }
 
 /// Robots that follow commands exactly, at given poses in a square of 4 m.
@@ -106,6 +112,25 @@ fn robots_push_rows_of_objects_each_as_its_kind_of_contact_does() {
         let (shared_m, slack_m) = way_m(ContactModel::Push);
         let share = 1.0 / f64::from(1 + n_objects);
         assert!((shared_m - share).abs() < slack_m, "as robots would be pushed: {shared_m}");
+    }
+}
+
+#[test]
+fn the_heavier_an_object_is_the_more_slowly_robots_push_it() {
+    for (weight, n_robots) in [(0.5, 1_u32), (1.0, 1), (5.0, 1), (5.0, 4), (100.0, 4)] {
+        let place_m = |robot: u32| -1.0 - f64::from(robot) * (2.0 * ROBOT_M + 1e-5);
+        let robots: Vec<Pose> = (0..n_robots).map(|robot| at(place_m(robot), 0.0, 0.0)).collect();
+        let first_m = -1.0 + ROBOT_M + OBJECT_M + 1e-5;
+        let mut world = objects(vec![[first_m, 0.0]], 0.0);
+        world.objects[0].weight = weight;
+        let conditions = exact(ContactModel::Push, robots, world);
+
+        let commands = vec![drive(STEP_M); n_robots as usize];
+        let (_, pushed) = driven(&conditions, &commands, 50);
+
+        let share = f64::from(n_robots) / (f64::from(n_robots) + weight);
+        let way_m = pushed[0][0] - first_m;
+        assert!((way_m - share).abs() < 2e-3, "{weight} {n_robots}: {way_m} {share}");
     }
 }
 
@@ -321,6 +346,7 @@ fn objects_are_placed_anywhere_in_the_arena_clear_of_all_and_of_each_replicate_e
         places_m: Some(vec![[0.0, 0.0], [0.9, -0.9]]),
         radius_m: 0.1,
         friction: 0.0,
+        weight: 1.0,
     };
     let groups = vec![anywhere(10, OBJECT_M, 0.0), fixed];
     conditions.world = WorldFile { objects: groups, ..WorldFile::NOTHING };

@@ -33,8 +33,13 @@ fn e_pucks() -> Conditions {
     conditions.robots = ROBOTS;
     conditions.placement = Placement::BoxFacingAnyWay { width_m: BOX_M, height_m: BOX_M };
     conditions.arena = Arena { side_m: SIDE_M, walls: Walls::Clamp };
-    let objects =
-        ObjectGroup { count: Some(OBJECTS), places_m: None, radius_m: OBJECT_M, friction: 0.0 };
+    let objects = ObjectGroup {
+        count: Some(OBJECTS),
+        places_m: None,
+        radius_m: OBJECT_M,
+        friction: 0.0,
+        weight: 1.0,
+    };
     conditions.world = WorldFile { objects: vec![objects], ..WorldFile::NOTHING };
     conditions.period_s = PERIOD_S;
     let robot = &mut conditions.robot;
