@@ -127,3 +127,39 @@ fn foot_bots_of_four_classes_segregate_and_not_where_they_see_too_little() {
     assert_eq!(far, [(3, 3)]);
     assert_eq!(near, [(0, 3)]);
 }
+
+#[test]
+fn twenty_e_pucks_come_to_consensus_and_not_where_they_see_too_little() {
+    let folder = files_of("ozdemir_consensus");
+    let few = ("replicates: 50", "replicates: 4");
+
+    let far = swept(folder.path(), "trials.yaml", &[few]);
+    let near = swept(
+        folder.path(),
+        "trials.yaml",
+        &[few, ("{robots: [20]}", "{range_m: [0.1]}"), ("{arena_m", "{robots: 20, arena_m")],
+    );
+
+    let [(shown, 4)] = far[..] else { panic!("{far:?}") };
+    assert!(shown >= 3, "{far:?}");
+    assert_eq!(near, [(0, 4)]);
+}
+
+#[test]
+fn twenty_e_pucks_bring_an_object_to_a_goal_as_published_and_not_where_they_never_see_it() {
+    let folder = files_of("chen_transport");
+    let robot = fs::read_to_string(folder.path().join("e_puck.yaml")).expect("the entry has it");
+    let (before, goal) = robot.split_once("- name: goal").expect("they see the goal");
+    let blind = goal.replacen("true_positive: 1.0", "true_positive: 0.0", 1);
+    assert_ne!(blind, goal);
+    fs::write(folder.path().join("blind.yaml"), format!("{before}- name: goal{blind}"))
+        .expect("the folder is writable");
+    let few = [("replicates: 45", "replicates: 2"), ("duration_s: 900", "duration_s: 240")];
+
+    let by_the_rule = swept(folder.path(), "trials.yaml", &few);
+    let blind = [few[0], ("duration_s: 900", "duration_s: 60"), ("e_puck.yaml", "blind.yaml")];
+    let blind = swept(folder.path(), "trials.yaml", &blind);
+
+    assert_eq!(by_the_rule, [(2, 2)]);
+    assert_eq!(blind, [(0, 2)]);
+}
