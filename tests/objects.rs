@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::command::{code, json, repository, rsrs as typed, stderr, stdout, write};
-use crate::fleet::{ROBOTS, experiment, usual_sensing};
+use crate::fleet::{ROBOTS, experiment, rewrite, usual_sensing, without_gates};
 use crate::interop_robot::{controllers_with_leases, foreign_robots, python, run_on_fleet};
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{
@@ -115,14 +115,11 @@ fn a_world_with_objects_over_ros_2_in_lockstep_is_the_replicate_to_the_bit() {
 fn objects_among_real_and_virtual_robots_are_refused_before_anything_moves() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = files(folder.path(), "virtual");
-    let fleet = folder.path().join("fleets/nine_virtual.yaml");
-    let text = std::fs::read_to_string(&fleet).expect("it was written");
-    let mixed = text.replace(
+    let one_is_real = (
         "robot_1: {enabled: true, type: flockbot}",
         "robot_1: {enabled: true, type: flockbot, driver: {kind: ros}}",
     );
-    assert_ne!(mixed, text);
-    std::fs::write(&fleet, mixed).expect("the folder is writable");
+    rewrite(&folder.path().join("fleets/nine_virtual.yaml"), &[one_is_real]);
 
     let mut command = confined_rsrs();
     command.arg("run").arg(&file).args(["--backend", "fleet", "--interface", "127.0.0.1"]);
@@ -141,7 +138,13 @@ fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_mi
         objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_missing_ones_named";
     in_own_network(name, async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let file = real_files(folder.path());
+        let file = files(folder.path(), "ros");
+        let window = ("otherwise: strewn", "otherwise: strewn\nwindow: {last_s: 10}");
+        rewrite(&folder.path().join("heap.yaml"), &[window]);
+        without_gates(
+            folder.path(),
+            &[("duration_s: 62", "duration_s: 12"), ("arena_m: 2.6", "arena_m: 12")],
+        );
         let placed =
             typed(folder.path(), &["place", file.to_str().expect("text"), "-o", "start.svg"]);
         assert_eq!(code(&placed), 0, "{}", stderr(&placed));
@@ -176,35 +179,6 @@ fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_mi
         let evidence = &json(&labelled)[0]["evidence"];
         assert!(evidence["objects_clustered"].is_f64(), "{}", stdout(&labelled));
     });
-}
-
-/// An experiment of three robots with nodes of their own, for 12 s.
-fn real_files(folder: &Path) -> PathBuf {
-    let file = files(folder, "ros");
-    let change = |path: &Path, changes: &[(&str, &str)]| {
-        let mut text = std::fs::read_to_string(path).expect("it was written");
-        for (from, to) in changes {
-            assert!(text.contains(from), "{from} in {text}");
-            text = text.replace(from, to);
-        }
-        std::fs::write(path, text).expect("the folder is writable");
-    };
-    let experiment = [
-        ("arena_m: 2.6", "arena_m: 12"),
-        ("time: lockstep", "time: real_time"),
-        ("duration_s: 62", "duration_s: 12"),
-    ];
-    change(&file, &experiment);
-    let plain = "type: flockbot}";
-    change(
-        &folder.join("fleets/nine_virtual.yaml"),
-        &[(plain, "type: flockbot, lease: controller}")],
-    );
-    change(
-        &folder.join("heap.yaml"),
-        &[("otherwise: strewn", "otherwise: strewn\nwindow: {last_s: 10}")],
-    );
-    file
 }
 
 const SWEEP: &str = "\

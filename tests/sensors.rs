@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::command::{code, rsrs as typed, stderr, stdout};
-use crate::fleet::{ROBOTS, experiment, usual_sensing};
+use crate::fleet::{ROBOTS, experiment, usual_sensing, without_gates};
 use crate::interop_robot::{controllers_with_leases, foreign_robots, python, run_on_fleet};
 use crate::processes::run_in_lockstep;
 use crate::recorded::{
@@ -118,17 +118,10 @@ fn real_robots_obey_each_of_their_sensors_and_one_that_nobody_publishes_is_named
     in_own_network(name, async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = files(folder.path(), "ros");
-        let text = std::fs::read_to_string(&file).expect("it was written");
-        let real = text
-            .replace("arena_m: 2.4", "arena_m: 12")
-            .replace("time: lockstep", "time: real_time")
-            .replace("duration_s: 62", "duration_s: 8");
-        assert!(real != text && real.contains("duration_s: 8"), "{text}");
-        std::fs::write(&file, real).expect("the folder is writable");
-        let fleet = folder.path().join("fleets/nine_virtual.yaml");
-        let text = std::fs::read_to_string(&fleet).expect("it was written");
-        let foreign = text.replace("type: flockbot}", "type: flockbot, lease: controller}");
-        std::fs::write(&fleet, foreign).expect("the folder is writable");
+        without_gates(
+            folder.path(),
+            &[("duration_s: 62", "duration_s: 8"), ("arena_m: 2.4", "arena_m: 12")],
+        );
         let _controllers = controllers_with_leases(&ROBOTS[..3], "twist_stamped");
         // One of each quality of service that robots have.
         let kinds = ["default:default", "sensor:sensor", "default:kept"];

@@ -40,6 +40,25 @@ pub fn experiment(folder: &Path, duration_s: u64, changes: &[(&str, &str)]) -> P
     folder.join("experiments/flockbot_milling.yaml")
 }
 
+/// Changes a file; each change has to be one.
+pub fn rewrite(path: &Path, changes: &[(&str, &str)]) {
+    let mut text = std::fs::read_to_string(path).expect("it was written");
+    for (from, to) in changes {
+        assert!(text.contains(from), "no {from} in {text}");
+        text = text.replace(from, to);
+    }
+    std::fs::write(path, text).expect("writable");
+}
+
+/// Makes the robots of an [`experiment`] ones that are without a gate, in real time, with other changes of its file.
+pub fn without_gates(folder: &Path, changes: &[(&str, &str)]) {
+    let in_real_time = [("time: lockstep", "time: real_time")];
+    let file = folder.join("experiments/flockbot_milling.yaml");
+    rewrite(&file, &[&in_real_time, changes].concat());
+    let foreign = ("type: flockbot}", "type: flockbot, lease: controller}");
+    rewrite(&folder.join("fleets/nine_virtual.yaml"), &[foreign]);
+}
+
 /// The sensor in the profile of the shipped fleet's robots, for changes that put others in its place.
 pub fn usual_sensing() -> String {
     let path = repository().join("launch_configs/profiles/flockbot.yaml");
