@@ -10,8 +10,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::command::{stderr, stdout};
 use crate::fleet::{ROBOTS, experiment};
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, rsrs, run_in_lockstep};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::Twist;
@@ -356,4 +357,15 @@ async fn play(mut story: Story<'_>) {
         (record.backend, record.controller_only),
         (Backend::Fleet, vec![FOREIGN.to_owned()])
     );
+}
+
+#[test]
+fn robots_that_take_commands_without_a_stamp_are_rehearsed_in_the_simulator() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let unstamped = ("type: flockbot}", "type: flockbot, cmd_vel: twist}");
+    let file = experiment(folder.path(), 62, &[("robots: 9", "robots: 3"), unstamped]);
+
+    let output = run_in_lockstep(&file, &folder.path().join("bag"));
+
+    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
 }

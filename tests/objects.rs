@@ -150,21 +150,25 @@ fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_mi
         assert_eq!(code(&placed), 0, "{}", stderr(&placed));
         assert!(stdout(&placed).contains("object_9   0.900   0.900"), "{}", stdout(&placed));
         let _controllers = controllers_with_leases(&ROBOTS[..3], "twist_stamped");
-        let robots = |n_objects: usize| {
+        let robots = |n_objects: usize, frame: &str| {
             let of_robot = |robot: &&str| format!("{robot}:twist_stamped:default:default");
-            let given = ["--further=object,wall,goal".to_owned(), format!("--objects={n_objects}")];
+            let given = [
+                "--further=object,wall,goal".to_owned(),
+                format!("--objects={n_objects}"),
+                format!("--frame={frame}"),
+            ];
             let arguments = given.into_iter().chain(ROBOTS[..3].iter().map(of_robot));
             foreign_robots(&python, folder.path(), arguments)
         };
 
-        let of_eight = robots(8);
+        let of_eight = robots(8, "map");
         let (code_of_run, printed, _) = run_on_fleet(&file, folder.path().join("refused"));
         assert_eq!(code_of_run, Some(1), "{printed}");
         assert!(printed.contains("/objects/object_9/pose"), "{printed}");
         assert!(!printed.contains("/objects/object_8/pose"), "{printed}");
         drop(of_eight);
 
-        let _of_all = robots(9);
+        let of_all = robots(9, "map");
         let (code_of_run, printed, bag) = run_on_fleet(&file, folder.path().join("bag"));
         assert_eq!(code_of_run, Some(0), "{printed}");
         let bag = Bag::open(&bag).expect("the run was recorded");
@@ -178,6 +182,18 @@ fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_mi
         assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
         let evidence = &json(&labelled)[0]["evidence"];
         assert!(evidence["objects_clustered"].is_f64(), "{}", stdout(&labelled));
+        drop(of_all);
+
+        let _elsewhere = robots(9, "lab");
+        let (code_of_run, printed, _) = run_on_fleet(&file, folder.path().join("elsewhere"));
+        assert_eq!(code_of_run, Some(0), "{printed}");
+        let labelled = typed(folder.path(), &["label", "elsewhere"]);
+        assert_ne!(code(&labelled), 0, "{}", stdout(&labelled));
+        let expected = "it is judged by objects, and poses of object_1 are in the frame `lab`, and those of \
+                        robots in `map`";
+        assert!(stderr(&labelled).contains(expected), "{}", stderr(&labelled));
+        let drawn = typed(folder.path(), &["draw", "elsewhere", "-o", "run.svg"]);
+        assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
     });
 }
 

@@ -28,7 +28,7 @@ mod window;
 
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_core::tracker::Tracker;
+use rsrs_core::tracker::{Tracker, TrackerFrame};
 
 use crate::Bag;
 use resample::Times;
@@ -119,6 +119,7 @@ pub fn read_trajectory(
     let period_ns = align::period_ns(&collected.robots, recorded_ns);
     let window = window::running_window(&collected, period_ns)?;
     frames::check(&collected.robots, &window)?;
+    let frame = frames::of_robots(&collected.robots, &window).map(str::to_owned);
     window::cut(&mut collected, &window, (recorded_ns, options.needed))?;
     let mut findings = std::mem::take(&mut collected.findings);
     findings.extend(clocks);
@@ -135,8 +136,13 @@ pub fn read_trajectory(
     let robots: Vec<String> = collected.robots.into_iter().map(|robot| robot.name).collect();
     spots::check(rows.trajectory.poses_at(0), &robots)?;
     let mut trajectory = rows.trajectory;
-    let objects = objects::collect(bag, poses_ns)?;
-    match objects::at(&objects, &rows.times_ns) {
+    let on_floor = match (options.poses, &options.tracker) {
+        (Some(_), Some(described)) => described.tracker.frame,
+        _ => TrackerFrame::default(),
+    };
+    let objects = objects::collect(bag, poses_ns, on_floor)?;
+    let other = frame.and_then(|frame| frames::other_frame(&objects, &frame, &window));
+    match other.map_or_else(|| objects::at(&objects, &rows.times_ns), Err) {
         Ok(objects_m) => (trajectory.n_objects, trajectory.objects_m) = (objects.len(), objects_m),
         Err(lost) => findings.push(lost),
     }

@@ -5,7 +5,8 @@
 COMMANDS is twist or twist_stamped, the next two are a quality of service below. Each robot publishes
 `detection` and `odom`, and obeys `cmd_vel`. Of one that is tracked, `pose` has its place on the floor as
 well, and its odometry starts at 0, 0. With --further, `detection/NAME` of each is true for a second in two.
-With --objects, a tracker with a clock of its own sees so many objects, of which the first is pushed along.
+With --objects, a tracker with a clock of its own sees so many objects, of which the first is pushed along; now
+and then it has lost the second. --frame is the frame of their poses.
 """
 
 import argparse
@@ -85,18 +86,21 @@ class Tracker(Node):
         passed_s = time.monotonic() - self.start_s
         for number, publisher in enumerate(self.poses):
             pose = PoseStamped()
-            pose.header.frame_id = "map"
+            pose.header.frame_id = given.frame
             # Seconds since it was switched on.
             pose.header.stamp.sec, pose.header.stamp.nanosec = int(passed_s), int(passed_s % 1 * 1e9)
             pose.pose.position.x, pose.pose.position.y = 0.5 * number, 1.0
             if number == 0:
                 pose.pose.position.y += 0.01 * passed_s
+            if number == 1 and passed_s % 1 < 0.3:
+                pose.pose.position.x = math.nan
             publisher.publish(pose)
 
 
 arguments = argparse.ArgumentParser()
 arguments.add_argument("--further", type=lambda names: names.split(","), default=[])
 arguments.add_argument("--objects", type=int, default=0)
+arguments.add_argument("--frame", default="map")
 arguments.add_argument("robots", nargs="+")
 given = arguments.parse_args()
 rclpy.init()

@@ -33,6 +33,8 @@ pub enum Finding {
     Ignored { name: String },
     /// An object was not seen for too long, so that nothing is known of where objects were.
     LostObject { object: String, time_s: f64 },
+    /// An object has poses in another frame than the robots, so that nothing is known of where objects were.
+    ObjectFrame { object: String, found: String, expected: String },
     /// Machines of the tracker saw a robot in two places, up to so far apart.
     Apart { robot: String, by_m: f64, topics: [String; 2] },
     /// Several sources have poses of all robots, and nothing in the bag states which one counts.
@@ -42,7 +44,12 @@ pub enum Finding {
 impl Finding {
     /// Whether something was mended, so that the trajectory does not show it any more.
     pub fn is_mended(&self) -> bool {
-        !matches!(self, Self::Unstated { .. } | Self::LostObject { .. })
+        !matches!(self, Self::Unstated { .. }) && !self.is_of_objects()
+    }
+
+    /// Whether nothing is known of where objects were for it.
+    pub fn is_of_objects(&self) -> bool {
+        matches!(self, Self::LostObject { .. } | Self::ObjectFrame { .. })
     }
 }
 
@@ -86,6 +93,11 @@ impl fmt::Display for Finding {
             Self::LostObject { object, time_s } => write!(
                 formatter,
                 "{object} was not seen for more than {MAX_GAP_S} s, {time_s:.1} s after the start: nothing is \
+                 made of the poses of objects"
+            ),
+            Self::ObjectFrame { object, found, expected } => write!(
+                formatter,
+                "poses of {object} are in the frame `{found}`, and those of robots in `{expected}`: nothing is \
                  made of the poses of objects"
             ),
             Self::Apart { robot, by_m, topics: [used, other] } => write!(

@@ -3,6 +3,8 @@
 
 use super::TrajectoryError;
 use super::collect::RecordedRobot;
+use super::finding::Finding;
+use super::objects::RecordedObject;
 use super::window::RunningWindow;
 
 /// The frames that a robot's poses were in, each from the log time on, in nanoseconds, at which it was
@@ -45,6 +47,25 @@ pub fn check(robots: &[RecordedRobot], window: &RunningWindow) -> Result<(), Tra
         None => Ok(()),
         Some((robot, found)) => Err(TrajectoryError::Frames { robot, found, expected }),
     }
+}
+
+/// The first frame of robots' poses while the swarm is running.
+pub fn of_robots<'a>(robots: &'a [RecordedRobot], window: &RunningWindow) -> Option<&'a str> {
+    robots.iter().find_map(|robot| robot.frames.within(window).next())
+}
+
+/// The first object that has a pose in another frame than the robots while the swarm is running.
+pub fn other_frame(
+    objects: &[RecordedObject],
+    expected: &str,
+    window: &RunningWindow,
+) -> Option<Finding> {
+    let other = |object: &RecordedObject| {
+        let found = object.frames.within(window).find(|frame| *frame != expected)?.to_owned();
+        let (object, expected) = (object.name.clone(), expected.to_owned());
+        Some(Finding::ObjectFrame { object, found, expected })
+    };
+    objects.iter().find_map(other)
 }
 
 /// As tf2 compares them.

@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 
 use rsrs_core::judge::phase::MAX_GAP_S;
 use rsrs_core::natural_order::natural_key;
-use rsrs_msgs::geometry_msgs::PoseStamped;
+use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::tracker::TrackerFrame;
+use rsrs_msgs::geometry_msgs::{Point, PoseStamped};
 use rsrs_msgs::{RosMessage, cdr, topics};
 
 use super::command::set_back;
 use super::finding::Finding;
+use super::frames::FrameChanges;
 use super::{TrajectoryError, clocks};
 use crate::Bag;
 
@@ -22,6 +25,8 @@ pub struct RecordedObject {
     pub name: String,
     /// By their stamps, in nanoseconds, where it was, in metres; not empty, and in their order.
     places: Vec<(u64, [f64; 2])>,
+    /// The frames of its poses.
+    pub frames: FrameChanges,
 }
 
 /// All objects that have poses, by the clock of the robots' poses; `object_2` before `object_10`.
@@ -29,18 +34,23 @@ pub struct RecordedObject {
 /// # Arguments
 ///
 /// * `poses_ns` — how far the stamps of the robots' poses are ahead of their log times, in nanoseconds.
+/// * `frame` — of the tracker, on the floor.
 ///
 /// # Errors
 ///
 /// If the bag cannot be read there, or a message is no pose.
-pub fn collect(bag: &Bag, poses_ns: i128) -> Result<Vec<RecordedObject>, TrajectoryError> {
+pub fn collect(
+    bag: &Bag,
+    poses_ns: i128,
+    frame: TrackerFrame,
+) -> Result<Vec<RecordedObject>, TrajectoryError> {
     let topics = bag.topics();
     let has_objects = topics.iter().filter(|topic| {
         topics::object_of(&topic.name).is_some() && topic.type_name == PoseStamped::TYPE_NAME
     });
     let names: Vec<&str> = has_objects.map(|topic| topic.name.as_str()).collect();
     let mut found: BTreeMap<String, Vec<(u64, [f64; 2])>> = BTreeMap::new();
-    let mut times_ns = Vec::new();
+    let (mut times_ns, mut frames) = (Vec::new(), BTreeMap::<String, FrameChanges>::new());
     if names.is_empty() {
         return Ok(Vec::new());
     }
@@ -51,17 +61,21 @@ pub fn collect(bag: &Bag, poses_ns: i128) -> Result<Vec<RecordedObject>, Traject
         let PoseStamped { header, pose } = cdr::decode(&message.bytes).map_err(|source| {
             TrajectoryError::Message { topic: message.topic.to_string(), time_s, source }
         })?;
-        let place_m = [pose.position.x, pose.position.y];
+        let Point { x, y, z } = pose.position;
+        let [x_m, y_m, _] = frame.upright([x, y, z]);
+        let Pose { x_m, y_m, .. } = frame.on_floor(Pose { x_m, y_m, heading_rad: 0.0 });
+        let place_m = [x_m, y_m];
+        // A tracker that has lost it says so in this way.
         if !place_m.iter().all(|at_m| at_m.is_finite()) {
-            return Err(TrajectoryError::NotFinite {
-                what: "pose",
-                robot: name.to_owned(),
-                time_s,
-            });
+            continue;
         }
         let stamp_ns = header.stamp.to_nanos().filter(|stamp_ns| *stamp_ns > 0);
         let at_ns = stamp_ns.unwrap_or(message.log_time_ns);
         times_ns.push((at_ns, message.log_time_ns));
+        if !header.frame_id.is_empty() {
+            let of_object = frames.entry(name.to_owned()).or_default();
+            of_object.take(message.log_time_ns, &header.frame_id);
+        }
         found.entry(name.to_owned()).or_default().push((at_ns, place_m));
     }
     let behind_ns = clocks::behind_poses_ns(&times_ns, poses_ns);
@@ -72,7 +86,8 @@ pub fn collect(bag: &Bag, poses_ns: i128) -> Result<Vec<RecordedObject>, Traject
                 *at_ns = set_back(*at_ns, behind_ns);
             }
             places.sort_by_key(|(at_ns, _)| *at_ns);
-            RecordedObject { name, places }
+            let frames = frames.remove(&name).unwrap_or_default();
+            RecordedObject { name, places, frames }
         })
         .collect();
     objects.sort_by_cached_key(|object| natural_key(&object.name));
@@ -126,7 +141,8 @@ mod tests {
     fn an_object_is_where_it_was_seen_or_on_the_way_and_nowhere_if_it_was_lost() {
         let second = 1_000_000_000;
         let places = vec![(second, [0.0, 1.0]), (2 * second, [1.0, 1.0]), (9 * second, [3.0, 1.0])];
-        let object = RecordedObject { name: "object_1".to_owned(), places };
+        let object =
+            RecordedObject { name: "object_1".to_owned(), places, frames: FrameChanges::default() };
 
         assert_eq!(object.place_at(2 * second), Some([1.0, 1.0]));
         assert_eq!(object.place_at(second + second / 4), Some([0.25, 1.0]));

@@ -13,13 +13,13 @@ const RECOVERED: f64 = 0.8;
 /// The rates of some topics.
 #[derive(Clone, Debug)]
 pub struct Rates {
-    expected_hz: f64,
     topics: BTreeMap<String, Watched>,
     since: Duration,
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Watched {
+    expected_hz: f64,
     received: VecDeque<Duration>,
     is_slow: bool,
 }
@@ -29,11 +29,15 @@ impl Rates {
     ///
     /// # Arguments
     ///
-    /// * `period_s` — how often each has a sample, in seconds; above 0.
-    pub fn new(topics: impl IntoIterator<Item = String>, period_s: f64, now: Duration) -> Self {
-        Self {
+    /// * `topics` — each with how often it has a sample, in seconds; above 0.
+    pub fn new(topics: impl IntoIterator<Item = (String, f64)>, now: Duration) -> Self {
+        let watched = |period_s: f64| Watched {
             expected_hz: 1.0 / period_s,
-            topics: topics.into_iter().map(|name| (name, Watched::default())).collect(),
+            received: VecDeque::new(),
+            is_slow: false,
+        };
+        Self {
+            topics: topics.into_iter().map(|(name, period_s)| (name, watched(period_s))).collect(),
             since: now,
         }
     }
@@ -56,7 +60,7 @@ impl Rates {
                 continue;
             }
             let found_hz = watched.received.len() as f64 / WINDOW.as_secs_f64();
-            let expected_hz = self.expected_hz;
+            let expected_hz = watched.expected_hz;
             if !watched.is_slow && found_hz < SLOW * expected_hz {
                 watched.is_slow = true;
                 changes.push(if watched.received.is_empty() {
@@ -79,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_topic_that_falls_silent_and_comes_back_is_reported_once_each() {
-        let mut rates = Rates::new(["/robot_1/detection".to_owned()], 0.1, Duration::ZERO);
+        let mut rates = Rates::new([("/robot_1/detection".to_owned(), 0.1)], Duration::ZERO);
         let mut notes = Vec::new();
 
         for tick in 0..150_u64 {

@@ -306,13 +306,19 @@ pub enum NoLabel {
         /// Which time of it would be judged.
         window: Window,
     },
+    /// It is judged by where objects were, of which nothing is known.
+    Objects(Finding),
     /// The judge cannot decide.
     Judge(JudgeError),
 }
 
 impl NoLabel {
-    fn from_error(error: JudgeError, ending: Option<&Ending>) -> Self {
+    fn from_error(error: JudgeError, ending: Option<&Ending>, findings: &[Finding]) -> Self {
+        let of_objects = || findings.iter().find(|finding| finding.is_of_objects()).cloned();
         match (error, ending) {
+            (error @ JudgeError::UnknownObjects { .. }, _) => {
+                of_objects().map_or(Self::Judge(error), Self::Objects)
+            }
             (JudgeError::TooShort { duration_s, window }, Some(Ending { kind, reason, .. }))
                 if *kind != EndingKind::Completed =>
             {
@@ -331,6 +337,10 @@ impl NoLabel {
                  judged",
                 path.display(),
                 window.least_s()
+            ),
+            Self::Objects(finding) => with_help(
+                format!("{}: it is judged by objects, and {finding}", path.display()),
+                "look at what the tracker sees of them, and run it again".to_owned(),
             ),
             Self::Judge(error) => not_judged(path, error),
         }
@@ -389,7 +399,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     let verdict = match label_with(trajectory, &bodies, &rules) {
         Ok(verdict) => verdict,
         Err(error) => {
-            let none = NoLabel::from_error(error, ending.as_ref());
+            let none = NoLabel::from_error(error, ending.as_ref(), &recorded.findings);
             return read(Err(none), recorded, labels, lost_robots);
         }
     };
@@ -542,8 +552,8 @@ mod tests {
             |kind| Ending { kind, reason: lost.clone(), lost: Vec::new(), paused: Vec::new() };
         let short = || JudgeError::TooShort { duration_s: 34.0, window: Window::default() };
 
-        let aborted = NoLabel::from_error(short(), Some(&ending(EndingKind::Aborted)));
-        let completed = NoLabel::from_error(short(), Some(&ending(EndingKind::Completed)));
+        let aborted = NoLabel::from_error(short(), Some(&ending(EndingKind::Aborted)), &[]);
+        let completed = NoLabel::from_error(short(), Some(&ending(EndingKind::Completed)), &[]);
 
         let refused = aborted.refused(Path::new("bag")).to_string();
         assert!(refused.contains("aborted after 34.0 s (lost robot_2: silent"), "{refused}");

@@ -196,6 +196,7 @@ pub fn none(none: &NoLabel) -> String {
         NoLabel::Judge(JudgeError::UnknownReach { .. }) => {
             "no label: how far a robot senses another is not known".to_owned()
         }
+        NoLabel::Objects(finding) => format!("no label: {finding}"),
         NoLabel::Judge(error) => format!("no label: {error}"),
     }
 }

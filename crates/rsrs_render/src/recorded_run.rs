@@ -177,7 +177,7 @@ impl DrawnRun {
         if bodies.reach_m.is_none() {
             return vec![(0.0, "no phase: how far a robot senses another is not known".to_owned())];
         }
-        if let Err(why @ NoLabel::Judge(_)) = &self.run.label
+        if let Err(why @ (NoLabel::Judge(_) | NoLabel::Objects(_))) = &self.run.label
             && behaviour.rules().asked().iter().any(|it| it.lacks(bodies).is_some())
         {
             return vec![(0.0, none(why))];

@@ -271,15 +271,20 @@ fn bound(chart: &Chart, line: &Line) -> Element {
         .with("stroke-dasharray", "2 4")
 }
 
-/// The order parameter of each block, at its middle; kept within the frame.
+/// The order parameter of each block, at its middle; kept within the frame. Where it is not known, the line has a gap.
 fn curve(chart: &Chart, line: &Line, picture: &OrderPicture) -> Element {
     let place = |(start_s, order): &(f64, OrderParameters)| {
-        let value = line.condition.parameter.of(order).clamp(0.0, line.top);
+        let value = line.condition.parameter.value(order)?.clamp(0.0, line.top);
         let time_s = start_s + picture.block_s / 2.0;
-        format!("{} {}", number(chart.x_px(time_s)), number(chart.y_px(value)))
+        Some(format!("{} {}", number(chart.x_px(time_s)), number(chart.y_px(value))))
     };
-    let places: Vec<String> = picture.blocks.iter().map(place).collect();
-    let path = if places.is_empty() { String::new() } else { format!("M{}", places.join("L")) };
+    let places: Vec<Option<String>> = picture.blocks.iter().map(place).collect();
+    let pieces = places.split(Option::is_none).filter(|piece| !piece.is_empty());
+    let piece = |piece: &[Option<String>]| {
+        let places: Vec<&str> = piece.iter().flatten().map(String::as_str).collect();
+        format!("M{}", places.join("L"))
+    };
+    let path: String = pieces.map(piece).collect();
     Element::new("path")
         .with("d", &path)
         .with("fill", "none")

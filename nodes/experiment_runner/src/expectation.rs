@@ -84,7 +84,9 @@ fn samples(plan: &Plan) -> BTreeSet<SampleKind> {
     }
     let needs_poses = plan.poses == Poses::Required && plan.record.backend != Backend::Simulator;
     let poses = needs_poses.then_some(SampleKind::Pose);
-    poses.into_iter().chain([SampleKind::Detection]).collect()
+    let readings = plan.record.conditions.robot.reading_names();
+    let further = readings.further().map(|name| SampleKind::FurtherDetection(name.to_owned()));
+    poses.into_iter().chain([SampleKind::Detection]).chain(further).collect()
 }
 
 fn expected(plan: &Plan, recorded_topics: &[RecordedTopic]) -> Expected {
@@ -166,14 +168,14 @@ fn publishers(plan: &Plan, reader: &PoseReader, recorded_topic: &RecordedTopic) 
             let place = reader.index_of(&recorded_topic.name, &recorded_topic.type_name);
             if place.is_some() { trackers(plan) } else { Publishers::Any }
         }
-        Role::FurtherDetection(robot)
+        Role::FurtherDetection(robot, _)
             if plan.record.backend == Backend::Fleet && !is_virtual(robot) =>
         {
             Publishers::One
         }
         Role::Object if plan.record.backend == Backend::Fleet => Publishers::One,
         // The simulator publishes further detections, and where objects are, once it has placed the world.
-        Role::FurtherDetection(_) | Role::Object | Role::Robot(_) | Role::Controller(_) => {
+        Role::FurtherDetection(..) | Role::Object | Role::Robot(_) | Role::Controller(_) => {
             Publishers::AtMostOne
         }
         _ => Publishers::Any,

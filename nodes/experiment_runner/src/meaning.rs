@@ -65,6 +65,12 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
         Role::Detection(index) if plan.record.time != Time::Lockstep => {
             vec![Event::Sampled { robot: robot(index), kind: SampleKind::Detection }]
         }
+        Role::FurtherDetection(index, place) if plan.record.time != Time::Lockstep => {
+            let names = plan.record.conditions.robot.reading_names();
+            let name = names.iter().nth(place).unwrap_or_default().to_owned();
+            let kind = SampleKind::FurtherDetection(name);
+            vec![Event::Sampled { robot: robot(index), kind }]
+        }
         Role::Command(index)
             if plan.record.time != Time::Lockstep && plan.record.backend != Backend::Simulator =>
         {
@@ -73,7 +79,7 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
             vec![Event::Commanded { robot: robot(index), command }]
         }
         Role::Detection(_)
-        | Role::FurtherDetection(_)
+        | Role::FurtherDetection(..)
         | Role::Odometry(_)
         | Role::Object
         | Role::Pose(_)

@@ -133,8 +133,9 @@ impl Plan {
             None => first?.robots,
             Some(table) => first.with_context(|| table.name.clone())?.robots,
         };
-        let robots: Vec<FleetRobot> =
+        let mut robots: Vec<FleetRobot> =
             fleet.first(n_robots).context(fleet_name.clone())?.into_iter().cloned().collect();
+        as_simulated(request.backend, &mut robots);
         let names: Vec<String> = robots.iter().map(|robot| robot.name.clone()).collect();
         let profiles = Profiles::read(of_fleet, &robots, &fleet_path)?;
         let measured = &profiles.fleet.profile;
@@ -143,9 +144,6 @@ impl Plan {
         let Moved { time, factors, capabilities } =
             pace_and_factors(request.backend, &experiment, measured, swept.as_ref())?;
         settings.values.extend(capabilities);
-        if time == Time::Lockstep {
-            refuse_unstamped(&robots)?;
-        }
         let conditions = profiles.conditions(&robots, factors, &settings)?;
         profiles.check_limits(&conditions.controller).with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
@@ -434,6 +432,13 @@ fn unused_keys(robots: &[FleetRobot]) -> Option<String> {
     })
 }
 
+/// The robots of the simulator take commands with a stamp, which lockstep needs, whatever those do in whose place they are.
+fn as_simulated(backend: Backend, robots: &mut [FleetRobot]) {
+    if backend == Backend::Simulator {
+        robots.iter_mut().for_each(|robot| robot.cmd_vel = CmdVel::TwistStamped);
+    }
+}
+
 /// A fleet some of whose robots are virtual and some are not is a mixed one.
 ///
 /// One without any real robot, too: it is on a fleet's network, but moved by the simulator, which has to
@@ -458,17 +463,6 @@ fn refuse_sensors(
         );
     }
     Ok(())
-}
-
-fn refuse_unstamped(robots: &[FleetRobot]) -> anyhow::Result<()> {
-    match robots.iter().find(|robot| robot.cmd_vel == CmdVel::Twist) {
-        None => Ok(()),
-        Some(robot) => Err(anyhow!(
-            "{} takes `cmd_vel: twist`, lockstep needs `twist_stamped`; or set `time: real_time` in \
-             the experiment",
-            robot.name
-        )),
-    }
 }
 
 fn read(path: &Path) -> anyhow::Result<(String, String)> {

@@ -18,8 +18,8 @@ use tokio::sync::mpsc::UnboundedSender;
 pub enum Role {
     /// The readings of a robot's sensor.
     Detection(usize),
-    /// Those of a further one.
-    FurtherDetection(usize),
+    /// Those of a further one, with its place among all readings.
+    FurtherDetection(usize, usize),
     /// A robot's velocity command.
     Command(usize),
     /// Odometry: the own estimate of a robot, or the ground truth of the simulator.
@@ -173,13 +173,13 @@ pub fn recorded_topics(
         ] {
             recorded_topics.push(RecordedTopic::new(topic.for_robot(&robot.name), topic, role));
         }
-        for reading in readings.further() {
+        for (place, reading) in (1..).zip(readings.further()) {
             let name = topics::further_detection(&robot.name, reading);
             let qos = match time {
                 Time::Lockstep => topics::FURTHER_DETECTION.qos,
                 Time::RealTime => topics::DETECTION.qos,
             };
-            let (topic, role) = (topics::FURTHER_DETECTION, Role::FurtherDetection(index));
+            let (topic, role) = (topics::FURTHER_DETECTION, Role::FurtherDetection(index, place));
             recorded_topics.push(RecordedTopic::new(name, Topic { qos, ..topic }, role));
         }
         if receives_virtual_detections(robot, robots) {

@@ -114,7 +114,7 @@ pub enum Problem {
         topic: String,
     },
     /// A topic of one robot has several publishers.
-    #[error("{topic}: {found} publishers, expected 1 (two robots of one name?)")]
+    #[error("{topic}: {found} publishers, expected 1 (two of one name?)")]
     SeveralPublishers {
         /// The topic.
         topic: String,

@@ -96,7 +96,7 @@ fn every_problem_is_named_at_once() {
             "/robot_1/cmd_vel: type is geometry_msgs/msg/Twist, expected \
              geometry_msgs/msg/TwistStamped: set `cmd_vel: twist` in the fleet file, and start the \
              controller with `-p cmd_vel_type:=twist`",
-            "/robot_2/cmd_vel: 2 publishers, expected 1 (two robots of one name?)",
+            "/robot_2/cmd_vel: 2 publishers, expected 1 (two of one name?)",
         ]
     );
 }
@@ -236,7 +236,7 @@ fn two_robots_of_one_name_and_none_of_a_name_are_different_problems() {
 
     assert_eq!(
         sentences(&expected, &seen),
-        ["/robot_1/status: 2 publishers, expected 1 (two robots of one name?)"]
+        ["/robot_1/status: 2 publishers, expected 1 (two of one name?)"]
     );
 }
 

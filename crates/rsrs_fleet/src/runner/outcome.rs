@@ -161,20 +161,23 @@ impl std::fmt::Display for Target {
 }
 
 /// What must keep coming from every robot while it moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SampleKind {
-    /// What its sensor detects.
+    /// What its sensor detects; of several sensors the first.
     Detection,
+    /// What a further sensor reports, by its name.
+    FurtherDetection(String),
     /// Where it is.
     Pose,
 }
 
 impl std::fmt::Display for SampleKind {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(match self {
-            Self::Detection => "detection",
-            Self::Pose => "pose",
-        })
+        match self {
+            Self::Detection => formatter.write_str("detection"),
+            Self::FurtherDetection(name) => write!(formatter, "detection/{name}"),
+            Self::Pose => formatter.write_str("pose"),
+        }
     }
 }
 

@@ -237,7 +237,7 @@ impl Roster {
         let present = self.members.iter().filter(|member| member.lost.is_none());
         let missing = present.flat_map(|member| {
             let missing = kinds.iter().filter(|kind| !member.samples.contains_key(*kind));
-            missing.map(|kind| (member.name.clone(), *kind))
+            missing.map(|kind| (member.name.clone(), kind.clone()))
         });
         missing.collect()
     }
@@ -492,10 +492,10 @@ impl Member {
     fn sample_missing(&self, now: Duration) -> Option<(SampleKind, Duration)> {
         self.samples.iter().find_map(|(kind, at)| {
             let silence = match kind {
-                SampleKind::Detection => DETECTION_TIMEOUT,
+                SampleKind::Detection | SampleKind::FurtherDetection(_) => DETECTION_TIMEOUT,
                 SampleKind::Pose => POSE_TIMEOUT,
             };
-            (now.saturating_sub(*at) > silence).then_some((*kind, silence))
+            (now.saturating_sub(*at) > silence).then_some((kind.clone(), silence))
         })
     }
 

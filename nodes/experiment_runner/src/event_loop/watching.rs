@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use rsrs_core::judge::phase::MAX_GAP_S;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::rates::Rates;
 use rsrs_msgs::rsrs::Recorded;
 
 use super::Run;
-use crate::recorded_topics::{RecordedTopic, Role};
+use crate::recorded_topics::Role;
 use crate::report::Progress;
 
 impl Run<'_> {
@@ -42,14 +43,18 @@ impl Run<'_> {
         let (recorded_topics, period_s) =
             (&self.recorded_topics, self.plan.record.conditions.period_s);
         let rates = self.rates.get_or_insert_with(|| {
-            let each_period = |recorded_topic: &&RecordedTopic| {
-                matches!(recorded_topic.role, Role::Detection(_) | Role::Command(_))
+            let each_s = |role: Role| match role {
+                Role::Detection(_) | Role::FurtherDetection(..) | Role::Command(_) => {
+                    Some(period_s)
+                }
+                // The judge bridges gaps of twice that.
+                Role::Object => Some(MAX_GAP_S / 2.0),
+                _ => None,
             };
-            let topics = recorded_topics
-                .iter()
-                .filter(each_period)
-                .map(|recorded_topic| recorded_topic.name.clone());
-            Rates::new(topics, period_s, now)
+            let topics = recorded_topics.iter().filter_map(|recorded_topic| {
+                Some((recorded_topic.name.clone(), each_s(recorded_topic.role)?))
+            });
+            Rates::new(topics, now)
         });
         for change in rates.changes(now) {
             self.note(&change);

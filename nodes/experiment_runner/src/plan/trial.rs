@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, bail};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::help::Helpful;
 use rsrs_core::quantity::Axis;
@@ -12,11 +12,11 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::trial::{Neighbour, SETTLING_TIME_S};
 use rsrs_fleet::experiment::{RobotLost, Time};
-use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
+use rsrs_fleet::fleet_file::{FleetFile, FleetRobot};
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
 
-use super::{Measured, Plan, Poses, Recording, new_run_id, read};
+use super::{Measured, Plan, Poses, Recording, as_simulated, new_run_id, read};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -121,7 +121,8 @@ impl Plan {
             let measured = Measured::of_robot(&robots[0], &request.fleet)?;
             (measured.text, measured.profile)
         };
-        let time = time(request.backend, &robots)?;
+        as_simulated(request.backend, &mut robots);
+        let time = time(request.backend);
         let conditions = conditions(request, &measured, robots.len())?;
         let duration_s = request.trial.duration_s(conditions.period_s);
         let run_id = new_run_id(Path::new(&format!("trial_{}", request.robot)))?;
@@ -229,15 +230,10 @@ fn neighbour_of<'a>(
     })
 }
 
-fn time(backend: Backend, robots: &[FleetRobot]) -> anyhow::Result<Time> {
-    if backend != Backend::Simulator {
-        return Ok(Time::RealTime);
-    }
-    match robots.iter().find(|robot| robot.cmd_vel == CmdVel::Twist) {
-        None => Ok(Time::Lockstep),
-        Some(robot) => {
-            Err(anyhow!("{} takes `cmd_vel: twist`, lockstep needs `twist_stamped`", robot.name))
-        }
+fn time(backend: Backend) -> Time {
+    match backend {
+        Backend::Simulator => Time::Lockstep,
+        Backend::Fleet | Backend::Mixed => Time::RealTime,
     }
 }
 

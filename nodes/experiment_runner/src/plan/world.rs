@@ -104,7 +104,7 @@ struct Objects {
 impl Help for Objects {
     fn help(&self) -> Option<String> {
         Some(
-            "run it with real robots alone, with `--backend simulator`, or leave the objects out of the `world`"
+            "run it with real robots alone, with `--backend sim`, or leave the objects out of the `world`"
                 .to_owned(),
         )
     }
@@ -117,7 +117,7 @@ struct Failing;
 
 impl Help for Failing {
     fn help(&self) -> Option<String> {
-        Some("run it with `--backend simulator`, or leave `failures` out of the `world`".to_owned())
+        Some("run it with `--backend sim`, or leave `failures` out of the `world`".to_owned())
     }
 }
 

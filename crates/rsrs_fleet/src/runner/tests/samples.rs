@@ -108,3 +108,31 @@ fn a_robot_whose_detections_stop_is_lost() {
         );
     }
 }
+
+#[test]
+fn a_robot_of_which_one_of_several_sensors_falls_silent_is_lost() {
+    let wall = || SampleKind::FurtherDetection("wall".to_owned());
+    let mut bench = Bench::with(|options| {
+        options.length = RunLength::RealTime { duration: Duration::from_secs(8) };
+        options.robot_lost = RobotLost::Note;
+        options.samples = [SampleKind::Detection, wall()].into();
+    });
+    bench.run();
+    for beat in 0..300 {
+        if bench.finish.is_some() {
+            break;
+        }
+        for name in NAMES {
+            bench.give(detection(name));
+            if name != "robot_2" || beat < 20 {
+                bench.give(Event::Sampled { robot: name.to_owned(), kind: wall() });
+            }
+        }
+        bench.beat();
+    }
+
+    bench.end();
+    let [lost] = bench.runner.lost() else { panic!("{:?}", bench.runner.lost()) };
+    let expected = "robot_2 lost after 5.0 s: no detection/wall received for more than 3 s";
+    assert_eq!(lost.to_string(), expected);
+}
