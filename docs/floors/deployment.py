@@ -125,3 +125,36 @@ def draw(results, run_file, rectangle_m, path):
         )
         first += rows[world]
     figure.savefig(path, dpi=100)
+
+
+def film(results, run_file, rectangle_m, path):
+    """Of each world the first find that worked at once, and the first that did not: 120 s, ten times as fast."""
+    import numpy as np
+    from PIL import Image, ImageDraw
+
+    scale, gap, title_px = 140, 14, 16
+    width_px, height_px = (round(scale * side_m) for side_m in rectangle_m)
+    panels = []
+    for row, (world, it) in enumerate(results["worlds"].items()):
+        for column, shows in enumerate((True, False)):
+            find = next((find for find in it["finds"] if find["attempts"][0]["shows"] == shows), None)
+            if find is not None:
+                corner = (gap + column * (width_px + gap), title_px + row * (height_px + title_px + gap))
+                panels.append((corner, world, find, shows, np.load(run_file(world, find, 0))["poses"]))
+    size = (gap + 2 * (width_px + gap), 2 * (height_px + title_px + gap))
+    frames = []
+    for sample in range(0, min(len(poses) for *_, poses in panels), 10):
+        frame = Image.new("RGB", size, "white")
+        pen = ImageDraw.Draw(frame)
+        for (left, top), world, find, shows, poses in panels:
+            colour = "#2ca02c" if shows else "#d62728"
+            pen.text((left, top - title_px + 3), f"{world}: {find['name']}, {sample // 10} s", fill="black")
+            pen.rectangle((left, top, left + width_px, top + height_px), outline=colour, width=3)
+            for x_m, y_m, heading_rad in poses[sample]:
+                x, y = left + width_px / 2 + scale * x_m, top + height_px / 2 - scale * y_m
+                reach = 0.07 * scale
+                pen.ellipse((x - reach, y - reach, x + reach, y + reach), fill="#bcd3ea", outline="#1a1a1a")
+                ahead = (x + reach * np.cos(heading_rad), y - reach * np.sin(heading_rad))
+                pen.line((x, y, *ahead), fill="#1a1a1a", width=2)
+        frames.append(frame.quantize(16))
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=100, loop=0, optimize=True)

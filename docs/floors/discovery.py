@@ -265,7 +265,9 @@ def main():
     results = discover(Programs(), folder)
     (folder / "discovery.json").write_text(json.dumps(results, indent=1) + "\n")
     print(deployment.tables(results))
-    deployment.draw(results, lambda *run: run_file(folder, *run), RECTANGLE_M, folder / "discovery.png")
+    files = lambda *run: run_file(folder, *run)
+    deployment.draw(results, files, RECTANGLE_M, folder / "discovery.png")
+    deployment.film(results, files, RECTANGLE_M, folder / "discovery.gif")
 
 
 if __name__ == "__main__":
