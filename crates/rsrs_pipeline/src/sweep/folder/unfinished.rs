@@ -117,6 +117,7 @@ fn make(folder: &Path, sweep: &str) -> anyhow::Result<Option<File>> {
         match std::fs::create_dir_all(&site) {
             // Another process has moved or removed the draft between the making of its two folders.
             Err(error) if error.kind() == ErrorKind::NotFound && folder.exists() => continue,
+            Err(error) if error.kind() == ErrorKind::AlreadyExists && !draft.is_file() => continue,
             made => made.with_context(|| format!("cannot make {}", draft.display()))?,
         }
         match try_lock(&site.join(LOCK)) {
