@@ -163,8 +163,7 @@ impl WorldFile {
         match kind {
             Detects::Object => self.n_objects() > 0,
             Detects::Goal => !self.goals.is_empty(),
-            Detects::Kin => !self.classes.is_empty(),
-            Detects::Other => self.classes.len() > 1,
+            Detects::Kin | Detects::Other => !self.classes.is_empty(),
             Detects::Robot | Detects::Wall => true,
         }
     }

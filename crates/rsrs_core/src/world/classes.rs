@@ -96,14 +96,4 @@ mod tests {
         assert_eq!(world(&[Some(1), Some(3)]).classes_of(4), [0, 1, 1, 1]);
         assert_eq!(world(&[]).classes_of(4), [0; 0]);
     }
-
-    #[test]
-    fn a_class_alone_has_kin_and_no_others() {
-        use crate::robot::sensor::Detects;
-
-        let kinds = [Detects::Kin, Detects::Other];
-        assert_eq!(kinds.map(|kind| world(&[None]).has(kind)), [true, false]);
-        assert_eq!(kinds.map(|kind| world(&[None, None]).has(kind)), [true; 2]);
-        assert_eq!(kinds.map(|kind| world(&[]).has(kind)), [false; 2]);
-    }
 }
