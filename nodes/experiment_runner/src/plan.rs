@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, bail};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::help::{Help, Helpful};
 use rsrs_core::judge::behaviour::Behaviour;
