@@ -435,7 +435,9 @@ fn unused_keys(robots: &[FleetRobot]) -> Option<String> {
 /// The robots of the simulator take commands with a stamp, which lockstep needs, whatever those do in whose place they are.
 fn as_simulated(backend: Backend, robots: &mut [FleetRobot]) {
     if backend == Backend::Simulator {
-        robots.iter_mut().for_each(|robot| robot.cmd_vel = CmdVel::TwistStamped);
+        for robot in robots {
+            robot.cmd_vel = CmdVel::TwistStamped;
+        }
     }
 }
 
