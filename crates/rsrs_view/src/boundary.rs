@@ -246,7 +246,8 @@ fn clip(plot: &Plot, from: Point, to: Point) -> Option<(Point, Point)> {
     (enter < leave).then(|| (at(enter), at(leave)))
 }
 
-fn path_of(pieces: &[Vec<Point>]) -> String {
+/// Lines of an SVG path, one for each piece; in pixels.
+pub(crate) fn path_of(pieces: &[Vec<Point>]) -> String {
     let piece_path = |piece: &Vec<Point>| {
         let points: Vec<String> =
             piece.iter().map(|(x, y)| format!("{} {}", number(*x), number(*y))).collect();

@@ -4,6 +4,7 @@
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::rule::{Condition, Parameter, Rules};
 
+use crate::boundary::path_of;
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::floor::PAGE_PX;
 use crate::palette::{INK, QUIET_INK};
@@ -276,15 +277,12 @@ fn curve(chart: &Chart, line: &Line, picture: &OrderPicture) -> Element {
     let place = |(start_s, order): &(f64, OrderParameters)| {
         let value = line.condition.parameter.value(order)?.clamp(0.0, line.top);
         let time_s = start_s + picture.block_s / 2.0;
-        Some(format!("{} {}", number(chart.x_px(time_s)), number(chart.y_px(value))))
+        Some((chart.x_px(time_s), chart.y_px(value)))
     };
-    let places: Vec<Option<String>> = picture.blocks.iter().map(place).collect();
-    let pieces = places.split(Option::is_none).filter(|piece| !piece.is_empty());
-    let piece = |piece: &[Option<String>]| {
-        let places: Vec<&str> = piece.iter().flatten().map(String::as_str).collect();
-        format!("M{}", places.join("L"))
-    };
-    let path: String = pieces.map(piece).collect();
+    let places: Vec<Option<(f64, f64)>> = picture.blocks.iter().map(place).collect();
+    let known = places.split(Option::is_none).filter(|piece| !piece.is_empty());
+    let pieces: Vec<_> = known.map(|piece| piece.iter().flatten().copied().collect()).collect();
+    let path = path_of(&pieces);
     Element::new("path")
         .with("d", &path)
         .with("fill", "none")

@@ -388,7 +388,8 @@ impl<'a> Run<'a> {
         received: &ReceivedRaw,
     ) -> Result<Vec<Event>, String> {
         let mut events = self.understand_poses(topic_index, received)?;
-        match self.recorded_topics[topic_index].role {
+        let topic = &self.recorded_topics[topic_index];
+        match topic.role {
             Role::Simulator => {
                 let status = meaning::status(&received.message)?;
                 self.simulator = Some((status.clone(), Instant::now()));
@@ -398,7 +399,7 @@ impl<'a> Run<'a> {
             // Where robots are is asked for before they move; then, whether their poses still come, and
             // whether they are where commands lead.
             Role::Transforms if self.rates.is_some() => {}
-            role => events.extend(meaning::events(self.plan, role, received)?),
+            _ => events.extend(meaning::events(self.plan, topic, received)?),
         }
         Ok(events)
     }

@@ -168,14 +168,14 @@ fn publishers(plan: &Plan, reader: &PoseReader, recorded_topic: &RecordedTopic) 
             let place = reader.index_of(&recorded_topic.name, &recorded_topic.type_name);
             if place.is_some() { trackers(plan) } else { Publishers::Any }
         }
-        Role::FurtherDetection(robot, _)
+        Role::FurtherDetection(robot)
             if plan.record.backend == Backend::Fleet && !is_virtual(robot) =>
         {
             Publishers::One
         }
         Role::Object if plan.record.backend == Backend::Fleet => Publishers::One,
         // The simulator publishes further detections, and where objects are, once it has placed the world.
-        Role::FurtherDetection(..) | Role::Object | Role::Robot(_) | Role::Controller(_) => {
+        Role::FurtherDetection(_) | Role::Object | Role::Robot(_) | Role::Controller(_) => {
             Publishers::AtMostOne
         }
         _ => Publishers::Any,

@@ -12,12 +12,12 @@ use rsrs_msgs::geometry_msgs::{TransformStamped, Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::tf2_msgs::TFMessage;
-use rsrs_msgs::{RosMessage, cdr};
+use rsrs_msgs::{RosMessage, cdr, topics};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
 
 use crate::plan::Plan;
-use crate::recorded_topics::Role;
+use crate::recorded_topics::{RecordedTopic, Role};
 use crate::tracked::{SeenPose, seconds_ahead};
 
 /// The event of a sample, except for the simulator's.
@@ -25,10 +25,14 @@ use crate::tracked::{SeenPose, seconds_ahead};
 /// # Errors
 ///
 /// What is wrong with the sample.
-pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Event>, String> {
+pub fn events(
+    plan: &Plan,
+    topic: &RecordedTopic,
+    received: &ReceivedRaw,
+) -> Result<Vec<Event>, String> {
     let data = received.message.as_slice();
     let robot = |index: usize| plan.record.robots[index].clone();
-    Ok(match role {
+    Ok(match topic.role {
         Role::Robot(index) => {
             let message: RobotStatus = decode(data)?;
             let ahead = seconds_ahead(message.header.stamp, received.received_time_ns);
@@ -65,10 +69,9 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
         Role::Detection(index) if plan.record.time != Time::Lockstep => {
             vec![Event::Sampled { robot: robot(index), kind: SampleKind::Detection }]
         }
-        Role::FurtherDetection(index, place) if plan.record.time != Time::Lockstep => {
-            let names = plan.record.conditions.robot.reading_names();
-            let name = names.iter().nth(place).unwrap_or_default().to_owned();
-            let kind = SampleKind::FurtherDetection(name);
+        Role::FurtherDetection(index) if plan.record.time != Time::Lockstep => {
+            let reading = topics::further_reading(&topic.name).map(|(_, reading)| reading);
+            let kind = SampleKind::FurtherDetection(reading.unwrap_or_default().to_owned());
             vec![Event::Sampled { robot: robot(index), kind }]
         }
         Role::Command(index)
@@ -79,7 +82,7 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
             vec![Event::Commanded { robot: robot(index), command }]
         }
         Role::Detection(_)
-        | Role::FurtherDetection(..)
+        | Role::FurtherDetection(_)
         | Role::Odometry(_)
         | Role::Object
         | Role::Pose(_)

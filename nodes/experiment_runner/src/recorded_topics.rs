@@ -18,8 +18,8 @@ use tokio::sync::mpsc::UnboundedSender;
 pub enum Role {
     /// The readings of a robot's sensor.
     Detection(usize),
-    /// Those of a further one, with its place among all readings.
-    FurtherDetection(usize, usize),
+    /// Those of a further one.
+    FurtherDetection(usize),
     /// A robot's velocity command.
     Command(usize),
     /// Odometry: the own estimate of a robot, or the ground truth of the simulator.
@@ -156,6 +156,11 @@ pub fn recorded_topics(
     (readings, n_objects): (&ReadingNames, usize),
     tracked: &[TrackedTopic],
 ) -> Vec<RecordedTopic> {
+    // What the simulator keeps in lockstep, robots and trackers publish as they like.
+    let kept_in_lockstep = |topic: Topic, of_others: Qos| match time {
+        Time::Lockstep => topic,
+        Time::RealTime => Topic { qos: of_others, ..topic },
+    };
     let mut recorded_topics = Vec::new();
     for (index, robot) in robots.iter().enumerate() {
         let cmd_vel = match robot.cmd_vel {
@@ -173,14 +178,11 @@ pub fn recorded_topics(
         ] {
             recorded_topics.push(RecordedTopic::new(topic.for_robot(&robot.name), topic, role));
         }
-        for (place, reading) in (1..).zip(readings.further()) {
+        for reading in readings.further() {
             let name = topics::further_detection(&robot.name, reading);
-            let qos = match time {
-                Time::Lockstep => topics::FURTHER_DETECTION.qos,
-                Time::RealTime => topics::DETECTION.qos,
-            };
-            let (topic, role) = (topics::FURTHER_DETECTION, Role::FurtherDetection(index, place));
-            recorded_topics.push(RecordedTopic::new(name, Topic { qos, ..topic }, role));
+            let topic = kept_in_lockstep(topics::FURTHER_DETECTION, topics::DETECTION.qos);
+            let role = Role::FurtherDetection(index);
+            recorded_topics.push(RecordedTopic::new(name, topic, role));
         }
         if receives_virtual_detections(robot, robots) {
             let topic = topics::VIRTUAL_DETECTION;
@@ -193,12 +195,7 @@ pub fn recorded_topics(
     }
     for object in 0..n_objects {
         let name = topics::object_pose(&WorldFile::object_name(object));
-        let qos = match time {
-            Time::Lockstep => topics::OBJECT_POSE.qos,
-            // Of a tracker.
-            Time::RealTime => topics::POSE.qos,
-        };
-        let topic = Topic { qos, ..topics::OBJECT_POSE };
+        let topic = kept_in_lockstep(topics::OBJECT_POSE, topics::POSE.qos);
         recorded_topics.push(RecordedTopic::new(name, topic, Role::Object));
     }
     for (topic, role) in [

@@ -282,7 +282,7 @@ fn makes_a_step(role: Role) -> bool {
     matches!(
         role,
         Role::Detection(_)
-            | Role::FurtherDetection(..)
+            | Role::FurtherDetection(_)
             | Role::Command(_)
             | Role::Odometry(_)
             | Role::Object
@@ -344,7 +344,7 @@ impl BagClock {
             |source| RecorderError::Undecodable { topic: recorded_topic.name.clone(), source };
         let stamped_ns = match recorded_topic.role {
             // Its type has no stamp; the simulator publishes one for each step, and reliably.
-            Role::Detection(_) | Role::FurtherDetection(..) => count * *period_ns,
+            Role::Detection(_) | Role::FurtherDetection(_) => count * *period_ns,
             Role::WorldDigest => {
                 let message: WorldDigest = cdr::decode(data).map_err(undecodable)?;
                 message.step * *period_ns

@@ -1,6 +1,7 @@
 //! What further sensors report, of a robot whose hardware has several.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::time::Duration;
 
 use rsrs_fleet::robot::detector::{Detector, DetectorSettings, Reading};
@@ -25,15 +26,16 @@ impl FurtherReadings {
         (settings, now): (&DetectorSettings, Duration),
     ) -> anyhow::Result<()> {
         for (name, is_true) in reported {
-            if !self.0.contains_key(&name) {
-                let topic = topics::further_detection(robot, &name);
-                // As `detection` is: in real time the newest counts.
-                let publisher = session.publish_on(node, &topic, topics::DETECTION.qos)?;
-                self.0.insert(name.clone(), (Detector::default(), publisher));
-            }
-            if let Some((detector, _)) = self.0.get_mut(&name) {
-                detector.on_reading(Reading::Seen(is_true), settings, now);
-            }
+            let (detector, _) = match self.0.entry(name) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => {
+                    let topic = topics::further_detection(robot, new.key());
+                    // As `detection` is: in real time the newest counts.
+                    let publisher = session.publish_on(node, &topic, topics::DETECTION.qos)?;
+                    new.insert((Detector::default(), publisher))
+                }
+            };
+            detector.on_reading(Reading::Seen(is_true), settings, now);
         }
         Ok(())
     }

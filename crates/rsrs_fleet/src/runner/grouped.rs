@@ -122,14 +122,14 @@ impl Problem {
     }
 }
 
-/// The robot of a topic, which may have a namespace; some of its topics have two parts. An object is none.
+/// The robot of a topic, which may have a namespace; of one that is not in the table, what stands before its last part. An
+/// object is none.
 fn robot_of(topic: &str) -> Option<&str> {
     if topics::object_of(topic).is_some() {
         return None;
     }
-    let (robot, _) = topic.strip_prefix('/')?.rsplit_once('/')?;
-    let of_two = |part| robot.strip_suffix(part);
-    ["/hardware", "/controller", "/detection"].into_iter().find_map(of_two).or(Some(robot))
+    let before_last = || Some(topic.strip_prefix('/')?.rsplit_once('/')?.0);
+    topics::ALL.iter().find_map(|known| known.robot_of(topic)).or_else(before_last)
 }
 
 #[cfg(test)]

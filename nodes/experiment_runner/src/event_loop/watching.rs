@@ -44,9 +44,7 @@ impl Run<'_> {
             (&self.recorded_topics, self.plan.record.conditions.period_s);
         let rates = self.rates.get_or_insert_with(|| {
             let each_s = |role: Role| match role {
-                Role::Detection(_) | Role::FurtherDetection(..) | Role::Command(_) => {
-                    Some(period_s)
-                }
+                Role::Detection(_) | Role::FurtherDetection(_) | Role::Command(_) => Some(period_s),
                 // The judge bridges gaps of twice that.
                 Role::Object => Some(MAX_GAP_S / 2.0),
                 _ => None,
