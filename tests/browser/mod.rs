@@ -54,10 +54,3 @@ pub fn browse(script: &str, page: &Path, more: &[&Path]) -> String {
     let script = repository().join("tests").join(script);
     must_run(Command::new(python).arg(script).arg(chromium()).arg(page).args(more))
 }
-
-/// The number behind some words in a line of output.
-pub fn number_after(found: &str, words: &str) -> f64 {
-    let (_, rest) = found.split_once(words).unwrap_or_else(|| panic!("no “{words}”: {found}"));
-    let number = rest.split_whitespace().next().unwrap_or_default();
-    number.parse().unwrap_or_else(|error| panic!("{error}: {found}"))
-}

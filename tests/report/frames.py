@@ -76,6 +76,7 @@ def main():
         browser.close()
     print("script per frame:", in_words(times_ms["script"]))
     print("from frame to frame:", in_words(times_ms["between"]))
+    print("all is well")
 
 
 main()

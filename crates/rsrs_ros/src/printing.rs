@@ -177,12 +177,11 @@ mod tests {
         let printer = Printer::start(2, || print).unwrap();
 
         printer.print(0);
-        // The first is taken from the queue at once, or in a moment.
-        let start = Instant::now();
+        // The first is taken from the queue at once, or in a moment; the terminal takes no second one
+        // before all are handed over.
         for number in 1..=10_000 {
             printer.print(number);
         }
-        assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
         go.send(()).unwrap();
         drop(printer);
 
