@@ -218,10 +218,10 @@ def compare(programs, name, folder):
 
 
 def main():
-    if sys.argv[1:2] == ["--tables"]:
+    if sys.argv[1:2] == ["--tables"] and len(sys.argv) == 3:
         print(evaluation.tables(json.loads(Path(sys.argv[2]).read_text())))
         return
-    if len(sys.argv) < 2:
+    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
     folder = Path(sys.argv[1]).resolve()
     programs = Programs()

@@ -40,6 +40,8 @@ SEARCHES, CONTROLLERS = 8, 256
 EXPLAINED_RUNS = 100
 # What is deployed: all names of `rsrs explore` but that of runs without order, and of those without a name.
 CLASSES = ("milling", "aggregation", "dispersal", "wall_following", "rotating_crowd")
+# Of what `rsrs explore` reports of a find.
+KEPT = ("name", "seed", "number", "controller", "share", "share_as_measured", "needs_contact")
 # What somebody would write who measures nothing: a line of sight, and robots that do what they are commanded.
 IDEAL = """\
 name: ideal
@@ -243,7 +245,7 @@ def discover(programs, folder):
             "n_found": {name: count for name, count in Counter(it["name"] for it in found[world]).items()},
             "finds": [
                 {
-                    **{key: it[key] for key in ("name", "seed", "number", "controller", "share", "share_as_measured")},
+                    **{key: it[key] for key in KEPT},
                     "blocked": round(it["order_parameters"]["blocked"], 3),
                     **explain(programs, folder, world, it),
                     "attempts": each,
@@ -255,10 +257,10 @@ def discover(programs, folder):
 
 
 def main():
-    if sys.argv[1:2] == ["--tables"]:
+    if sys.argv[1:2] == ["--tables"] and len(sys.argv) == 3:
         print(deployment.tables(json.loads(Path(sys.argv[2]).read_text())))
         return
-    if len(sys.argv) != 2:
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
     folder = Path(sys.argv[1]).resolve()
     folder.mkdir(parents=True, exist_ok=True)

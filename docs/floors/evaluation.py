@@ -31,6 +31,14 @@ def interval(k, n):
     return low, high
 
 
+def fisher(k, n, other_k, other_n):
+    """Fisher's exact test, two-sided: the chance of counts at least as unlikely as these, if both shares were equal."""
+    hits = k + other_k
+    ways = lambda k: math.comb(n, k) * math.comb(other_n, hits - k)
+    every = [ways(it) for it in range(max(0, hits - other_n), min(n, hits) + 1)]
+    return sum(it for it in every if it <= ways(k)) / sum(every)
+
+
 def kendall_tau_b(one, other):
     """Kendall's rank correlation, corrected for ties; None where all of one are alike."""
     pairs = [(i, j) for i in range(len(one)) for j in range(i)]
