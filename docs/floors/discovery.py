@@ -9,7 +9,7 @@ how many controllers of each world are deployed, and ATTEMPTS how often at most.
 
     python docs/floors/discovery.py --tables docs/floors/discovery.json
 
-prints the tables of docs/discovery.md.
+prints the tables of docs/discovery.md, that of `wall.json` beside the file included.
 
 What is deployed is chosen by a rule that was fixed before anything was: see `chosen`.
 """
@@ -23,6 +23,7 @@ from collections import Counter
 from pathlib import Path
 
 import deployment
+import wall
 from compare import Programs, machine, number
 
 # The floor of Mattson et al. (AAMAS 2025), as far as we know it: arXiv 2502.15937.
@@ -258,7 +259,9 @@ def discover(programs, folder):
 
 def main():
     if sys.argv[1:2] == ["--tables"] and len(sys.argv) == 3:
-        print(deployment.tables(json.loads(Path(sys.argv[2]).read_text())))
+        file = Path(sys.argv[2])
+        trials = json.loads(file.with_name("wall.json").read_text())
+        print(deployment.tables(json.loads(file.read_text())), wall.tables(trials), sep="\n\n")
         return
     if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
