@@ -407,6 +407,38 @@ fn segregation_is_judged_where_classes_are_known_and_else_refused_by_name() {
     assert!(matches!(error, JudgeError::UnknownRadius { .. }), "{error}");
 }
 
+#[test]
+fn of_the_last_class_the_share_at_a_goal_is_counted_and_refused_where_goals_or_classes_are_unknown() {
+    let brought = behaviour("brought", "last_class_at_goal: {at_least: 0.5}");
+    // A shepherd in the goal and one outside, and between them three sheep, of which one leaves it halfway.
+    let places = |leaving_m: f64| [0.0, 0.1, 2.0, leaving_m, 3.0];
+    let samples = |leaving_m| {
+        places(leaving_m)
+            .map(|x_m| Pose { x_m, y_m: 0.0, heading_rad: 0.0 })
+            .repeat(samples_in(30.0, 0.1))
+    };
+    let poses = [samples(0.2), samples(2.5)].concat();
+    let run = Trajectory::of_poses(0.1, 5, poses);
+    let world = WorldFile {
+        goals: vec![Goal { place_m: [0.0, 0.0], radius_m: 0.3 }],
+        ..WorldFile::NOTHING
+    };
+    let bodies = Bodies { world, classes: vec![0, 1, 0, 1, 1], ..Bodies::UNKNOWN };
+    let label = |bodies: &Bodies| label_with(&run, bodies, &brought.rules());
+
+    let evidence = label(&bodies).expect("all is known").evidence;
+    let share = Parameter::from_key("last_class_at_goal").expect("it is in the table");
+    let half = samples_in(30.0, 0.1) as f64 / run.n_samples() as f64;
+    assert!((share.of(&evidence) - (1.0 + half) / 3.0).abs() < 1e-2, "{}", share.of(&evidence));
+    let error = label(&Bodies { classes: Vec::new(), ..bodies.clone() }).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "last_class_at_goal is of classes of robots, and there are none, or none is known"
+    );
+    let error = label(&Bodies { world: WorldFile::NOTHING, ..bodies }).unwrap_err().to_string();
+    assert!(error.starts_with("last_class_at_goal is of goals"), "{error}");
+}
+
 /// A room like an L, with a pillar and a triangle in it.
 const ROOM: &str = "\
 arena: {polygon_m: [[-2, -2], [2, -2], [2, 0], [0, 0], [0, 2], [-2, 2]]}

@@ -17,7 +17,7 @@ use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::world::{FreeSpace, Goal, WorldFile};
 
 /// How many there are.
-pub const N_ASKED: usize = 12;
+pub const N_ASKED: usize = 13;
 
 /// The values of those that were asked for; in files under their names, beside the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -117,6 +117,11 @@ pub const LEAST_SEGREGATED: Measure =
 /// A. Özdemir et al., "Finding consensus without computation", IEEE RA-L 3(3), 2018, have 20 robots choose one of two
 /// options; what counts as there is ours ([`super::cluster`]).
 pub const CONSENSUS: Measure = Measure { of: consensus, is_of_headings: false, adds_up: false };
+
+/// What A. Özdemir, M. Gauci and R. Groß, "Shepherding with robots that do not compute", ECAL 2017, have shepherds do with
+/// sheep; that it is counted in shares is ours.
+pub const LAST_CLASS_AT_GOAL: Measure =
+    Measure { of: last_class_at_goal, is_of_headings: false, adds_up: false };
 
 /// A window of one world, by itself.
 struct Look<'a> {
@@ -306,6 +311,14 @@ fn objects_at_goal(look: &Look) -> f64 {
 
 fn at_goal(look: &Look) -> f64 {
     look.share_at_goal(&look.places)
+}
+
+fn last_class_at_goal(look: &Look) -> f64 {
+    let last = look.classes.iter().max();
+    let robots = look.places.iter().zip(look.classes.iter().cycle());
+    let of_class: Vec<Vector<f64>> =
+        robots.filter(|(_, class)| Some(*class) == last).map(|(place, _)| *place).collect();
+    look.share_at_goal(&of_class)
 }
 
 fn goal_distance_m(look: &Look) -> f64 {

@@ -260,6 +260,14 @@ const TABLE: &[Row] = &[
         needs: &[Prerequisite::Goals, Prerequisite::Radius],
         value: Value::Asked(asked::CONSENSUS),
     },
+    Row {
+        key: "last_class_at_goal",
+        unit: "",
+        words: "share of the robots of the last class in the world's file whose centres are in a goal",
+        most: 1.0,
+        needs: &[Prerequisite::Goals, Prerequisite::Classes],
+        value: Value::Asked(asked::LAST_CLASS_AT_GOAL),
+    },
 ];
 
 /// Those before it are fields.
