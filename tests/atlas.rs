@@ -146,6 +146,19 @@ fn twenty_e_pucks_come_to_consensus_and_not_where_they_see_too_little() {
 }
 
 #[test]
+fn twenty_five_e_pucks_cover_an_arena_as_published_and_walking_at_random_they_do_not() {
+    let folder = files_of("ozdemir_coverage");
+    let few = [("replicates: 100", "replicates: 8")];
+
+    let found = swept(folder.path(), "trials.yaml", &few);
+    let at_random = swept(folder.path(), "walk.yaml", &few);
+
+    let [(shown, 8)] = found[..] else { panic!("{found:?}") };
+    assert!(shown >= 4, "{found:?}");
+    assert_eq!(at_random, [(0, 8)]);
+}
+
+#[test]
 fn twenty_e_pucks_bring_an_object_to_a_goal_as_published_and_not_where_they_never_see_it() {
     let folder = files_of("chen_transport");
     let robot = fs::read_to_string(folder.path().join("e_puck.yaml")).expect("the entry has it");

@@ -408,7 +408,7 @@ fn segregation_is_judged_where_classes_are_known_and_else_refused_by_name() {
 }
 
 #[test]
-fn of_the_last_class_the_share_at_a_goal_is_counted_and_refused_where_goals_or_classes_are_unknown() {
+fn the_share_of_the_last_class_at_a_goal_is_counted_where_goals_and_classes_are_known() {
     let brought = behaviour("brought", "last_class_at_goal: {at_least: 0.5}");
     // A shepherd in the goal and one outside, and between them three sheep, of which one leaves it halfway.
     let places = |leaving_m: f64| [0.0, 0.1, 2.0, leaving_m, 3.0];
