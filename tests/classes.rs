@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::command::{code, done, json, repository, rsrs as typed, stderr, stdout, write};
-use crate::fleet::{experiment, usual_sensing};
+use crate::fleet::{experiment, rewrite, usual_sensing};
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{assert_commands_of_replicate, assert_digests_of_replicate, record_of};
 
@@ -74,11 +74,37 @@ fn files(folder: &Path, more: &[(&str, &str)]) -> PathBuf {
     experiment(folder, 70, &[&changes, more].concat())
 }
 
+/// Gives class b robots that turn worse and see less far, and whose fleet says so.
+fn with_profiles(here: &Path) {
+    let path = here.join("profiles/flockbot.yaml");
+    let profile = std::fs::read_to_string(&path).expect("it was written");
+    let (near, worse) = ("range_m: 1.0}", "heading_noise_sd_rad: 0.05\n");
+    let profile =
+        profile.replace("range_m: 1.5}", near).replace("heading_noise_sd_rad: 0.0\n", worse);
+    assert!(profile.contains(near) && profile.contains(worse), "{profile}");
+    write(here, &[("profiles/b.yaml", &profile)]);
+    rewrite(
+        &here.join("classes.yaml"),
+        &[("name: b, count: 2", "name: b, count: 2, profile: profiles/b.yaml")],
+    );
+}
+
+/// Gives robots of a fleet that profile.
+fn with_profiles_of(here: &Path, robots: &[&str]) {
+    let fleet = here.join("fleets/nine_virtual.yaml");
+    for robot in robots {
+        let from = format!("  {robot}: {{");
+        rewrite(&fleet, &[(&from, &format!("{from}profile: ../profiles/b.yaml, "))]);
+    }
+}
+
 #[test]
 fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let here = folder.path();
     let file = files(here, &[]);
+    with_profiles(here);
+    with_profiles_of(here, &["robot_2", "robot_4"]);
     done(here, &["sweep", "sweep.yaml", "-o", "out"]);
     let kept = std::fs::read_to_string(here.join("out/sweep.yaml")).expect("it is there");
     assert!(kept.contains("name: b") && kept.contains("count: 2"), "{kept}");
@@ -92,6 +118,9 @@ fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict()
     let (robots, world) = (record.conditions.robots, &record.conditions.world);
     assert_eq!(world.in_words(), "2 classes of robots");
     assert_eq!(world.classes_of(robots)[..4], [0, 1, 0, 1]);
+    let noise = |robot: usize| record.conditions.robot_at(robot).heading_noise_sd_rad;
+    assert_eq!((0..5).map(noise).filter(|noise| *noise == 0.05).count(), 2, "its own profile");
+    assert_eq!(record.own_profiles.keys().collect::<Vec<_>>(), ["robot_2", "robot_4"]);
     assert_digests_of_replicate(&bag, &record);
     assert_commands_of_replicate(&bag, &record);
     let labelled = typed(here, &["label", "bag", "--format", "json"]);
@@ -99,6 +128,10 @@ fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict()
     let label = &json(&labelled)[0];
     assert!(label["evidence"]["segregated"].is_f64(), "{label:#}");
     assert!(done(here, &["replay", "bag", "--into", "controller"]).contains(" 0 different"));
+
+    done(here, &["report", "out", "-o", "report.html", "--bags", "bag"]);
+    let html = std::fs::read_to_string(here.join("report.html")).expect("it is written");
+    assert!(html.contains(r#""own_regions_m":{"1":[[["#), "a replay has what each class sees");
 
     let compare = ["compare", "out", "--bags", "bag", "--margin", "0.3", "--format", "json"];
     let compared = json(&typed(here, &compare));
@@ -176,6 +209,52 @@ fn classes_that_are_nobodys_and_sensors_of_no_classes_are_refused_with_their_cur
     );
     assert!(text.contains("segregated is of classes of robots, and there are none"), "{text}");
     assert!(text.contains("help: name a world that has some: `world: world.yaml`"), "{text}");
+}
+
+#[test]
+fn a_profile_of_a_class_that_cannot_be_or_that_a_robot_does_not_have_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    let cell = "cell: {robots: 5, arena_m: 3}\ncontroller: ../sort.yaml\nworld: ../classes.yaml";
+    let file = files(here, &[("from: ../out", cell)]);
+    with_profiles(here);
+    with_profiles_of(here, &["robot_2"]);
+
+    let mut command = confined_rsrs();
+    command.arg("run").arg(&file).args(["--interface", "127.0.0.1"]);
+    let output = command.output().expect("the program was built for this test");
+
+    assert!(!output.status.success(), "{}", stdout(&output));
+    let text = stderr(&output);
+    let expected = "robot_4 is of class b, and has another profile than that class in the world: \
+                    actuation.turn.heading_noise_sd_rad and sensors differ";
+    assert!(text.contains(expected) && text.contains("give robot_4 `profile: FILE`"), "{text}");
+    for (from, to, expected, cure) in [
+        ("radius_m: 0.075", "radius_m: 0.08", "the radius of its body is 0.08 m", "one radius"),
+        ("another: 0.03", "another: 0.03", "its sensors report ", "names"),
+        (
+            "limits_m_s: [0.02, 0.30]",
+            "limits_m_s: [0.02, 0.1]",
+            "class b, by the profile of their own: ",
+            "0.1",
+        ),
+        ("radius_m: 0.075", "radius_m: -1", "body.radius_m is -1", ""),
+    ] {
+        let path = here.join("profiles/b.yaml");
+        let profile = std::fs::read_to_string(&path).expect("it was written");
+        if to.starts_with("another") {
+            rewrite(&path, &[("name: other", "name: another"), ("{other:", "{another:")]);
+        }
+        rewrite(&path, &[(from, to)]);
+        let output = typed(here, &["sweep", "sweep.yaml", "-o", "new"]);
+        let text = stderr(&output);
+        assert_ne!(code(&output), 0, "{to}");
+        assert!(text.contains(expected) && text.contains(cure), "{to}: {text}");
+        write(here, &[("profiles/b.yaml", &profile)]);
+    }
+    rewrite(&here.join("classes.yaml"), &[("profiles/b.yaml", "profiles/c.yaml")]);
+    let text = stderr(&typed(here, &["sweep", "sweep.yaml", "-o", "new"]));
+    assert!(text.contains("classes.yaml: the file that `profile` names cannot be read"), "{text}");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::interval::Interval;
-use rsrs_core::statistics::pooled::PooledTest;
+use rsrs_core::statistics::pooled::{LogEvidence, PooledTest};
 use rsrs_core::statistics::share::Share;
 
 const N_CAMPAIGNS: u64 = 1000;
@@ -127,6 +127,37 @@ fn either_verdict_is_wrong_in_at_most_5_of_100_campaigns_whatever_robots_do() {
                     }
                 }
             }
+        }
+    }
+}
+
+/// The search for whether evidence is enough ends early, on either side.
+#[test]
+fn a_verdict_is_reached_where_its_evidence_is_enough_and_not_before() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    for _ in 0..200 {
+        let n_cells = random.random_range(1..=5);
+        let share = |n: u64, random: &mut ChaCha8Rng| Share { hits: random.random_range(0..=n), n };
+        let cells: Vec<TestedCell> = (0..n_cells)
+            .map(|_| {
+                let n_simulated = [16, 100, 1000][random.random_range(0..3)];
+                let n_real = random.random_range(1..30);
+                TestedCell {
+                    real: share(n_real, &mut random),
+                    simulated: share(n_simulated, &mut random),
+                    part: 1.0 / f64::from(n_cells + 1),
+                }
+            })
+            .collect();
+        let test = PooledTest::new(&cells, MARGIN);
+        let LogEvidence { less, at_least } = test.log_e();
+
+        for by in [1e-4, 0.1, 1.0, 10.0] {
+            assert!(test.is_violated(less - by), "{cells:?}: {less} - {by}");
+            assert!(!test.is_violated(less + by), "{cells:?}: {less} + {by}");
+            let Some(at_least) = at_least else { continue };
+            assert!(test.is_supported(at_least - by), "{cells:?}: {at_least} - {by}");
+            assert!(!test.is_supported(at_least + by), "{cells:?}: {at_least} + {by}");
         }
     }
 }

@@ -103,7 +103,7 @@
       replay.goals_m.forEach((goal) => this.goal(goal));
       replay.objects(time_s).forEach((object) => this.object(object));
       robots.forEach((robot) => this.trail(robot, time_s));
-      robots.forEach((robot) => this.regions(poses[robot], replay.detects(robot, time_s)));
+      robots.forEach((robot) => this.regions(robot, poses[robot], replay.detects(robot, time_s)));
       if (replay.ring_m) this.ring(replay.ring_m);
       robots.forEach((robot) => this.robot(poses[robot], robot));
       this.scale_bar();
@@ -145,9 +145,10 @@
       pen.globalAlpha = 1;
     }
 
-    regions(pose, is_lit) {
+    regions(robot, pose, is_lit) {
       // What a report tells of detections is that of the first sensor.
-      this.replay.regions_m.forEach((corners_m, sensor) =>
+      const regions_m = this.replay.own_regions_m?.[robot] ?? this.replay.regions_m;
+      regions_m.forEach((corners_m, sensor) =>
         this.region(pose, corners_m, is_lit && sensor === 0));
     }
 

@@ -4,11 +4,12 @@
 //! Places are kept to about a thirty-thousandth of the floor and headings to 1.4°, finer than a pixel
 //! shows, so that a page with a hundred runs can be mailed.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use rsrs_core::conditions::{Conditions, SimulatedSensor};
+use rsrs_core::conditions::{Conditions, SimulatedRobot, SimulatedSensor};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::region::Region;
@@ -62,6 +63,9 @@ pub struct Replay {
     radius_m: f64,
     /// The region of each sensor, that of `detection` first, in the robot's frame, in metres.
     regions_m: Vec<Vec<[f64; 2]>>,
+    /// The same of robots that are not like the others, by their place.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    own_regions_m: BTreeMap<usize, Vec<Vec<[f64; 2]>>>,
     /// Centre and radius, in metres.
     ring_m: Option<[f64; 3]>,
     lost: Vec<usize>,
@@ -130,6 +134,7 @@ impl Replay {
         let headings: Vec<u8> = poses().map(|pose| to_256ths(pose.heading_rad)).collect();
         let objects_m = frames.iter().flat_map(|frame| trajectory.objects_at(*frame));
         let world = &conditions.world;
+        let own_robots = conditions.own_robots.iter();
         let packed_world = (!world.is_empty()).then(|| PackedWorld {
             radii_m: world.each_object().take(trajectory.n_objects).map(|it| it.radius_m).collect(),
             places: square.packed(objects_m.copied()),
@@ -146,7 +151,8 @@ impl Replay {
             half_side_m: rounded(square.half_side_m),
             unit_m: square.unit_m(),
             radius_m,
-            regions_m: conditions.robot.sensors().iter().map(region).collect(),
+            regions_m: regions(&conditions.robot),
+            own_regions_m: own_robots.map(|(place, robot)| (*place, regions(robot))).collect(),
             ring_m: shown
                 .ring
                 .map(|ring| [ring.centre_m.0, ring.centre_m.1, ring.radius_m].map(rounded)),
@@ -259,6 +265,10 @@ fn answers_detection(command: Command, controller: ControllerParameters) -> bool
     // A robot that was stopped answers nothing, unless standing is an answer of its controller.
     let is_answer = command != Command::STOP || detected == Command::STOP;
     is_answer && away(detected) < away(undetected)
+}
+
+fn regions(robot: &SimulatedRobot) -> Vec<Vec<[f64; 2]>> {
+    robot.sensors().iter().map(region).collect()
 }
 
 /// The outline of a sensor's region as it is turned on the robot, in the robot's frame, in metres.

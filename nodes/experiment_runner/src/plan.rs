@@ -138,6 +138,7 @@ impl Plan {
         as_simulated(request.backend, &mut robots);
         let names: Vec<String> = robots.iter().map(|robot| robot.name.clone()).collect();
         let profiles = Profiles::read(of_fleet, &robots, &fleet_path)?;
+        profiles.check_classes(&robots, &settings.world).with_context(|| fleet_name.clone())?;
         let measured = &profiles.fleet.profile;
         starts.iter().try_for_each(|table| table.check(&robots))?;
 

@@ -88,8 +88,8 @@ fn headings(scene: &Scene) -> Marker {
 /// The outline of each sensing region, coloured by what the sensor reports.
 fn sensors(scene: &Scene) -> Marker {
     let (mut points, mut colors) = (Vec::new(), Vec::new());
-    for (pose, readings) in scene.poses.iter().zip(&scene.readings) {
-        for SensorLook { corners_m, readings: own } in &scene.look.sensors {
+    for (robot, (pose, readings)) in scene.poses.iter().zip(&scene.readings).enumerate() {
+        for SensorLook { corners_m, readings: own } in scene.look.sensors_of(robot) {
             let detects = own.clone().any(|reading| readings.has(reading));
             let color = if detects { SEEING } else { BLIND };
             for (side, corner) in corners_m.iter().enumerate() {

@@ -1,9 +1,10 @@
 //! One moment of the world, as viewers see it.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::{Conditions, SimulatedRobot, SimulatedSensor};
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::Readings;
 use rsrs_core::robot::unicycle::Pose;
@@ -26,6 +27,8 @@ pub struct Look {
     pub radius_m: f64,
     /// The sensors, that of `detection` first.
     pub sensors: Vec<SensorLook>,
+    /// The same of robots that are not like the others, by their place.
+    pub own_sensors: BTreeMap<usize, Vec<SensorLook>>,
     /// Objects and goals.
     pub world: WorldFile,
     /// Corners of the border of an arena that is no plain square, and of each obstacle, in metres; empty where there are
@@ -45,19 +48,30 @@ pub struct SensorLook {
 impl Look {
     /// That of the robots under these conditions.
     pub fn of(conditions: &Conditions) -> Self {
-        let mut n_readings = 0;
-        let sensors = conditions.robot.sensors().into_iter().map(|sensor| {
-            let first = n_readings;
-            n_readings += sensor.details.n_readings();
-            let corners_m = corners_m(&sensor.region).into_iter();
-            let turned = corners_m.map(|corner| sensor.in_frame_of_robot(corner));
-            SensorLook { corners_m: turned.collect(), readings: first..n_readings }
-        });
-        let sensors = sensors.collect();
+        let sensors = sensors(&conditions.robot);
+        let own_robots = conditions.own_robots.iter();
+        let own_sensors = own_robots.map(|(place, robot)| (*place, self::sensors(robot))).collect();
         let walls_m = conditions.walls_drawn_m();
         let (radius_m, world) = (conditions.robot.radius_m, conditions.world.clone());
-        Self { radius_m, sensors, world, walls_m }
+        Self { radius_m, sensors, own_sensors, world, walls_m }
     }
+
+    /// The sensors of one robot.
+    pub fn sensors_of(&self, robot: usize) -> &[SensorLook] {
+        self.own_sensors.get(&robot).unwrap_or(&self.sensors)
+    }
+}
+
+fn sensors(robot: &SimulatedRobot) -> Vec<SensorLook> {
+    let mut n_readings = 0;
+    let look = |sensor: SimulatedSensor| {
+        let first = n_readings;
+        n_readings += sensor.details.n_readings();
+        let corners_m = corners_m(&sensor.region).into_iter();
+        let turned = corners_m.map(|corner| sensor.in_frame_of_robot(corner));
+        SensorLook { corners_m: turned.collect(), readings: first..n_readings }
+    };
+    robot.sensors().into_iter().map(look).collect()
 }
 
 /// The corners of a region that points ahead.

@@ -1,7 +1,29 @@
 //! Swarms whose robots are not all alike.
 
 use super::{Conditions, ConditionsError, Settings, SimulatedRobot};
+use crate::document::source::Source;
+use crate::quantity::Axis;
+use crate::robot::harsher::HarsherFactors;
 use crate::robot::profile::RobotProfile;
+
+/// What is done to the profiles of classes before their robots are simulated: what was done to that of the others.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClassRobots {
+    /// Capabilities in the place of the measured ones.
+    pub capabilities: Vec<(Axis, f64)>,
+    /// How the robots are made worse then; `None` for robots as measured.
+    pub factors: Option<HarsherFactors>,
+}
+
+impl ClassRobots {
+    fn simulated(&self, measured: &RobotProfile) -> Result<RobotProfile, ConditionsError> {
+        let robot = measured.with_capabilities(&self.capabilities)?;
+        Ok(match self.factors {
+            None => robot,
+            Some(factors) => factors.apply(&robot)?,
+        })
+    }
+}
 
 impl Conditions {
     /// What one robot is, by its place among all, from 0.
@@ -38,8 +60,66 @@ impl Conditions {
         robot: &RobotProfile,
         settings: &Settings,
     ) -> Result<(), ConditionsError> {
+        let own = self.own_robot(robot, settings)?;
+        self.own_robots.insert(place, own);
+        Ok(())
+    }
+
+    /// Puts the robots of classes with profiles of their own in their places.
+    ///
+    /// # Errors
+    ///
+    /// [`ConditionsError`] if a profile was not read, or its robots are not for this swarm; the class is named.
+    pub(super) fn put_classes(&mut self, settings: &Settings) -> Result<(), ConditionsError> {
+        let mut of_classes: Vec<Option<SimulatedRobot>> = Vec::new();
+        for class in &settings.world.classes {
+            let measured = match &class.profile {
+                None => None,
+                Some(Source::Read(measured)) => Some(measured),
+                Some(Source::File(path)) => {
+                    let (class, path) = (class.name.clone(), path.clone());
+                    return Err(ConditionsError::ProfileNotRead { class, path });
+                }
+            };
+            let robot = |measured| self.robot_of_class(measured, settings);
+            let robot = measured.map(robot).transpose().map_err(|source| {
+                let (class, source) = (class.name.clone(), Box::new(source));
+                ConditionsError::OfClass { class, source }
+            })?;
+            of_classes.push(robot);
+        }
+        for (place, class) in settings.world.classes_of(self.robots).into_iter().enumerate() {
+            if let Some(robot) = &of_classes[class] {
+                self.own_robots.insert(place, robot.clone());
+            }
+        }
+        Ok(())
+    }
+
+    fn robot_of_class(
+        &self,
+        measured: &RobotProfile,
+        settings: &Settings,
+    ) -> Result<SimulatedRobot, ConditionsError> {
+        let robot = self.own_robot(&settings.class_robots.simulated(measured)?, settings)?;
+        // Contact, clusters and pictures have one radius.
+        if robot.radius_m.to_bits() != self.robot.radius_m.to_bits() {
+            let (found_m, expected_m) = (robot.radius_m, self.robot.radius_m);
+            return Err(ConditionsError::OtherRadius { found_m, expected_m });
+        }
+        measured.check_limits(&self.controller)?;
+        Ok(robot)
+    }
+
+    /// A robot by a profile of its own, where another one is like the others.
+    fn own_robot(
+        &self,
+        robot: &RobotProfile,
+        settings: &Settings,
+    ) -> Result<SimulatedRobot, ConditionsError> {
         // Where robots start has been checked, or is once all are there.
-        let settings = Settings { placement: None, ..settings.clone() };
+        let world = settings.world.without_profiles();
+        let settings = Settings { placement: None, world, ..settings.clone() };
         let Self { controller, robot: own, .. } = Self::resolve(robot, &settings)?;
         let [found, expected] = [&own, &self.robot].map(SimulatedRobot::reading_names);
         if found != expected {
@@ -50,15 +130,14 @@ impl Conditions {
         if controller != self.controller {
             return Err(ConditionsError::OtherWheels);
         }
-        self.own_robots.insert(place, own);
-        Ok(())
+        Ok(own)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::Axis;
+    use crate::world::{RobotClass, WorldFile};
 
     const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 
@@ -93,6 +172,42 @@ mod tests {
         assert_ne!(mixed.digest(), alike.digest(), "it is another world");
         assert!(!mixed.are_robots_alike());
         assert_eq!(mixed.check(), Ok(()));
+    }
+
+    #[test]
+    fn a_class_has_a_profile_of_its_own_that_is_made_worse_as_the_others_were() {
+        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let mut own = profile.clone();
+        own.sensing.true_positive = 0.9;
+        let class =
+            |name: &str, profile| RobotClass { name: name.to_owned(), count: None, profile };
+        let classes = vec![class("a", None), class("b", Some(Source::Read(own.clone())))];
+        let world = WorldFile { classes, ..WorldFile::NOTHING };
+        let factors = HarsherFactors::for_robot(&profile);
+        let robots = |factors| {
+            let class_robots = ClassRobots { factors, ..ClassRobots::default() };
+            Conditions::resolve(
+                &profile,
+                &Settings { world: world.clone(), class_robots, ..settings() },
+            )
+        };
+        let classes_of = |conditions: &Conditions| {
+            (0..3).map(|robot| conditions.robot_at(robot).true_positive).collect::<Vec<_>>()
+        };
+
+        let (measured, harsher) = (robots(None).unwrap(), robots(Some(factors)).unwrap());
+
+        assert_eq!(classes_of(&measured), [0.98, 0.9, 0.98]);
+        let worse = factors.apply(&own).unwrap().sensing.true_positive;
+        assert_eq!(classes_of(&harsher), [0.98, worse, 0.98], "that of the others is the caller's");
+        assert!(worse < 0.9);
+        let text = serde_json::to_string(&measured).unwrap();
+        assert_eq!(serde_json::from_str::<Conditions>(&text).unwrap(), measured);
+        assert_ne!(measured.digest(), Conditions::resolve(&profile, &settings()).unwrap().digest());
+        let unread = vec![class("a", Some(Source::File("a.yaml".to_owned())))];
+        let world = WorldFile { classes: unread, ..WorldFile::NOTHING };
+        let error = Conditions::resolve(&profile, &Settings { world, ..settings() }).unwrap_err();
+        assert_eq!(error.to_string(), "the profile of class a, a.yaml, was not read");
     }
 
     #[test]

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use super::capabilities::{check_bounds, check_value};
 use super::check::Impossible;
 use super::controller_table::{ControllerTable, TableFlaw};
+use super::limits::BeyondLimits;
+use super::own_robots::ClassRobots;
 use super::{
     Arena, Conditions, GainDistribution, Placement, SimulatedRobot, SimulatedSensor, Walls,
 };
@@ -13,6 +15,7 @@ use crate::help::Help;
 use crate::judge::behaviour::Behaviour;
 use crate::quantity::{Axis, Bounds, Cell};
 use crate::robot::controller::{Command, Controller, ControllerParameters};
+use crate::robot::harsher::NotHarsher;
 use crate::robot::profile::{ProfileError, RobotProfile};
 use crate::robot::region::Region;
 use crate::world::WorldFile;
@@ -32,6 +35,8 @@ pub struct Settings {
     pub controller: Option<ControllerTable>,
     /// What is in the arena besides the robots.
     pub world: WorldFile,
+    /// What is done to the profiles of the world's classes.
+    pub class_robots: ClassRobots,
 }
 
 /// Why a profile and settings do not make conditions.
@@ -115,6 +120,36 @@ pub enum ConditionsError {
         "its wheels make other commands of the controller's table than those of the first robots"
     )]
     OtherWheels,
+    /// A robot whose body is not as large as those that it is judged and drawn with.
+    #[error("the radius of its body is {found_m} m, and that of the other robots {expected_m} m")]
+    OtherRadius {
+        /// In metres.
+        found_m: f64,
+        /// Of the first robots, in metres.
+        expected_m: f64,
+    },
+    /// A command that its profile forbids.
+    #[error(transparent)]
+    Limits(#[from] BeyondLimits),
+    /// Factors that would make a better robot of it.
+    #[error(transparent)]
+    NotHarsher(#[from] NotHarsher),
+    /// A class of robots that are not for this swarm.
+    #[error("robots of class {class}, by the profile of their own: {source}")]
+    OfClass {
+        /// The class.
+        class: String,
+        /// Why.
+        source: Box<ConditionsError>,
+    },
+    /// A class whose profile was not read.
+    #[error("the profile of class {class}, {path}, was not read")]
+    ProfileNotRead {
+        /// The class.
+        class: String,
+        /// As the world names it.
+        path: String,
+    },
 }
 
 impl Help for ConditionsError {
@@ -134,6 +169,15 @@ impl Help for ConditionsError {
             }
             Self::Table(flaw) => flaw.help(),
             Self::Impossible(impossible) => impossible.help(),
+            Self::OtherReadings { .. } => {
+                Some("give its sensors the same names, in the same order".to_owned())
+            }
+            Self::OtherRadius { .. } => Some(
+                "classes may differ in all but that: contact and clusters are judged by one radius"
+                    .to_owned(),
+            ),
+            Self::Limits(beyond) => beyond.help(),
+            Self::OfClass { source, .. } => source.help(),
             _ => None,
         }
     }
@@ -183,7 +227,7 @@ impl Conditions {
         }
         let simulated = simulated_robot(&robot, &controller);
         let default_radius_m = PLACEMENT_OVER_RANGE * simulated.region.range_m();
-        let conditions = Self {
+        let mut conditions = Self {
             robots: required(operator.robots, Axis::Robots)? as usize,
             controller,
             behaviour: settings.behaviour,
@@ -200,6 +244,10 @@ impl Conditions {
             period_s: robot.computation.period_s,
         };
         conditions.check()?;
+        if conditions.world.classes.iter().any(|class| class.profile.is_some()) {
+            conditions.put_classes(settings)?;
+            conditions.check()?;
+        }
         Ok(conditions)
     }
 }

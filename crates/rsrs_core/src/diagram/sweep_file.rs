@@ -12,7 +12,7 @@ use serde::{Serialize, Serializer};
 use crate::conditions::controller_table::{ControllerSource, ControllerTable, TableFlaw};
 use crate::conditions::limits::BeyondLimits;
 use crate::conditions::start_file::StartPlacement;
-use crate::conditions::{ARENA_M, Conditions, ConditionsError, Settings, Walls};
+use crate::conditions::{ARENA_M, ClassRobots, Conditions, ConditionsError, Settings, Walls};
 use crate::diagram::adaptive::Adaptive;
 use crate::document::{self, DocumentError};
 use crate::help::Help;
@@ -325,6 +325,7 @@ impl SweepFile {
             behaviour: self.behaviour.known(),
             controller: self.table().cloned(),
             world: self.world().cloned().unwrap_or_default(),
+            class_robots: ClassRobots::default(),
         }
     }
 
@@ -385,11 +386,12 @@ impl SweepFile {
             let (file, path) = (file.to_owned(), path.clone());
             return Err(SweepFileError::WorldNotRead { file, path });
         }
-        let simulated = self
-            .factors(measured)
+        let factors = self.factors(measured);
+        let simulated = factors
             .apply(measured)
             .map_err(|source| SweepFileError::NotHarsher { file: file.to_owned(), source })?;
-        let settings = self.settings();
+        let class_robots = ClassRobots { factors: Some(factors), ..ClassRobots::default() };
+        let settings = Settings { class_robots, ..self.settings() };
         let file = || file.to_owned();
         let resolve = |cell: Cell| match Conditions::resolve(&simulated, &settings.with_cell(&cell))
         {

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::document::source::InFile;
 use crate::document::{self, DocumentError};
 use crate::help::Help;
 use crate::robot::contact::ContactModel;
@@ -311,6 +312,11 @@ impl Help for ProfileError {
             _ => None,
         }
     }
+}
+
+impl InFile for RobotProfile {
+    const WHAT: &'static str = "profile";
+    const SOURCE: &'static str = "ProfileSource";
 }
 
 /// Most corners of a sensing polygon.

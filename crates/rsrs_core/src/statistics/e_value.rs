@@ -152,54 +152,94 @@ fn as_good(cell: &TestedCell, bet: f64, stake: f64, margin: f64) -> Term {
     }
 }
 
-/// How the capital of bets in several cells is found: exactly, or so that it is surely not less.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Found {
-    /// The least over all simulated shares.
-    Least,
-    /// At the shares that simulated runs show, which takes no search.
-    AtMost,
+/// The bets on one claim in several cells, and how the capital is divided among them.
+struct Claim<'a> {
+    parts: Vec<f64>,
+    cells: Vec<(&'a TestedCell, &'a Bets)>,
 }
 
-fn log_capital(parts: &[f64], cells: &[(&TestedCell, &Bets)], found: Found) -> f64 {
-    match found {
-        Found::Least => {
-            let terms = cells.iter().map(|(_, bets)| bets.terms.clone()).collect();
-            let shares: Vec<f64> = cells.iter().map(|(cell, _)| cell.share()).collect();
-            Portfolio::new(parts, terms).least(&shares)
+impl<'a> Claim<'a> {
+    /// That real robots are worse.
+    fn worse(cells: &[&'a CellEvidence]) -> Self {
+        let parts =
+            ODDS_DIVIDED_BY.map(|_| STAKES.map(|(_, part)| part / ODDS_DIVIDED_BY.len() as f64));
+        let cells = cells.iter().map(|it| (&it.cell, &it.worse)).collect();
+        Self { parts: parts.as_flattened().to_vec(), cells }
+    }
+
+    /// That they are as good, but for a margin.
+    fn as_good(cells: &[&'a CellEvidence]) -> Self {
+        let parts = BETS.map(|(_, capital)| STAKES.map(|(_, part)| capital * part));
+        let cells = cells.iter().map(|it| (&it.cell, &it.as_good)).collect();
+        Self { parts: parts.as_flattened().to_vec(), cells }
+    }
+
+    /// The logarithm of the least capital over all simulated shares.
+    fn least(&self) -> f64 {
+        let (portfolio, shares) = self.portfolio();
+        portfolio.least(&shares)
+    }
+
+    /// Whether that is so much; that it is not can most often be seen where the shares are what simulated runs show.
+    fn is_at_least(&self, enough: f64) -> bool {
+        self.as_shown() >= enough && {
+            let (portfolio, shares) = self.portfolio();
+            portfolio.is_at_least(&shares, enough)
         }
-        Found::AtMost => {
-            let of_bet = |(bet, part): (usize, &f64)| {
-                libm::log(*part) + cells.iter().map(|(_, bets)| bets.shown[bet]).sum::<f64>()
-            };
-            log_sum(&parts.iter().enumerate().map(of_bet).collect::<Vec<f64>>())
-        }
+    }
+
+    /// The logarithm of the capital at the shares that simulated runs show, which takes no search.
+    fn as_shown(&self) -> f64 {
+        let of_bet = |(bet, part): (usize, &f64)| {
+            libm::log(*part) + self.cells.iter().map(|(_, bets)| bets.shown[bet]).sum::<f64>()
+        };
+        log_sum(&self.parts.iter().enumerate().map(of_bet).collect::<Vec<f64>>())
+    }
+
+    fn portfolio(&self) -> (Portfolio, Vec<f64>) {
+        let terms = self.cells.iter().map(|(_, bets)| bets.terms.clone()).collect();
+        let shares = self.cells.iter().map(|(cell, _)| cell.share()).collect();
+        (Portfolio::new(&self.parts, terms), shares)
     }
 }
 
-/// The logarithm of the e-value against `B_r >= B_s` in every one of these cells, of which each was run.
-pub fn log_e_less(cells: &[&CellEvidence], found: Found) -> f64 {
-    let parts =
-        ODDS_DIVIDED_BY.map(|_| STAKES.map(|(_, part)| part / ODDS_DIVIDED_BY.len() as f64));
-    let of = |cells: &[&CellEvidence]| {
-        let bets: Vec<_> = cells.iter().map(|it| (&it.cell, &it.worse)).collect();
-        log_capital(parts.as_flattened(), &bets, found)
-    };
-    let in_all = of(cells);
+/// What the half of the capital becomes that bets on single cells, the rest of it last: logarithms, by what
+/// becomes of a claim's bets in one cell.
+fn log_in_single_cells(cells: &[&CellEvidence], of_one: impl Fn(Claim<'_>) -> f64) -> Vec<f64> {
     let kept = 1.0 - cells.iter().map(|it| it.cell.part).sum::<f64>();
-    let in_one = cells
-        .iter()
-        .map(|it| libm::log(it.cell.part) + if cells.len() == 1 { in_all } else { of(&[it]) });
-    let logs: Vec<f64> = in_one.chain([in_all, libm::log(kept.max(0.0))]).collect();
+    let in_one = cells.iter().map(|it| libm::log(it.cell.part) + of_one(Claim::worse(&[it])));
+    in_one.chain([libm::log(kept.max(0.0))]).collect()
+}
+
+/// The logarithm of the e-value against `B_r >= B_s` in every one of these cells, of which each was run.
+pub fn log_e_less(cells: &[&CellEvidence]) -> f64 {
+    let mut logs = log_in_single_cells(cells, |claim| claim.least());
+    logs.insert(cells.len(), Claim::worse(cells).least());
     log_sum(&logs) - LN_2
+}
+
+/// Whether it is so much.
+pub fn is_less(cells: &[&CellEvidence], enough: f64) -> bool {
+    let in_all = Claim::worse(cells);
+    let shown = log_in_single_cells(cells, |claim| claim.as_shown());
+    if log_sum(&[log_sum(&shown), in_all.as_shown()]) - LN_2 < enough {
+        return false;
+    }
+    let in_single = log_sum(&log_in_single_cells(cells, |claim| claim.least()));
+    // What is lacking has to be in the other half.
+    let lacking = libm::exp(enough + LN_2) - libm::exp(in_single);
+    lacking <= 0.0 || in_all.is_at_least(libm::log(lacking))
 }
 
 /// The logarithm of the e-value against `B_r` being less, averaged over all runs of these cells, than the
 /// average of `B_s - margin`.
-pub fn log_e_at_least(cells: &[&CellEvidence], found: Found) -> f64 {
-    let parts = BETS.map(|(_, capital)| STAKES.map(|(_, part)| capital * part));
-    let bets: Vec<_> = cells.iter().map(|it| (&it.cell, &it.as_good)).collect();
-    log_capital(parts.as_flattened(), &bets, found)
+pub fn log_e_at_least(cells: &[&CellEvidence]) -> f64 {
+    Claim::as_good(cells).least()
+}
+
+/// Whether it is so much.
+pub fn is_at_least(cells: &[&CellEvidence], enough: f64) -> bool {
+    Claim::as_good(cells).is_at_least(enough)
 }
 
 /// The logarithm of what a gambler has who bets against what simulated runs show, less the margin.

@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 use crate::statistics::e_value::{
-    CellEvidence, Found, TestedCell, log_e_at_least, log_e_less, log_e_share,
+    CellEvidence, TestedCell, is_at_least, is_less, log_e_at_least, log_e_less, log_e_share,
 };
 use crate::statistics::share::Share;
 
@@ -87,22 +87,19 @@ impl PooledTest {
     /// The evidence of all runs.
     pub fn log_e(&self) -> LogEvidence {
         let claimed = self.claimed();
-        let at_least = (!claimed.is_empty()).then(|| log_e_at_least(&claimed, Found::Least));
-        LogEvidence { less: log_e_less(&self.run(), Found::Least), at_least }
+        let at_least = (!claimed.is_empty()).then(|| log_e_at_least(&claimed));
+        LogEvidence { less: log_e_less(&self.run()), at_least }
     }
 
-    /// Whether so much evidence is there that in some cell `B_r < B_s`; that it is not can most often be seen
-    /// without a search for the least.
+    /// Whether so much evidence is there that in some cell `B_r < B_s`.
     pub fn is_violated(&self, enough: f64) -> bool {
-        let run = self.run();
-        [Found::AtMost, Found::Least].iter().all(|found| log_e_less(&run, *found) >= enough)
+        is_less(&self.run(), enough)
     }
 
     /// Whether so much is there that all cells together are as good as simulated but for the margin.
     pub fn is_supported(&self, enough: f64) -> bool {
         let claimed = self.claimed();
-        let reaches = |found: &Found| log_e_at_least(&claimed, *found) >= enough;
-        !claimed.is_empty() && [Found::AtMost, Found::Least].iter().all(reaches)
+        !claimed.is_empty() && is_at_least(&claimed, enough)
     }
 
     /// Whether further runs that all mill support the claim, shared out among the cells that make one, those
@@ -176,7 +173,7 @@ impl PooledTest {
             let further = f64::from(hundredths) / 100.0 - self.margin;
             let shifted = |it: &&CellEvidence| CellEvidence::new(it.cell, self.margin, further);
             let claimed: Vec<CellEvidence> = self.claimed().iter().map(shifted).collect();
-            log_e_at_least(&claimed.iter().collect::<Vec<_>>(), Found::Least) >= enough
+            is_at_least(&claimed.iter().collect::<Vec<_>>(), enough)
         };
         first(0, 99, is_supported).map(|hundredths| f64::from(hundredths) / 100.0)
     }

@@ -121,6 +121,20 @@ impl Portfolio {
     ///
     /// * `shares` — where the search begins.
     pub fn least(&self, shares: &[f64]) -> f64 {
+        self.least_towards(shares, None)
+    }
+
+    /// Whether the logarithm of the least capital over all shares of the cells is so much; a search ends where that is
+    /// known.
+    ///
+    /// # Arguments
+    ///
+    /// * `shares` — where the search begins.
+    pub fn is_at_least(&self, shares: &[f64], enough: f64) -> bool {
+        self.least_towards(shares, Some(enough)) >= enough
+    }
+
+    fn least_towards(&self, shares: &[f64], enough: Option<f64>) -> f64 {
         let mut shares = shares.to_vec();
         let mut logs = self.log_parts.clone();
         for (share, terms) in shares.iter().zip(&self.cells) {
@@ -131,8 +145,14 @@ impl Portfolio {
         for _ in 0..ROUNDS {
             for cell in 0..shares.len() {
                 self.move_to_least(cell, &mut shares, &mut logs);
+                if enough.is_some_and(|enough| log_sum(&logs) < enough) {
+                    return log_sum(&logs);
+                }
             }
-            if self.deficit(&shares, &logs) <= ACCURACY {
+            let deficit = self.deficit(&shares, &logs);
+            if deficit <= ACCURACY
+                || enough.is_some_and(|enough| log_sum(&logs) - deficit >= enough)
+            {
                 break;
             }
         }

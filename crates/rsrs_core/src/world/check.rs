@@ -11,10 +11,11 @@ use super::{
 };
 use crate::document;
 use crate::document::file_error::FileError;
+use crate::document::source::Source;
 use crate::help::Help;
 use crate::numerals::counted;
 use crate::quantity::Bounds;
-use crate::robot::profile::MOST_FRICTION;
+use crate::robot::profile::{MOST_FRICTION, ProfileError};
 
 /// Where in a world something is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -183,6 +184,12 @@ pub enum WorldProblem {
         /// Robots of the swarm.
         robots: usize,
     },
+    /// A profile of a class that describes no robot.
+    #[error("its profile describes no robot: {source}")]
+    Profile {
+        /// Why.
+        source: Box<ProfileError>,
+    },
     /// A class for which no robot is left.
     #[error("{classes} classes of robots are more than the {}", counted(*robots as u64, "robot"))]
     TooManyClasses {
@@ -275,6 +282,7 @@ impl Help for WorldProblem {
             }
             Self::ClassName { .. } => "call it `sheep`, or `a`".to_owned(),
             Self::SameClass { .. } => "give one of them another name".to_owned(),
+            Self::Profile { source } => return source.help(),
             Self::TooManyClasses { .. } => {
                 "take fewer classes, or more `robots`: each class has one or more".to_owned()
             }
@@ -393,7 +401,7 @@ impl WorldFile {
             within("radius_m", goal.radius_m, RADIUS).map_err(flaw)?;
             check_place("place_m", goal.place_m).map_err(flaw)?;
         }
-        for (place, RobotClass { name, count }) in self.classes.iter().enumerate() {
+        for (place, RobotClass { name, count, profile }) in self.classes.iter().enumerate() {
             let flaw = |problem| WorldFlaw { place: Place::Class(place), problem };
             let found = name.clone();
             if !document::is_name(name) {
@@ -404,6 +412,8 @@ impl WorldFile {
             }
             let count = count.map_or(Ok(()), |count| within("count", count as f64, MOST_OBJECTS));
             count.map_err(flaw)?;
+            let profile = profile.as_ref().and_then(Source::read).map_or(Ok(()), |it| it.check());
+            profile.map_err(|source| flaw(WorldProblem::Profile { source: Box::new(source) }))?;
         }
         for (place, failure) in self.failures.iter().enumerate() {
             let flaw = |problem| WorldFlaw { place: Place::Failure(place), problem };

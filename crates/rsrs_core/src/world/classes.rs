@@ -6,9 +6,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::WorldFile;
+use crate::document::source::Source;
+use crate::robot::profile::RobotProfile;
 
 /// Robots of one class: they tell each other from all others by sensors of `kin` and `other`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotClass {
     /// What people call it: small letters, digits and `_`, a letter first.
@@ -17,6 +19,10 @@ pub struct RobotClass {
     /// is not possible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
+    /// Path of its measured profile, relative to this file; without it, its robots are those of the sweep's or of the
+    /// fleet's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<Source<RobotProfile>>,
 }
 
 impl WorldFile {
@@ -40,6 +46,46 @@ impl WorldFile {
         (0..n_robots).map(name).collect()
     }
 
+    /// Reads the profiles of classes that have one of their own.
+    ///
+    /// # Arguments
+    ///
+    /// * `read` — the profile at a path, relative to the file of the world.
+    ///
+    /// # Errors
+    ///
+    /// The first that `read` gives.
+    pub fn read_profiles<E>(
+        &mut self,
+        mut read: impl FnMut(&str) -> Result<RobotProfile, E>,
+    ) -> Result<(), E> {
+        for profile in self.classes.iter_mut().filter_map(|class| class.profile.as_mut()) {
+            if let Source::File(path) = profile {
+                *profile = Source::Read(read(path)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// The profile of each robot whose class has one of its own, with its place and its class; none of those that were
+    /// not read yet.
+    pub fn robots_with_profiles(
+        &self,
+        n_robots: usize,
+    ) -> impl Iterator<Item = (usize, &RobotClass, &RobotProfile)> {
+        self.classes_of(n_robots).into_iter().enumerate().filter_map(|(robot, class)| {
+            let class = &self.classes[class];
+            Some((robot, class, class.profile.as_ref()?.read()?))
+        })
+    }
+
+    /// The same world for robots of which each is like the next.
+    pub(crate) fn without_profiles(&self) -> Self {
+        let mut world = self.clone();
+        world.classes.iter_mut().for_each(|class| class.profile = None);
+        world
+    }
+
     /// How many robots classes with a count have together.
     pub(super) fn counted_robots(&self) -> usize {
         self.classes.iter().filter_map(|class| class.count).fold(0, usize::saturating_add)
@@ -60,7 +106,7 @@ impl WorldFile {
     /// ```
     /// use rsrs_core::world::{RobotClass, WorldFile};
     ///
-    /// let class = |name: &str, count| RobotClass { name: name.to_owned(), count };
+    /// let class = |name: &str, count| RobotClass { name: name.to_owned(), count, profile: None };
     /// let classes = vec![class("shepherd", Some(1)), class("sheep", None)];
     /// let world = WorldFile { classes, ..WorldFile::NOTHING };
     /// assert_eq!(world.classes_of(4), [0, 1, 1, 1]);
@@ -84,7 +130,11 @@ mod tests {
     use super::*;
 
     fn world(counts: &[Option<usize>]) -> WorldFile {
-        let class = |count: &Option<usize>| RobotClass { name: "red".to_owned(), count: *count };
+        let class = |count: &Option<usize>| RobotClass {
+            name: "red".to_owned(),
+            count: *count,
+            profile: None,
+        };
         WorldFile { classes: counts.iter().map(class).collect(), ..WorldFile::NOTHING }
     }
 

@@ -1,6 +1,6 @@
 //! How often a changed robot mills in its best setting, and whether fresh runs confirm it.
 
-use rsrs_core::conditions::{Conditions, Placement, Settings};
+use rsrs_core::conditions::{ClassRobots, Conditions, Placement, Settings};
 use rsrs_core::diagram::choice::tail;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::quantity::{Axis, Cell};
@@ -323,16 +323,15 @@ impl<'a> Search<'a> {
             changes.iter().copied().filter(|(axis, _)| axis.is_capability()).collect();
         let (measured, harsher) = (&self.source.profile, self.source.sweep.harsher);
         let robot = measured.with_capabilities(&capabilities)?;
-        let robot = match robots {
-            Robots::AsMeasured => robot,
-            Robots::Harsher => HarsherFactors {
-                // A cone that is turned becomes a polygon, which is no reason to make it smaller.
-                polygon_scale: harsher.factors(measured).polygon_scale,
-                ..harsher.factors(&robot)
-            }
-            .apply(&robot)?,
-        };
-        let conditions = Conditions::resolve(&robot, &self.settings.with_cell(cell))?;
+        let factors = (robots == Robots::Harsher).then(|| HarsherFactors {
+            // A cone that is turned becomes a polygon, which is no reason to make it smaller.
+            polygon_scale: harsher.factors(measured).polygon_scale,
+            ..harsher.factors(&robot)
+        });
+        let robot = factors.map_or(Ok(robot.clone()), |factors| factors.apply(&robot))?;
+        let class_robots = ClassRobots { capabilities, factors };
+        let settings = Settings { class_robots, ..self.settings.with_cell(cell) };
+        let conditions = Conditions::resolve(&robot, &settings)?;
         // Limits may be among the changes; wheels are what they are.
         measured.check_wheels(&conditions.controller)?;
         Ok(conditions)

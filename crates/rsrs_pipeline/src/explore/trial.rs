@@ -1,13 +1,13 @@
 //! Controllers on trial: simulated, judged, and described.
 
-use rsrs_core::conditions::{Conditions, ConditionsError, Placement, Settings};
+use rsrs_core::conditions::{ClassRobots, Conditions, ConditionsError, Placement, Settings};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::rule::{Needs, Parameter, Rules};
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Controller;
-use rsrs_core::robot::harsher::Harsher;
+use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::share::Share;
 use rsrs_core::world::WorldFile;
@@ -135,10 +135,14 @@ pub struct Laboratory {
     /// Radius of the disc in which robots start, in metres; of a table's, of the one that holds all of them.
     pub placement_m: f64,
     measured: RobotProfile,
+    factors: HarsherFactors,
     simulated: RobotProfile,
     settings: Settings,
     runs: Runs,
 }
+
+/// Robots by their profile, and the factors that made them worse, with which those of classes are, too.
+type Robots<'a> = (&'a RobotProfile, Option<HarsherFactors>);
 
 /// Area of the arena for each robot, in squares of its radius: with room to disperse, and walls to meet, between
 /// the 333 of D. S. Brown et al. (DARS 2018) and the 730 of M. Gauci et al. (IJRR 2014).
@@ -184,7 +188,8 @@ impl Laboratory {
     ///
     /// If the robots or the options make no world.
     pub fn new(measured: &RobotProfile, options: &Options) -> anyhow::Result<Self> {
-        let simulated = Harsher::default().factors(measured).apply(measured)?;
+        let factors = Harsher::default().factors(measured);
+        let simulated = factors.apply(measured)?;
         let across_m = simulated.body.radius_m * (options.robots.max(1) as f64).sqrt();
         let own_m = options.world.and_then(WorldFile::side_m);
         let arena_m = own_m.or(options.arena_m).unwrap_or_else(|| {
@@ -209,6 +214,7 @@ impl Laboratory {
             placement,
             controller: options.controller.cloned(),
             world: options.world.cloned().unwrap_or_default(),
+            class_robots: ClassRobots::default(),
         };
         let runs = Runs {
             seed: options.seed,
@@ -232,6 +238,7 @@ impl Laboratory {
             arena_m,
             placement_m,
             measured: measured.clone(),
+            factors,
             simulated,
             settings,
             runs,
@@ -247,6 +254,10 @@ impl Laboratory {
         &self.simulated
     }
 
+    fn made_worse(&self) -> Robots<'_> {
+        (&self.simulated, Some(self.factors))
+    }
+
     /// Radius of a robot's body, in metres.
     pub fn radius_m(&self) -> f64 {
         self.simulated.body.radius_m
@@ -254,12 +265,12 @@ impl Laboratory {
 
     /// The robots as measured, with some controller.
     pub fn as_measured(&self) -> Result<Conditions, ConditionsError> {
-        self.conditions_of(&self.measured, &vec![1.0; self.space.n_numbers()])
+        self.conditions_of((&self.measured, None), &vec![1.0; self.space.n_numbers()])
     }
 
     /// The world of the controller at a point.
     pub fn conditions(&self, point: &[f64]) -> Result<Conditions, ConditionsError> {
-        self.conditions_of(&self.simulated, point)
+        self.conditions_of(self.made_worse(), point)
     }
 
     /// What is set at a point.
@@ -269,10 +280,11 @@ impl Laboratory {
 
     fn conditions_of(
         &self,
-        robots: &RobotProfile,
+        (robots, factors): Robots<'_>,
         point: &[f64],
     ) -> Result<Conditions, ConditionsError> {
         let mut settings = self.settings.clone();
+        settings.class_robots.factors = factors;
         settings.values.extend(self.values(point));
         Conditions::resolve(robots, &settings)
     }
@@ -332,7 +344,7 @@ impl Laboratory {
         fresh: (u64, u64),
         options: &Options,
     ) -> anyhow::Result<Shown> {
-        self.shown_by(&self.simulated, trial, fresh, options)
+        self.shown_by(self.made_worse(), trial, fresh, options)
     }
 
     /// How often fresh runs show the same as measured, and where the robots do something else when they
@@ -357,15 +369,15 @@ impl Laboratory {
             self.shown_by(robots, trial, (seed, replicates), options).map(|shown| shown.share)
         };
         Ok(Elsewhere {
-            as_measured: shown_by(&self.measured, CONFIRM)?,
+            as_measured: shown_by((&self.measured, None), CONFIRM)?,
             contact,
-            with_contact: shown_by(&others, CONFIRM_CONTACT)?,
+            with_contact: shown_by((&others, Some(self.factors)), CONFIRM_CONTACT)?,
         })
     }
 
     fn shown_by(
         &self,
-        robots: &RobotProfile,
+        robots: Robots<'_>,
         trial: &Trial,
         (seed, replicates): (u64, u64),
         options: &Options,
@@ -390,14 +402,10 @@ impl Laboratory {
 
     /// The world of a controller, judged for what it was found to do.
     pub fn judged_for(&self, trial: &Trial) -> Result<Conditions, ConditionsError> {
-        self.judged_of(&self.simulated, trial)
+        self.judged_of(self.made_worse(), trial)
     }
 
-    fn judged_of(
-        &self,
-        robots: &RobotProfile,
-        trial: &Trial,
-    ) -> Result<Conditions, ConditionsError> {
+    fn judged_of(&self, robots: Robots<'_>, trial: &Trial) -> Result<Conditions, ConditionsError> {
         let mut conditions = self.conditions_of(robots, &trial.point)?;
         if let Name::Behaviour(behaviour) = trial.name {
             conditions.behaviour = behaviour;

@@ -180,14 +180,20 @@ pub fn read_controller(path: &Path, profile: &RobotProfile) -> anyhow::Result<Co
     ControllerTable::parse(&name, &read_text(path)?, profile).map_err(helped)
 }
 
-/// Reads what is in arenas of these sides, in metres, besides so many robots.
+/// Reads what is in arenas of these sides, in metres, besides so many robots, and the profiles of classes.
 ///
 /// # Errors
 ///
-/// If the file cannot be read, or describes no world that can be there.
+/// If the file cannot be read, or describes no world that can be there, or a profile that it names cannot be read or
+/// does not describe a robot.
 pub fn read_world(path: &Path, arenas_m: &[f64], robots: &[usize]) -> anyhow::Result<WorldFile> {
     let name = path.display().to_string();
-    WorldFile::parse(&name, &read_text(path)?, arenas_m, robots).map_err(helped)
+    let mut world = WorldFile::parse(&name, &read_text(path)?, arenas_m, robots).map_err(helped)?;
+    let beside = path.parent().unwrap_or(Path::new(""));
+    world.read_profiles(|of_class| {
+        read_profile(&beside.join(of_class)).map_err(named(&name, "profile"))
+    })?;
+    Ok(world)
 }
 
 /// What swarms are judged for, by its name or the path of its file, as people type it.

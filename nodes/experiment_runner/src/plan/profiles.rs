@@ -4,15 +4,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::help::Helpful;
+use rsrs_core::conditions::{ClassRobots, Conditions, Settings};
+use rsrs_core::help::{Help, Helpful};
 use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::world::WorldFile;
 use rsrs_fleet::fleet_file::{FleetFile, FleetRobot};
 use rsrs_fleet::record::OwnProfile;
 
-use super::{limits, read};
+use super::{limits, read, read_named};
 
 /// A measured profile, as it was read.
 #[derive(Clone, Debug)]
@@ -24,7 +25,11 @@ pub(super) struct Measured {
 
 impl Measured {
     fn read(path: PathBuf) -> anyhow::Result<Self> {
-        let (name, text) = read(&path)?;
+        let text = read(&path)?;
+        Self::of_text(path, text)
+    }
+
+    fn of_text(path: PathBuf, (name, text): (String, String)) -> anyhow::Result<Self> {
         let profile = RobotProfile::parse(&name, &text)
             .map_err(Helpful::from)
             .with_context(|| format!("{name} does not describe a robot"))?;
@@ -41,6 +46,15 @@ impl Measured {
         let profile = FleetFile::profile_of(&file, robot).map_err(Helpful::from)?;
         Self::read(beside(fleet, profile))
             .with_context(|| format!("the profile of {} in {file}", robot.name))
+    }
+
+    /// That which the file of a world gives a class.
+    ///
+    /// # Errors
+    ///
+    /// If the file is missing or wrong.
+    pub(super) fn of_class(path: &Path, world: &str) -> anyhow::Result<Self> {
+        Self::of_text(path.to_owned(), read_named("profile", path, world)?)
     }
 
     /// That of the whole fleet.
@@ -61,6 +75,27 @@ impl Measured {
 /// A path that stands in a fleet file is relative to it.
 fn beside(fleet: &Path, profile: &str) -> PathBuf {
     fleet.parent().unwrap_or(Path::new("")).join(profile)
+}
+
+/// A robot that is another one than its class has.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{robot} is of class {class}, and has another profile than that class in the world: {} differ",
+    differs.join(" and ")
+)]
+struct OtherThanItsClass {
+    robot: String,
+    class: String,
+    differs: Vec<String>,
+}
+
+impl Help for OtherThanItsClass {
+    fn help(&self) -> Option<String> {
+        Some(format!(
+            "give {} `profile: FILE` in the fleet, the file that class {} has in the world",
+            self.robot, self.class
+        ))
+    }
 }
 
 /// What the robots of a run are.
@@ -96,6 +131,29 @@ impl Profiles {
     /// The profile of a robot.
     pub(super) fn of(&self, robot: &str) -> &RobotProfile {
         self.own.get(robot).map_or(&self.fleet.profile, |own| &own.profile)
+    }
+
+    /// Refuses robots that have another profile than their class.
+    ///
+    /// # Errors
+    ///
+    /// If one has.
+    pub(super) fn check_classes(
+        &self,
+        robots: &[FleetRobot],
+        world: &WorldFile,
+    ) -> anyhow::Result<()> {
+        for (place, class, profile) in world.robots_with_profiles(robots.len()) {
+            let robot = robots[place].name.clone();
+            if self.of(&robot).digest() != profile.digest() {
+                let differences = self.of(&robot).differences(profile, "its class");
+                let key = |difference: &String| difference.split(' ').next().map(str::to_owned);
+                let differs = differences.iter().filter_map(key).collect();
+                let class = class.name.clone();
+                return Err(Helpful::from(OtherThanItsClass { robot, class, differs }).into());
+            }
+        }
+        Ok(())
     }
 
     /// What is recorded of the robots that have their own.
@@ -169,6 +227,8 @@ impl Profiles {
             None => Ok(profile.clone()),
             Some(factors) => factors.apply(profile),
         };
+        let class_robots = ClassRobots { factors, ..ClassRobots::default() };
+        let settings = &Settings { class_robots, ..settings.clone() };
         let mut conditions = Conditions::resolve(&moved(&self.fleet.profile)?, settings)?;
         for (place, robot) in robots.iter().enumerate() {
             let Some(own) = self.own.get(&robot.name) else { continue };

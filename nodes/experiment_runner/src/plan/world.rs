@@ -10,6 +10,7 @@ use rsrs_core::world::{WorldFile, WorldSource};
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::record::Backend;
 
+use super::profiles::Measured;
 use super::read_named;
 use super::swept::SweptCell;
 
@@ -32,7 +33,8 @@ impl Help for WorldTwice {
 ///
 /// # Errors
 ///
-/// If the file cannot be read, or describes no world of this arena, or there is a sweep, too.
+/// If the file cannot be read, or describes no world of this arena, or a profile that it names is none, or there is a
+/// sweep, too.
 pub fn read(
     experiment: &mut ExperimentFile,
     (cell, swept): (&Cell, Option<&SweptCell>),
@@ -47,7 +49,11 @@ pub fn read(
     let (name, text) = read_named("world", &beside.join(path), &file)?;
     let arena_m = cell.get(Axis::Arena).unwrap_or(ARENA_M);
     let robots: Vec<usize> = cell.robots().into_iter().collect();
-    let world = WorldFile::parse(&name, &text, &[arena_m], &robots).map_err(Helpful::from)?;
+    let mut world = WorldFile::parse(&name, &text, &[arena_m], &robots).map_err(Helpful::from)?;
+    let beside = Path::new(&name).parent().unwrap_or(Path::new("")).to_owned();
+    world.read_profiles(|of_class| {
+        Ok::<_, anyhow::Error>(Measured::of_class(&beside.join(of_class), &name)?.profile)
+    })?;
     experiment.world = Some(WorldSource::Read(world));
     Ok(Some(text))
 }

@@ -213,6 +213,12 @@ fn further_sensors_of_a_microcontroller_have_a_topic_each_and_none_while_they_ar
         eventually("the object is there", || object.is(|it| it.data)).await;
         eventually("nothing is known of the wall", || wall.is_silent_for(SILENCE)).await;
         assert!(!object.is_silent_for(SILENCE));
+        // Seven may be named, and two were.
+        let (last, too_many) = (of("detection/e"), of("detection/f"));
+        micro.inside().further = ",object=1,a=1,b=1,c=1,d=1,e=1,f=1,g=1";
+        eventually("the last that may be is there", || last.is(|it| it.data)).await;
+        eventually("and goes on", || last.is(|it| it.data) && !object.is_silent_for(SILENCE)).await;
+        assert!(!too_many.is(|_| true), "one too many has a topic");
 
         drop((node, micro));
         session.close().await;
