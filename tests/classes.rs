@@ -231,7 +231,12 @@ fn a_profile_of_a_class_that_cannot_be_or_that_a_robot_does_not_have_is_refused(
     assert!(text.contains(expected) && text.contains("give robot_4 `profile: FILE`"), "{text}");
     for (from, to, expected, cure) in [
         ("radius_m: 0.075", "radius_m: 0.08", "the radius of its body is 0.08 m", "one radius"),
-        ("another: 0.03", "another: 0.03", "its sensors report ", "names"),
+        (
+            "another: 0.03",
+            "another: 0.03",
+            "class b, by the profile of their own",
+            "unknown sensor `other`",
+        ),
         (
             "limits_m_s: [0.02, 0.30]",
             "limits_m_s: [0.02, 0.1]",
