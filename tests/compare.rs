@@ -517,9 +517,7 @@ fn runs_that_did_not_start_where_their_experiment_places_robots_are_named() {
     let notes: Vec<&str> = notes.iter().filter_map(Value::as_str).collect();
     let named: Vec<&&str> = notes.iter().filter(|note| note.contains("did not start as")).collect();
     assert_eq!(named.len(), 1, "{notes:?}");
-    assert!(
-        named[0].starts_with("corner did not start as its experiment places robots: robot_1: ")
-    );
+    assert!(named[0].starts_with("corner did not start as its experiment has it: robot_1: "));
     assert!(named[0].ends_with(" more (`rsrs label` lists them)"), "{notes:?}");
     assert_eq!(report["cells"][0]["n_real"], 2);
     assert!(report["bags"][1]["misplaced"].is_array(), "{report}");

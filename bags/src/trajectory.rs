@@ -140,11 +140,20 @@ pub fn read_trajectory(
         (Some(_), Some(described)) => described.tracker.frame,
         _ => TrackerFrame::default(),
     };
-    let objects = objects::collect(bag, poses_ns, on_floor)?;
+    let mut objects = objects::collect(bag, poses_ns, on_floor)?;
     let other = frame.and_then(|frame| frames::other_frame(&objects, &frame, &window));
-    match other.map_or_else(|| objects::at(&objects, &rows.times_ns), Err) {
+    let speeds_m_s = trajectory.commands.iter().map(|command| command.speed_m_s.abs());
+    let speed_m_s = speeds_m_s.fold(0.0, f64::max);
+    let places = other.map_or_else(
+        || {
+            findings.extend(objects::tidy(&mut objects, speed_m_s, &rows.times_ns)?);
+            objects::at(&objects, &rows.times_ns)
+        },
+        Err,
+    );
+    match places {
         Ok(objects_m) => (trajectory.n_objects, trajectory.objects_m) = (objects.len(), objects_m),
-        Err(lost) => findings.push(lost),
+        Err(unknown) => findings.push(unknown),
     }
     Ok(RecordedTrajectory {
         trajectory,

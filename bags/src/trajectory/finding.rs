@@ -35,6 +35,8 @@ pub enum Finding {
     LostObject { object: String, time_s: f64 },
     /// An object has poses in another frame than the robots, so that nothing is known of where objects were.
     ObjectFrame { object: String, found: String, expected: String },
+    /// An object moved further than a robot could push it, so that nothing is known of where objects were.
+    ObjectJump { object: String, by_m: f64, in_s: f64, time_s: f64 },
     /// Machines of the tracker saw a robot in two places, up to so far apart.
     Apart { robot: String, by_m: f64, topics: [String; 2] },
     /// Several sources have poses of all robots, and nothing in the bag states which one counts.
@@ -49,7 +51,7 @@ impl Finding {
 
     /// Whether nothing is known of where objects were for it.
     pub fn is_of_objects(&self) -> bool {
-        matches!(self, Self::LostObject { .. } | Self::ObjectFrame { .. })
+        matches!(self, Self::LostObject { .. } | Self::ObjectFrame { .. } | Self::ObjectJump { .. })
     }
 }
 
@@ -99,6 +101,12 @@ impl fmt::Display for Finding {
                 formatter,
                 "poses of {object} are in the frame `{found}`, and those of robots in `{expected}`: nothing is \
                  made of the poses of objects"
+            ),
+            Self::ObjectJump { object, by_m, in_s, time_s } => write!(
+                formatter,
+                "{object} moved by {by_m:.2} m in {in_s:.2} s, {time_s:.1} s after the start, and no robot pushes it \
+                 so far: was it carried, taken for another one, or is it in another unit? nothing is made of the \
+                 poses of objects"
             ),
             Self::Apart { robot, by_m, topics: [used, other] } => write!(
                 formatter,

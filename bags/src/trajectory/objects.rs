@@ -94,6 +94,66 @@ pub fn collect(
     Ok(objects)
 }
 
+/// An object moves this many times as far as robots are commanded, at most: their gains are 2 or less.
+const MOST_PUSHED: f64 = 3.0;
+/// And so much further, in metres: what a tracker sees of a disc that is nudged.
+const NOISE_M: f64 = 0.15;
+
+/// Leaves out single poses that are far away from those before and behind, as a tracker has them now and then.
+///
+/// # Arguments
+///
+/// * `speed_m_s` — the greatest that any robot was commanded.
+///
+/// # Errors
+///
+/// [`Finding::ObjectJump`] where an object moved so far in the run that no robot can have pushed it.
+pub fn tidy(
+    objects: &mut [RecordedObject],
+    speed_m_s: f64,
+    times_ns: &[u64],
+) -> Result<Vec<Finding>, Finding> {
+    let (Some(start_ns), Some(end_ns)) = (times_ns.first(), times_ns.last()) else {
+        return Ok(Vec::new());
+    };
+    let seconds = |ns: u64| ns as f64 / 1e9;
+    let distance_m =
+        |[x_m, y_m]: [f64; 2], [to_x_m, to_y_m]: [f64; 2]| libm::hypot(to_x_m - x_m, to_y_m - y_m);
+    let is_far = |&(from_ns, from_m): &(u64, [f64; 2]), &(to_ns, to_m): &(u64, [f64; 2])| {
+        let most_m = MOST_PUSHED * speed_m_s * seconds(to_ns - from_ns) + NOISE_M;
+        distance_m(from_m, to_m) > most_m
+    };
+    let mut findings = Vec::new();
+    for object in objects {
+        let places = &object.places;
+        let is_alone = |at: &usize| match &places[at - 1..=at + 1] {
+            [before, at, after] => {
+                is_far(before, at) && is_far(at, after) && !is_far(before, after)
+            }
+            _ => unreachable!("three of them"),
+        };
+        let alone: Vec<usize> = (1..places.len().saturating_sub(1)).filter(is_alone).collect();
+        for at in alone.iter().rev() {
+            object.places.remove(*at);
+        }
+        if !alone.is_empty() {
+            let (robot, n_poses) = (object.name.clone(), alone.len());
+            findings.push(Finding::Outliers { robot, n_poses });
+        }
+        let in_run = |pair: &&[(u64, [f64; 2])]| pair[1].0 > *start_ns && pair[0].0 < *end_ns;
+        let mut pairs = object.places.windows(2).filter(in_run);
+        if let Some([from, to]) = pairs.find(|pair| is_far(&pair[0], &pair[1])) {
+            return Err(Finding::ObjectJump {
+                object: object.name.clone(),
+                by_m: distance_m(from.1, to.1),
+                in_s: seconds(to.0 - from.0),
+                time_s: seconds(from.0.saturating_sub(*start_ns)),
+            });
+        }
+    }
+    Ok(findings)
+}
+
 /// Where objects were at these times, in nanoseconds: sample by sample, object by object, in metres.
 ///
 /// # Errors
@@ -151,5 +211,32 @@ mod tests {
         assert_eq!(object.place_at(12 * second), None);
         let error = at(&[object], &[2 * second, 5 * second]).unwrap_err();
         assert!(error.to_string().starts_with("object_1 was not seen for more than 2 s, 3.0 s"));
+    }
+
+    #[test]
+    fn single_poses_far_away_are_left_out_and_what_no_robot_pushes_is_said() {
+        let tenth = 100_000_000;
+        let pushed = |at: u64| (at * tenth, [0.02 * at as f64, 1.0]);
+        let times_ns: Vec<u64> = (0..20).map(|at| at * tenth).collect();
+        let tidied = |change: &dyn Fn(usize, &mut [f64; 2])| {
+            let mut places: Vec<(u64, [f64; 2])> = (0..20).map(pushed).collect();
+            places.iter_mut().enumerate().for_each(|(at, (_, place_m))| change(at, place_m));
+            let name = "object_1".to_owned();
+            let mut objects = [RecordedObject { name, places, frames: FrameChanges::default() }];
+            let findings = tidy(&mut objects, 0.2, &times_ns);
+            (findings.map_err(|error| error.to_string()), objects[0].places.len())
+        };
+
+        assert_eq!(tidied(&|_, _| {}), (Ok(Vec::new()), 20));
+        let outliers = Finding::Outliers { robot: "object_1".to_owned(), n_poses: 1 };
+        let glitch = |at, place_m: &mut [f64; 2]| place_m[1] += if at == 7 { 1.5 } else { 0.0 };
+        assert_eq!(tidied(&glitch), (Ok(vec![outliers]), 19));
+        let (carried, n_places) =
+            tidied(&|at, place_m| place_m[1] += if at >= 7 { 1.5 } else { 0.0 });
+        assert_eq!(n_places, 20);
+        let expected = "object_1 moved by 1.50 m in 0.10 s, 0.6 s after the start";
+        assert!(carried.as_ref().is_err_and(|text| text.starts_with(expected)), "{carried:?}");
+        let (in_mm, _) = tidied(&|_, place_m| *place_m = place_m.map(|at_m| 1000.0 * at_m));
+        assert!(in_mm.is_err_and(|text| text.starts_with("object_1 moved by 20.00 m in 0.10 s")));
     }
 }

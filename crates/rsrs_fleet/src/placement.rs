@@ -2,6 +2,7 @@
 
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::world::{Object, WorldFile};
 
 /// Whether start poses are held against the wanted placement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -135,13 +136,13 @@ pub enum Deviation {
         /// Height of the box, in metres.
         height_m: f64,
     },
-    /// A robot is not at its place.
+    /// A robot, or an object, is not at its place.
     #[error(
         "{robot}: at ({x_m:.2}, {y_m:.2}) m, expected ({expected_x_m:.2}, {expected_y_m:.2}) m, \
          {found_m:.2} m away"
     )]
     Misplaced {
-        /// The robot.
+        /// Its name.
         robot: String,
         /// Where it is, in metres.
         x_m: f64,
@@ -275,15 +276,7 @@ fn not_facing_out(tolerance: Tolerance, robot: &str, pose: Pose) -> Option<Devia
 }
 
 fn misplaced(tolerance: Tolerance, expected: Pose, robot: &str, pose: Pose) -> Vec<Deviation> {
-    let found_m = libm::hypot(pose.x_m - expected.x_m, pose.y_m - expected.y_m);
-    let place = (found_m > tolerance.place_m).then(|| Deviation::Misplaced {
-        robot: robot.to_owned(),
-        x_m: pose.x_m,
-        y_m: pose.y_m,
-        expected_x_m: expected.x_m,
-        expected_y_m: expected.y_m,
-        found_m,
-    });
+    let place = away(tolerance, [expected.x_m, expected.y_m], robot, [pose.x_m, pose.y_m]);
     let is_off = off_deg(pose.heading_rad, expected.heading_rad) > tolerance.heading_deg;
     let heading = is_off.then(|| Deviation::HeadingOfPose {
         robot: robot.to_owned(),
@@ -291,6 +284,41 @@ fn misplaced(tolerance: Tolerance, expected: Pose, robot: &str, pose: Pose) -> V
         expected_deg: expected.heading_rad.to_degrees(),
     });
     place.into_iter().chain(heading).collect()
+}
+
+fn away(
+    tolerance: Tolerance,
+    [expected_x_m, expected_y_m]: [f64; 2],
+    name: &str,
+    [x_m, y_m]: [f64; 2],
+) -> Option<Deviation> {
+    let found_m = libm::hypot(x_m - expected_x_m, y_m - expected_y_m);
+    let robot = || name.to_owned();
+    (found_m > tolerance.place_m).then(|| Deviation::Misplaced {
+        robot: robot(),
+        x_m,
+        y_m,
+        expected_x_m,
+        expected_y_m,
+        found_m,
+    })
+}
+
+/// Objects that are not where their world has them; of those that it has anywhere, nothing is asked.
+///
+/// # Arguments
+///
+/// * `places_m` — where they are, in metres; shape `[n_objects][2]`, or empty if nobody knows.
+pub fn deviations_of_objects(
+    tolerance: Tolerance,
+    world: &WorldFile,
+    places_m: &[[f64; 2]],
+) -> Vec<Deviation> {
+    let objects = world.each_object().zip(places_m).enumerate();
+    let deviation = |(number, (object, place_m)): (usize, (Object, &[f64; 2]))| {
+        away(tolerance, object.place_m?, &WorldFile::object_name(number), *place_m)
+    };
+    objects.filter_map(deviation).collect()
 }
 
 /// Angle between two headings, in degrees, 0 to 180.
@@ -319,6 +347,17 @@ mod tests {
         let poses = vec![pose(0.5, 0.0, 0.0), pose(-0.5, 0.0, 0.0), pose(0.0, 0.5, 1.0)];
         let wanted_poses = WantedStart { area: StartArea::Poses(poses), clearance_m };
         let robots = [at("robot_1", 0.5, 0.0, 0.0), at("robot_3", 0.0, 0.9, 90.0)];
+
+        let world =
+            "objects: [{places_m: [[1, 0], [0, 1]], radius_m: 0.1}, {count: 1, radius_m: 0.1}]";
+        let world = WorldFile::parse("world.yaml", world, &[4.0], &[]).unwrap();
+        let of_objects = |places_m: &[[f64; 2]]| -> Vec<String> {
+            let found = deviations_of_objects(Tolerance::STANDING, &world, places_m);
+            found.iter().map(ToString::to_string).collect()
+        };
+        let expected = "object_2: at (0.00, 0.60) m, expected (0.00, 1.00) m, 0.40 m away";
+        assert_eq!(of_objects(&[[1.01, 0.0], [0.0, 0.6], [1.5, 1.5]]), [expected]);
+        assert_eq!(of_objects(&[]), [""; 0]);
 
         let texts = |wanted: &WantedStart| -> Vec<String> {
             deviations(wanted, &robots).iter().map(ToString::to_string).collect()

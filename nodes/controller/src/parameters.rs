@@ -51,7 +51,7 @@ pub enum StartValueError {
         name: String,
     },
     /// It has another type or lies outside its range.
-    #[error("/{robot}/{NODE}: `{name}` is {found:?}, expected {expected}")]
+    #[error("/{robot}/{NODE}: `{name}` is {found}, expected {expected}")]
     NotAllowed {
         /// The robot.
         robot: String,

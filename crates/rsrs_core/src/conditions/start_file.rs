@@ -163,7 +163,11 @@ impl Help for StartFileError {
                 ),
             },
             Self::NoHeadings { .. } => {
-                Some("add the column, or write `headings: facing_out` beside `path`".to_owned())
+                Some(
+                    "add the column, or, where a file names the table under `placement`, `headings: facing_out` beside \
+                     `path`"
+                        .to_owned(),
+                )
             }
             Self::HeadingsTwice { .. } => Some("keep one of them".to_owned()),
             Self::Replicate { .. } | Self::OtherRobots { .. } | Self::RobotTwice { .. } => None,

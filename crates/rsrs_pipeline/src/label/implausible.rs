@@ -4,7 +4,7 @@ use rsrs_bags::trajectory::{Finding, RecordedTrajectory};
 use rsrs_core::judge::plausibility::{self, Cause, Known, STOOD_S, Unseen};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_fleet::placement::{Tolerance, WantedStart, deviations_beyond};
+use rsrs_fleet::placement::{Tolerance, WantedStart, deviations_beyond, deviations_of_objects};
 use rsrs_fleet::record::{Backend, ExperimentRecord, LostRobot};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::failures;
@@ -65,7 +65,7 @@ fn standing(record: &ExperimentRecord) -> Vec<&String> {
     standing.filter_map(|robot| record.robots.get(robot)).collect()
 }
 
-/// Robots whose first poses are not where the record places them, in words.
+/// Robots and objects whose first poses are not where the record places them, in words.
 ///
 /// A simulator has placed its robots itself. Where the first poses of a robot are missing, all of them had
 /// moved before they are known, and nothing is asked.
@@ -81,6 +81,9 @@ pub fn misplaced(recorded: &RecordedTrajectory, record: &ExperimentRecord) -> Ve
         Some((number, name.clone(), *pose))
     };
     let placed: Vec<_> = recorded.robots.iter().zip(first).filter_map(placed).collect();
-    let deviations = deviations_beyond(Tolerance::RECORDED, &wanted, &placed);
-    deviations.iter().map(ToString::to_string).collect()
+    let robots = deviations_beyond(Tolerance::RECORDED, &wanted, &placed);
+    let world = &record.conditions.world;
+    let objects_m = recorded.trajectory.objects_at(0);
+    let objects = deviations_of_objects(Tolerance::RECORDED, world, objects_m);
+    robots.iter().chain(&objects).map(ToString::to_string).collect()
 }

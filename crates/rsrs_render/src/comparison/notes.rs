@@ -115,14 +115,14 @@ fn of_one_run((_, run, labelled): &Counted) -> Vec<String> {
     [lost, start, counts_though(implausible.collect())].into_iter().flatten().collect()
 }
 
-/// That robots did not start where the record of their run places them, which belongs to the experiment.
+/// That robots or objects did not start where the record of their run places them, which belongs to the experiment.
 fn misplaced(deviations: &[String]) -> Option<String> {
     let (first, others) = deviations.split_first()?;
     let more = match others.len() {
         0 => String::new(),
         n => format!(", and {n} more (`rsrs label` lists them)"),
     };
-    Some(format!("did not start as its experiment places robots: {first}{more}"))
+    Some(format!("did not start as its experiment has it: {first}{more}"))
 }
 
 /// What a reader of what rests on a prediction must not overlook.
