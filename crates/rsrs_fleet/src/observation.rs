@@ -21,6 +21,7 @@ use crate::message::{Echo, Lease, LeaseState, Status};
 use crate::record::{Ending, ExperimentRecord};
 use crate::stopper::MOST_ROBOTS;
 use crate::timing::NODE_TIMEOUT;
+use crate::wire::Diagnosis;
 use rsrs_core::robot::pose_source::PoseSource;
 
 use name::Name;
@@ -90,6 +91,8 @@ pub enum Event {
         /// The locks.
         locks: Locks,
     },
+    /// What parts of robots say of themselves.
+    Diagnoses(Vec<Diagnosis>),
     /// Simulated time.
     Clock(Duration),
     /// The record of a run.
@@ -119,6 +122,7 @@ impl Event {
             | Self::Pose { .. }
             | Self::Object { .. }
             | Self::Status { .. }
+            | Self::Diagnoses(_)
             | Self::Clock(_) => false,
         }
     }
@@ -236,6 +240,15 @@ impl Observation {
                     self.locks.insert(reporter, locks);
                 }
             }
+            Event::Diagnoses(diagnoses) => {
+                for diagnosis in diagnoses {
+                    let mut robots = self.robots.iter_mut();
+                    let of_it = robots.find(|(name, _)| diagnosis.is_of(name.as_str()));
+                    if let Some((_, robot)) = of_it {
+                        robot.take_diagnosis(diagnosis, now);
+                    }
+                }
+            }
             Event::Clock(time) => self.swarm.take_clock(time, now),
             Event::Experiment(record) => {
                 self.swarm.set_conditions(&record.conditions);
@@ -256,6 +269,13 @@ impl Observation {
     /// Where objects were seen last, in metres.
     pub fn objects_m(&self) -> impl Iterator<Item = [f64; 2]> {
         self.objects_m.values().copied()
+    }
+
+    /// What robots say is wrong with them: robot, part and message.
+    pub fn faults(&self, now: Duration) -> impl Iterator<Item = (&str, &str, &str)> {
+        self.robots().flat_map(move |(name, robot)| {
+            robot.faults(now).map(move |(part, message)| (name, part, message))
+        })
     }
 
     /// How many robots there are.

@@ -7,6 +7,7 @@ use rsrs_core::printable::one_line;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use rsrs_msgs::geometry_msgs::{
     self, NoOrientation, Point, PoseStamped, Quaternion, Twist, TwistStamped, Vector3,
 };
@@ -44,6 +45,36 @@ pub enum InvalidMessage {
     /// A pose without an orientation.
     #[error(transparent)]
     Orientation(#[from] NoOrientation),
+}
+
+/// What a part of some robot says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnosis {
+    /// The part, as it calls itself.
+    pub part: String,
+    hardware: String,
+    /// What is wrong with it; `None` where nothing is.
+    pub error: Option<String>,
+}
+
+impl Diagnosis {
+    /// Whether it is of this robot: its hardware's name, or what its own begins with, is that of the robot.
+    pub fn is_of(&self, robot: &str) -> bool {
+        let rest = self.part.trim_start_matches('/').strip_prefix(robot);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['/', ':', ' ']))
+            || self.hardware.trim_start_matches('/') == robot
+    }
+}
+
+/// Understands diagnoses.
+pub fn diagnoses(array: DiagnosticArray) -> Vec<Diagnosis> {
+    let diagnosis = |DiagnosticStatus { level, name, message, hardware_id, .. }| Diagnosis {
+        part: name,
+        hardware: hardware_id,
+        error: matches!(level, DiagnosticStatus::ERROR | DiagnosticStatus::STALE)
+            .then_some(message),
+    };
+    array.status.into_iter().map(diagnosis).collect()
 }
 
 /// Where a node that starts now begins to count its statuses: above all that it counted before it

@@ -6,8 +6,8 @@ use rsrs_fleet::fleet_file::CmdVel;
 use rsrs_fleet::message::Status;
 use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{Event, SampleKind};
-use rsrs_fleet::wire;
-use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use rsrs_fleet::wire::{self, Diagnosis};
+use rsrs_msgs::diagnostic_msgs::DiagnosticArray;
 use rsrs_msgs::geometry_msgs::{TransformStamped, Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
@@ -158,30 +158,14 @@ fn decode<M: RosMessage>(data: &[u8]) -> Result<M, String> {
     cdr::decode(data).map_err(|error| error.to_string())
 }
 
-/// Diagnoses of the robots of this run: their hardware's name, or what their own begins with, is that of
-/// the robot.
+/// Diagnoses of the robots of this run.
 fn diagnoses(plan: &Plan, array: DiagnosticArray) -> Vec<Event> {
-    let robots = &plan.record.robots;
-    let of_robot = |diagnosis: &DiagnosticStatus| {
-        let name = diagnosis.name.trim_start_matches('/');
-        let begins_with = |robot: &String| {
-            let rest = name.strip_prefix(robot.as_str());
-            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['/', ':', ' ']))
-        };
-        let hardware = diagnosis.hardware_id.trim_start_matches('/');
-        robots.iter().find(|robot| begins_with(robot) || *robot == hardware).cloned()
+    let event = |diagnosis: Diagnosis| {
+        let robot = plan.record.robots.iter().find(|robot| diagnosis.is_of(robot))?.clone();
+        let Diagnosis { part, error, .. } = diagnosis;
+        Some(Event::Diagnosed { robot, part, error })
     };
-    array
-        .status
-        .into_iter()
-        .filter_map(|diagnosis| {
-            let robot = of_robot(&diagnosis)?;
-            let is_error =
-                matches!(diagnosis.level, DiagnosticStatus::ERROR | DiagnosticStatus::STALE);
-            let error = is_error.then_some(diagnosis.message);
-            Some(Event::Diagnosed { robot, part: diagnosis.name, error })
-        })
-        .collect()
+    wire::diagnoses(array).into_iter().filter_map(event).collect()
 }
 
 fn transforms(message: TFMessage) -> Vec<Event> {

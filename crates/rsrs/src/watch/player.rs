@@ -95,6 +95,8 @@ impl Player<'_> {
         } else {
             PlayState::Plays
         };
+        let note = self.note.clone().map(|text| Banner { text, kind: BannerKind::Alarm });
+        let faults = || Banner::of_faults(self.playback.observation(), self.playback.at());
         screen.show(&View {
             observation: self.playback.observation(),
             now: self.playback.at(),
@@ -106,7 +108,7 @@ impl Player<'_> {
                 pace: self.playback.pace(),
                 state,
             }),
-            banner: self.note.clone().map(|text| Banner { text, kind: BannerKind::Alarm }),
+            banner: note.or_else(faults),
             first_row: self.first_row,
             overlay: self.overlay,
             look: self.look,

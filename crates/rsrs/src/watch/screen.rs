@@ -5,6 +5,7 @@ use std::time::Duration;
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
+use rsrs_core::printable::one_line;
 use rsrs_fleet::observation::{Observation, SwarmOrder};
 
 use super::look::{BannerKind, Look, strong};
@@ -70,6 +71,21 @@ pub struct Banner {
     pub text: String,
     /// What it is about.
     pub kind: BannerKind,
+}
+
+impl Banner {
+    /// What robots say is wrong with them; `None` if none does.
+    pub fn of_faults(observation: &Observation, now: Duration) -> Option<Self> {
+        let mut faults = observation.faults(now);
+        let (robot, part, message) = faults.next()?;
+        let whose = if part.contains(robot) { String::new() } else { format!("{robot}: ") };
+        let more = match faults.count() {
+            0 => String::new(),
+            n => format!(", and {n} more"),
+        };
+        let text = format!("{whose}{part}: {message}{more}");
+        Some(Self { text: one_line(&text).into_owned(), kind: BannerKind::Alarm })
+    }
 }
 
 /// What lies over all.

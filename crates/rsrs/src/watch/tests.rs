@@ -13,6 +13,8 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::WorldFile;
 use rsrs_fleet::message::{Echo, Lease, LeaseState, RobotState, Status, StopCause};
 use rsrs_fleet::observation::{Event, Observation};
+use rsrs_fleet::wire;
+use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::record::fleet_record;
 
@@ -254,6 +256,40 @@ fn a_line_that_nobody_should_overlook_is_whole_at_60_columns() {
     let rows = rows(&drawn(&View { banner, ..view(&observation) }, (60, 20)));
 
     assert!(rows[2].contains(&text), "{}", rows[2]);
+}
+
+#[test]
+fn what_robots_say_is_wrong_with_them_is_shown_while_they_say_so() {
+    let mut observation = mill(9);
+    let of = |name: &str, hardware: &str, level| DiagnosticStatus {
+        level,
+        name: name.to_owned(),
+        message: "no answer".to_owned(),
+        hardware_id: hardware.to_owned(),
+        values: Vec::new(),
+    };
+    let status = vec![
+        of("robot_2: serial driver", "robot_2", DiagnosticStatus::ERROR),
+        of("motors", "robot_3", DiagnosticStatus::ERROR),
+        of("camera", "nobody", DiagnosticStatus::ERROR),
+        of("robot_4: gate", "", DiagnosticStatus::OK),
+    ];
+    let said = Duration::from_secs(90);
+    let diagnoses = wire::diagnoses(DiagnosticArray { status, ..DiagnosticArray::default() });
+    observation.on_event(Event::Diagnoses(diagnoses), said);
+
+    let text = |seconds| {
+        let banner = Banner::of_faults(&observation, said + Duration::from_secs(seconds));
+        banner.map(|banner| banner.text)
+    };
+    assert_eq!(text(2).as_deref(), Some("robot_2: serial driver: no answer, and 1 more"));
+    assert_eq!(text(20), None, "nobody says so any more");
+    let repaired = vec![of("robot_2: serial driver", "robot_2", DiagnosticStatus::OK)];
+    let diagnoses =
+        wire::diagnoses(DiagnosticArray { status: repaired, ..DiagnosticArray::default() });
+    observation.on_event(Event::Diagnoses(diagnoses), said);
+    let banner = Banner::of_faults(&observation, said).expect("one is left");
+    assert_eq!(banner.text, "robot_3: motors: no answer");
 }
 
 #[test]

@@ -213,7 +213,8 @@ impl Viewer<'_> {
                 text: outcome.text.clone(),
                 kind: if outcome.is_acknowledged { BannerKind::Done } else { BannerKind::Alarm },
             });
-            outcome.or_else(|| self.why_nobody())
+            let faults = || Banner::of_faults(self.live.observation(), self.live.now());
+            outcome.or_else(|| self.why_nobody()).or_else(faults)
         };
         screen.show(&View {
             observation: self.live.observation(),

@@ -1,6 +1,6 @@
 //! What is known of one robot.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
@@ -9,6 +9,7 @@ use rsrs_core::robot::unicycle::Pose;
 use super::Freshness;
 use crate::message::{Lease, LeaseState, RobotState, Status, StopCause};
 use crate::timing::{NODE_TIMEOUT, POSE_TIMEOUT, SENSOR_TIMEOUT};
+use crate::wire::Diagnosis;
 use rsrs_core::robot::pose_source::PoseSource;
 
 /// Over how long a rate is taken.
@@ -143,6 +144,11 @@ impl LeaseView {
     }
 }
 
+/// What was said of a part is forgotten after this; diagnoses come once a second.
+const DIAGNOSIS_TIMEOUT: Duration = Duration::from_secs(5);
+/// Parts of a robot with which something may be wrong at a time.
+const MOST_PARTS: usize = 32;
+
 /// One robot.
 #[derive(Clone, Debug, Default)]
 pub struct ObservedRobot {
@@ -163,6 +169,8 @@ pub struct ObservedRobot {
     odometry_rate: Rate,
     tracked: Option<Seen<Pose>>,
     tracked_rate: Rate,
+    /// By part, what is wrong with it.
+    faults: BTreeMap<String, Seen<String>>,
 }
 
 impl ObservedRobot {
@@ -188,6 +196,24 @@ impl ObservedRobot {
         if status.is_news(last, now) {
             self.status = Some(Seen { value: status, at: now });
         }
+    }
+
+    pub(super) fn take_diagnosis(&mut self, diagnosis: Diagnosis, now: Duration) {
+        let Diagnosis { part, error, .. } = diagnosis;
+        let Some(message) = error else {
+            self.faults.remove(&part);
+            return;
+        };
+        if self.faults.contains_key(&part) || self.faults.len() < MOST_PARTS {
+            self.faults.insert(part, Seen { value: message, at: now });
+        }
+    }
+
+    /// What parts of it say is wrong with them, as far as they still say so: part and message.
+    pub fn faults(&self, now: Duration) -> impl Iterator<Item = (&str, &str)> {
+        let lasts = move |seen: &Seen<String>| seen.age(now) <= DIAGNOSIS_TIMEOUT;
+        let faults = self.faults.iter().filter(move |(_, seen)| lasts(seen));
+        faults.map(|(part, seen)| (part.as_str(), seen.value.as_str()))
     }
 
     /// Where it is: as a tracker sees it, unless none does; each robot's own estimate has an origin

@@ -25,12 +25,13 @@ const OF_ROBOTS: [Topic; 6] = [
     topics::STATUS,
 ];
 /// Topics of the swarm that are watched.
-pub(super) const OF_SWARM: [Topic; 6] = [
+pub(super) const OF_SWARM: [Topic; 7] = [
     topics::LEASE,
     topics::E_STOP,
     topics::E_STOP_LOCKS,
     topics::EXPERIMENT,
     topics::ENDING,
+    topics::DIAGNOSTICS,
     topics::CLOCK,
 ];
 
@@ -132,6 +133,8 @@ impl WatchedTopic {
         } else if topic == topics::ENDING {
             let (ending, run_id) = Ending::from_json(&decode::<Text>(bytes)?.data).map_err(text)?;
             Event::Ending { run_id, ending }
+        } else if topic == topics::DIAGNOSTICS {
+            Event::Diagnoses(wire::diagnoses(decode(bytes)?))
         } else {
             let nanos = decode::<Clock>(bytes)?.clock.to_nanos();
             Event::Clock(Duration::from_nanos(nanos.ok_or("time before 1970")?))
