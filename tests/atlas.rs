@@ -159,7 +159,7 @@ fn twenty_five_e_pucks_cover_an_arena_as_published_and_walking_at_random_they_do
 }
 
 #[test]
-fn twenty_e_pucks_bring_an_object_to_a_goal_as_published_and_not_where_they_never_see_it() {
+fn twenty_e_pucks_bring_an_object_to_a_goal_and_not_where_they_never_see_it() {
     let folder = files_of("chen_transport");
     let robot = fs::read_to_string(folder.path().join("e_puck.yaml")).expect("the entry has it");
     let (before, goal) = robot.split_once("- name: goal").expect("they see the goal");

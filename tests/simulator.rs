@@ -16,7 +16,6 @@ fn the_page_passes_through_the_states_of_the_program_and_its_sweep_file_gives_th
 
     assert!(found.ends_with("all is well\n"), "{found}");
     assert_eq!(found.matches("state as in the program").count(), 3, "{found}");
-    print!("{found}");
     let swept = rsrs(here, &["sweep", "copied.yaml", "-o", "out"]);
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
     let cells = std::fs::read_to_string(here.join("out/cells.csv")).expect("it was swept");

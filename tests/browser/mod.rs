@@ -44,13 +44,16 @@ fn chromium() -> PathBuf {
     })
 }
 
-/// Lets a script of `tests` use a page, and gives what it found.
+/// Lets a script of `tests` use a page, and gives what it found, which `--nocapture` shows: how long things took, too.
 ///
 /// # Arguments
 ///
 /// * `script` — its path within `tests`; it is given the browser, the page, and `more`.
+#[expect(clippy::print_stdout, reason = "for who measures")]
 pub fn browse(script: &str, page: &Path, more: &[&Path]) -> String {
     let python = python_with(&PLAYWRIGHT);
     let script = repository().join("tests").join(script);
-    must_run(Command::new(python).arg(script).arg(chromium()).arg(page).args(more))
+    let found = must_run(Command::new(python).arg(script).arg(chromium()).arg(page).args(more));
+    print!("{found}");
+    found
 }

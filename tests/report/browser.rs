@@ -30,7 +30,6 @@ fn a_report_of_a_hundred_robots_opens_and_draws_its_frames() {
     let found = browse("report/frames.py", &here.join("report.html"), &[]);
 
     assert!(found.ends_with("all is well\n"), "{found}");
-    print!("{found}");
 }
 
 #[test]

@@ -15,7 +15,7 @@ use crate::document::source::Source;
 use crate::help::Help;
 use crate::numerals::counted;
 use crate::quantity::Bounds;
-use crate::robot::profile::{MOST_FRICTION, ProfileError};
+use crate::robot::profile::{MOST_FRICTION, ProfileError, RobotProfile};
 
 /// Where in a world something is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -412,7 +412,8 @@ impl WorldFile {
             }
             let count = count.map_or(Ok(()), |count| within("count", count as f64, MOST_OBJECTS));
             count.map_err(flaw)?;
-            let profile = profile.as_ref().and_then(Source::read).map_or(Ok(()), |it| it.check());
+            let profile =
+                profile.as_ref().and_then(Source::read).map_or(Ok(()), RobotProfile::check);
             profile.map_err(|source| flaw(WorldProblem::Profile { source: Box::new(source) }))?;
         }
         for (place, failure) in self.failures.iter().enumerate() {
