@@ -146,6 +146,26 @@ fn twenty_e_pucks_come_to_consensus_and_not_where_they_see_too_little() {
 }
 
 #[test]
+fn five_shepherds_bring_twenty_sheep_to_a_goal_in_few_runs_and_in_none_where_they_never_see_it() {
+    let folder = files_of("ozdemir_shepherding");
+    let robot = fs::read_to_string(folder.path().join("e_puck.yaml")).expect("the entry has it");
+    let (before, goal) = robot.split_once("- name: goal").expect("they see the goal");
+    let blind = goal.replacen("true_positive: 1.0", "true_positive: 0.0", 1);
+    assert_ne!(blind, goal);
+    fs::write(folder.path().join("blind.yaml"), format!("{before}- name: goal{blind}"))
+        .expect("the folder is writable");
+    let twenty = ("[15, 25, 35, 45, 55]", "[25]");
+
+    let trials = swept(folder.path(), "five.yaml", &[twenty, ("replicates: 10", "replicates: 5")]);
+    let blind = [twenty, ("replicates: 10", "replicates: 2"), ("e_puck.yaml", "blind.yaml")];
+    let blind = swept(folder.path(), "five.yaml", &blind);
+
+    let [(shown, 5)] = trials[..] else { panic!("{trials:?}") };
+    assert!((1..=3).contains(&shown), "{trials:?}");
+    assert_eq!(blind, [(0, 2)]);
+}
+
+#[test]
 fn twenty_five_e_pucks_cover_an_arena_as_published_and_walking_at_random_they_do_not() {
     let folder = files_of("ozdemir_coverage");
     let few = [("replicates: 100", "replicates: 8")];
