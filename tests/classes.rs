@@ -116,7 +116,7 @@ fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict()
     assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
     let (bag, record) = record_of(&path);
     let (robots, world) = (record.conditions.robots, &record.conditions.world);
-    assert_eq!(world.in_words(), "2 classes of robots");
+    assert_eq!(world.in_words(), "2 classes of robots (b with a profile of its own)");
     assert_eq!(world.classes_of(robots)[..4], [0, 1, 0, 1]);
     let noise = |robot: usize| record.conditions.robot_at(robot).heading_noise_sd_rad;
     assert_eq!(
@@ -140,6 +140,7 @@ fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict()
     let compare = ["compare", "out", "--bags", "bag", "--margin", "0.3", "--format", "json"];
     let compared = json(&typed(here, &compare));
     assert_eq!(compared["cells"][0]["real"]["sorted"], 1, "{compared:#}");
+    assert!(!compared.to_string().contains("profile of their own"), "{compared:#}");
 }
 
 #[test]
@@ -235,16 +236,12 @@ fn a_profile_of_a_class_that_cannot_be_or_that_a_robot_does_not_have_is_refused(
     assert!(text.contains(expected) && text.contains("give robot_4 `profile: FILE`"), "{text}");
     for (from, to, expected, cure) in [
         ("radius_m: 0.075", "radius_m: 0.08", "the radius of its body is 0.08 m", "one radius"),
-        (
-            "another: 0.03",
-            "another: 0.03",
-            "class b, by the profile of their own",
-            "unknown sensor `other`",
-        ),
+        ("period_s: 0.13", "period_s: 0.26", "its control period is 0.26 s", "one control period"),
+        ("another: 0.03", "another: 0.03", "class b, by its own profile", "unknown sensor `other`"),
         (
             "limits_m_s: [0.02, 0.30]",
             "limits_m_s: [0.02, 0.1]",
-            "class b, by the profile of their own: ",
+            "class b, by its own profile: ",
             "0.1",
         ),
         ("radius_m: 0.075", "radius_m: -1", "body.radius_m is -1", ""),

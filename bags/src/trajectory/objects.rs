@@ -96,7 +96,7 @@ pub fn collect(
 
 /// An object moves this many times as far as robots are commanded, at most: their gains are 2 or less.
 const MOST_PUSHED: f64 = 3.0;
-/// And so much further, in metres: what a tracker sees of a disc that is nudged.
+/// And so much further, in metres: a tracker's noise, and a disc that rolls on when it was nudged.
 const NOISE_M: f64 = 0.15;
 
 /// Leaves out single poses that are far away from those before and behind, as a tracker has them now and then.
@@ -120,19 +120,26 @@ pub fn tidy(
     let distance_m =
         |[x_m, y_m]: [f64; 2], [to_x_m, to_y_m]: [f64; 2]| libm::hypot(to_x_m - x_m, to_y_m - y_m);
     let is_far = |&(from_ns, from_m): &(u64, [f64; 2]), &(to_ns, to_m): &(u64, [f64; 2])| {
-        let most_m = MOST_PUSHED * speed_m_s * seconds(to_ns - from_ns) + NOISE_M;
+        let most_m = MOST_PUSHED * speed_m_s * seconds(to_ns.abs_diff(from_ns)) + NOISE_M;
         distance_m(from_m, to_m) > most_m
     };
     let mut findings = Vec::new();
     for object in objects {
         let places = &object.places;
-        let is_alone = |at: &usize| match &places[at - 1..=at + 1] {
-            [before, at, after] => {
-                is_far(before, at) && is_far(at, after) && !is_far(before, after)
-            }
-            _ => unreachable!("three of them"),
+        // The first and the last one have those on one side only.
+        let is_alone = |at: &usize| {
+            let at = *at;
+            let others = match at {
+                0 => [1, 2],
+                _ if at + 1 == places.len() => [at - 2, at - 1],
+                _ => [at - 1, at + 1],
+            };
+            let [one, other] = others.map(|other| &places[other]);
+            let is_off = |other| is_far(other, &places[at]);
+            is_off(one) && is_off(other) && !is_far(one, other)
         };
-        let alone: Vec<usize> = (1..places.len().saturating_sub(1)).filter(is_alone).collect();
+        let n_places = if places.len() < 3 { 0 } else { places.len() };
+        let alone: Vec<usize> = (0..n_places).filter(is_alone).collect();
         for at in alone.iter().rev() {
             object.places.remove(*at);
         }
@@ -229,8 +236,11 @@ mod tests {
 
         assert_eq!(tidied(&|_, _| {}), (Ok(Vec::new()), 20));
         let outliers = Finding::Outliers { robot: "object_1".to_owned(), n_poses: 1 };
-        let glitch = |at, place_m: &mut [f64; 2]| place_m[1] += if at == 7 { 1.5 } else { 0.0 };
-        assert_eq!(tidied(&glitch), (Ok(vec![outliers]), 19));
+        for bad in [0, 7, 19] {
+            let glitch =
+                |at, place_m: &mut [f64; 2]| place_m[1] += if at == bad { 1.5 } else { 0.0 };
+            assert_eq!(tidied(&glitch), (Ok(vec![outliers.clone()]), 19), "{bad}");
+        }
         let (carried, n_places) =
             tidied(&|at, place_m| place_m[1] += if at >= 7 { 1.5 } else { 0.0 });
         assert_eq!(n_places, 20);

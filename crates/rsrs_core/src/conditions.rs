@@ -28,7 +28,7 @@ use crate::robot::unicycle::Pose;
 use crate::world::{FreeSpace, Outline, WorldFile};
 
 pub use check::Impossible;
-pub use own_robots::ClassRobots;
+pub use own_robots::ClassChanges;
 pub use resolve::{ARENA_M, ConditionsError, Settings, check_axis};
 pub use sensors::SimulatedSensor;
 pub use starts::StartsError;

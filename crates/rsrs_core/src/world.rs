@@ -176,6 +176,12 @@ impl WorldFile {
             1 => Some("1 class of robots".to_owned()),
             n => Some(format!("{n} classes of robots")),
         };
+        let own: Vec<&str> = self.profiles().map(|(class, _)| class).collect();
+        let classes = classes.map(|classes| match own.len() {
+            0 => classes,
+            1 => format!("{classes} ({} with a profile of its own)", own[0]),
+            _ => format!("{classes} ({} with profiles of their own)", own.join(", ")),
+        });
         let mut words: Vec<String> = [
             self.arena.as_ref().map(ArenaShape::in_words),
             counted(self.obstacles.len(), "obstacle"),

@@ -71,8 +71,13 @@ pub fn diagnoses(array: DiagnosticArray) -> Vec<Diagnosis> {
     let diagnosis = |DiagnosticStatus { level, name, message, hardware_id, .. }| Diagnosis {
         part: name,
         hardware: hardware_id,
-        error: matches!(level, DiagnosticStatus::ERROR | DiagnosticStatus::STALE)
-            .then_some(message),
+        error: match level {
+            DiagnosticStatus::STALE if message.is_empty() => {
+                Some("says nothing any more".to_owned())
+            }
+            DiagnosticStatus::ERROR | DiagnosticStatus::STALE => Some(message),
+            _ => None,
+        },
     };
     array.status.into_iter().map(diagnosis).collect()
 }

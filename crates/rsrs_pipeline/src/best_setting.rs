@@ -150,7 +150,8 @@ impl Subject {
     ///
     /// # Errors
     ///
-    /// If a file is not what it should be, or a setting is beyond the robot's limits.
+    /// If a file is not what it should be, or a setting is beyond the robot's limits, or classes have profiles of their
+    /// own.
     pub fn read(
         path: &Path,
         (sweep, other_profile): (Option<&Path>, OtherProfile),
@@ -184,6 +185,8 @@ impl Subject {
         // Factors that nobody has decided follow from whatever robot is tried, as for a profile alone.
         let sweep = SweepFile { harsher: sweep.harsher.decided(&source.profile), ..sweep };
         let source = ResolvedSweep { sweep, profile, ..source };
+        source
+            .refuse_profiles_of_classes("what robots would have to be is asked of one profile")?;
         Ok(Self { source, swept: swept.filter(|_| is_swept), other_profile })
     }
 

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_core::capability::lost_capabilities;
+use rsrs_core::conditions::ClassChanges;
 use rsrs_core::diagram::adaptive::Adaptive;
 use rsrs_core::quantity::Axis;
+use rsrs_core::world::WorldFile;
 use serde::Serialize;
 
 use crate::commands::{Format, print_text, report};
@@ -129,10 +131,18 @@ fn axes() -> String {
 /// Warns of the capabilities that the factors take away, before anything is simulated.
 fn warn_of_lost_capabilities(source: &ResolvedSweep) {
     let measured = &source.profile;
+    let factors = source.sweep.factors(measured);
     // Factors that are refused are an error of the sweep, with their place in the file.
-    let simulated = source.sweep.factors(measured).apply(measured);
+    let simulated = factors.apply(measured);
     for lost in simulated.iter().flat_map(|simulated| lost_capabilities(measured, simulated)) {
         print_always(format!("warning: {lost}"));
+    }
+    let changes = ClassChanges::as_of(measured, factors);
+    for (class, measured) in source.sweep.world().into_iter().flat_map(WorldFile::profiles) {
+        let simulated = changes.simulated(measured);
+        for lost in simulated.iter().flat_map(|simulated| lost_capabilities(measured, simulated)) {
+            print_always(format!("warning: class {class}: {lost}"));
+        }
     }
 }
 

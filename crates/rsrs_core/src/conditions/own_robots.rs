@@ -3,25 +3,46 @@
 use super::{Conditions, ConditionsError, Settings, SimulatedRobot};
 use crate::document::source::Source;
 use crate::quantity::Axis;
-use crate::robot::harsher::HarsherFactors;
+use crate::robot::controller::Controller;
+use crate::robot::harsher::{Harsher, HarsherFactors};
 use crate::robot::profile::RobotProfile;
+use crate::world::WorldFile;
 
 /// What is done to the profiles of classes before their robots are simulated: what was done to that of the others.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ClassRobots {
+pub struct ClassChanges {
     /// Capabilities in the place of the measured ones.
     pub capabilities: Vec<(Axis, f64)>,
-    /// How the robots are made worse then; `None` for robots as measured.
-    pub factors: Option<HarsherFactors>,
+    /// How the robots are made worse then, factors that are not given as each profile needs them; `None` for robots as
+    /// measured.
+    pub harsher: Option<Harsher>,
 }
 
-impl ClassRobots {
-    fn simulated(&self, measured: &RobotProfile) -> Result<RobotProfile, ConditionsError> {
+impl ClassChanges {
+    /// Robots made worse as those of a profile are.
+    ///
+    /// # Arguments
+    ///
+    /// * `measured` — that profile.
+    pub fn as_of(measured: &RobotProfile, factors: HarsherFactors) -> Self {
+        let harsher = Some(Harsher::from(factors).decided(measured));
+        Self { capabilities: Vec::new(), harsher }
+    }
+
+    /// A profile with these changes.
+    ///
+    /// # Errors
+    ///
+    /// [`ConditionsError`] if there is no such robot, or it would be a better one.
+    pub fn simulated(&self, measured: &RobotProfile) -> Result<RobotProfile, ConditionsError> {
         let robot = measured.with_capabilities(&self.capabilities)?;
-        Ok(match self.factors {
-            None => robot,
-            Some(factors) => factors.apply(&robot)?,
-        })
+        let Some(harsher) = &self.harsher else { return Ok(robot) };
+        let factors = HarsherFactors {
+            // A cone that is turned becomes a polygon, which is no reason to make it smaller.
+            polygon_scale: harsher.factors(measured).polygon_scale,
+            ..harsher.factors(&robot)
+        };
+        Ok(factors.apply(&robot)?)
     }
 }
 
@@ -60,12 +81,12 @@ impl Conditions {
         robot: &RobotProfile,
         settings: &Settings,
     ) -> Result<(), ConditionsError> {
-        let own = self.own_robot(robot, settings)?;
+        let (own, _) = self.own_robot(robot, settings)?;
         self.own_robots.insert(place, own);
         Ok(())
     }
 
-    /// Puts the robots of classes with profiles of their own in their places.
+    /// Gives each robot of a class with a profile of its own that profile.
     ///
     /// # Errors
     ///
@@ -101,26 +122,30 @@ impl Conditions {
         measured: &RobotProfile,
         settings: &Settings,
     ) -> Result<SimulatedRobot, ConditionsError> {
-        let robot = self.own_robot(&settings.class_robots.simulated(measured)?, settings)?;
-        // Contact, clusters and pictures have one radius.
+        let simulated = settings.class_changes.simulated(measured)?;
+        let (robot, period_s) = self.own_robot(&simulated, settings)?;
+        // Contact, clusters and pictures have one radius, and a world one period.
         if robot.radius_m.to_bits() != self.robot.radius_m.to_bits() {
             let (found_m, expected_m) = (robot.radius_m, self.robot.radius_m);
             return Err(ConditionsError::OtherRadius { found_m, expected_m });
         }
-        measured.check_limits(&self.controller)?;
+        if period_s.to_bits() != self.period_s.to_bits() {
+            let (found_s, expected_s) = (period_s, self.period_s);
+            return Err(ConditionsError::OtherPeriod { found_s, expected_s });
+        }
         Ok(robot)
     }
 
-    /// A robot by a profile of its own, where another one is like the others.
+    /// A robot by a profile of its own, and the control period of that, in seconds.
     fn own_robot(
         &self,
         robot: &RobotProfile,
         settings: &Settings,
-    ) -> Result<SimulatedRobot, ConditionsError> {
+    ) -> Result<(SimulatedRobot, f64), ConditionsError> {
         // Where robots start has been checked, or is once all are there.
         let world = settings.world.without_profiles();
         let settings = Settings { placement: None, world, ..settings.clone() };
-        let Self { controller, robot: own, .. } = Self::resolve(robot, &settings)?;
+        let Self { controller, robot: own, period_s, .. } = Self::resolve(robot, &settings)?;
         let [found, expected] = [&own, &self.robot].map(SimulatedRobot::reading_names);
         if found != expected {
             let [found, expected] = [found, expected].map(|names| names.to_string());
@@ -130,14 +155,30 @@ impl Conditions {
         if controller != self.controller {
             return Err(ConditionsError::OtherWheels);
         }
-        Ok(own)
+        Ok((own, period_s))
+    }
+}
+
+impl WorldFile {
+    /// Refuses commands that the profile of a class forbids.
+    ///
+    /// # Errors
+    ///
+    /// [`ConditionsError::OfClass`] of the first that does.
+    pub fn check_limits(&self, controller: &Controller) -> Result<(), ConditionsError> {
+        self.profiles().try_for_each(|(class, profile)| {
+            profile.check_limits(controller).map_err(|source| ConditionsError::OfClass {
+                class: class.to_owned(),
+                source: Box::new(source.into()),
+            })
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::{RobotClass, WorldFile};
+    use crate::world::RobotClass;
 
     const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 
@@ -184,11 +225,13 @@ mod tests {
         let classes = vec![class("a", None), class("b", Some(Source::Read(own.clone())))];
         let world = WorldFile { classes, ..WorldFile::NOTHING };
         let factors = HarsherFactors::for_robot(&profile);
-        let robots = |factors| {
-            let class_robots = ClassRobots { factors, ..ClassRobots::default() };
+        let robots = |factors: Option<HarsherFactors>| {
+            let class_changes = factors.map_or_else(ClassChanges::default, |factors| {
+                ClassChanges::as_of(&profile, factors)
+            });
             Conditions::resolve(
                 &profile,
-                &Settings { world: world.clone(), class_robots, ..settings() },
+                &Settings { world: world.clone(), class_changes, ..settings() },
             )
         };
         let classes_of = |conditions: &Conditions| {
@@ -198,7 +241,8 @@ mod tests {
         let (measured, harsher) = (robots(None).unwrap(), robots(Some(factors)).unwrap());
 
         assert_eq!(classes_of(&measured), [0.98, 0.9, 0.98]);
-        let worse = factors.apply(&own).unwrap().sensing.true_positive;
+        // What the sweep leaves out is as this profile needs it.
+        let worse = HarsherFactors::for_robot(&own).apply(&own).unwrap().sensing.true_positive;
         assert_eq!(classes_of(&harsher), [0.98, worse, 0.98], "that of the others is the caller's");
         assert!(worse < 0.9);
         let text = serde_json::to_string(&measured).unwrap();

@@ -6,7 +6,7 @@ use super::capabilities::{check_bounds, check_value};
 use super::check::Impossible;
 use super::controller_table::{ControllerTable, TableFlaw};
 use super::limits::BeyondLimits;
-use super::own_robots::ClassRobots;
+use super::own_robots::ClassChanges;
 use super::{
     Arena, Conditions, GainDistribution, Placement, SimulatedRobot, SimulatedSensor, Walls,
 };
@@ -36,7 +36,7 @@ pub struct Settings {
     /// What is in the arena besides the robots.
     pub world: WorldFile,
     /// What is done to the profiles of the world's classes.
-    pub class_robots: ClassRobots,
+    pub class_changes: ClassChanges,
 }
 
 /// Why a profile and settings do not make conditions.
@@ -128,6 +128,14 @@ pub enum ConditionsError {
         /// Of the first robots, in metres.
         expected_m: f64,
     },
+    /// A robot that was measured at another control period than it would have here.
+    #[error("its control period is {found_s} s, and that of the other robots {expected_s} s")]
+    OtherPeriod {
+        /// In seconds.
+        found_s: f64,
+        /// Of the first robots, in seconds.
+        expected_s: f64,
+    },
     /// A command that its profile forbids.
     #[error(transparent)]
     Limits(#[from] BeyondLimits),
@@ -135,7 +143,7 @@ pub enum ConditionsError {
     #[error(transparent)]
     NotHarsher(#[from] NotHarsher),
     /// A class of robots that are not for this swarm.
-    #[error("robots of class {class}, by the profile of their own: {source}")]
+    #[error("class {class}, by its own profile: {source}")]
     OfClass {
         /// The class.
         class: String,
@@ -173,9 +181,12 @@ impl Help for ConditionsError {
                 Some("give its sensors the same names, in the same order".to_owned())
             }
             Self::OtherRadius { .. } => Some(
-                "classes may differ in all but that: contact and clusters are judged by one radius"
+                "classes may differ in much, but contact and clusters are judged by one radius"
                     .to_owned(),
             ),
+            Self::OtherPeriod { .. } => {
+                Some("measure them at one control period, which their swarm has".to_owned())
+            }
             Self::Limits(beyond) => beyond.help(),
             Self::OfClass { source, .. } => source.help(),
             _ => None,

@@ -12,7 +12,7 @@ use serde::{Serialize, Serializer};
 use crate::conditions::controller_table::{ControllerSource, ControllerTable, TableFlaw};
 use crate::conditions::limits::BeyondLimits;
 use crate::conditions::start_file::StartPlacement;
-use crate::conditions::{ARENA_M, ClassRobots, Conditions, ConditionsError, Settings, Walls};
+use crate::conditions::{ARENA_M, ClassChanges, Conditions, ConditionsError, Settings, Walls};
 use crate::diagram::adaptive::Adaptive;
 use crate::document::{self, DocumentError};
 use crate::help::Help;
@@ -325,7 +325,7 @@ impl SweepFile {
             behaviour: self.behaviour.known(),
             controller: self.table().cloned(),
             world: self.world().cloned().unwrap_or_default(),
-            class_robots: ClassRobots::default(),
+            class_changes: ClassChanges::default(),
         }
     }
 
@@ -390,13 +390,16 @@ impl SweepFile {
         let simulated = factors
             .apply(measured)
             .map_err(|source| SweepFileError::NotHarsher { file: file.to_owned(), source })?;
-        let class_robots = ClassRobots { factors: Some(factors), ..ClassRobots::default() };
-        let settings = Settings { class_robots, ..self.settings() };
+        let class_changes = ClassChanges::as_of(measured, factors);
+        let settings = Settings { class_changes, ..self.settings() };
         let file = || file.to_owned();
         let resolve = |cell: Cell| match Conditions::resolve(&simulated, &settings.with_cell(&cell))
         {
             Ok(conditions) => match measured.check_limits(&conditions.controller) {
-                Ok(()) => Ok((cell, conditions)),
+                Ok(()) => match conditions.world.check_limits(&conditions.controller) {
+                    Ok(()) => Ok((cell, conditions)),
+                    Err(source) => Err(SweepFileError::Cell { file: file(), cell, source }),
+                },
                 Err(source) => Err(SweepFileError::Limits { file: file(), cell, source }),
             },
             Err(source) => Err(SweepFileError::Cell { file: file(), cell, source }),

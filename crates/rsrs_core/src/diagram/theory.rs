@@ -119,7 +119,7 @@ impl Condition {
 }
 
 impl Ring {
-    /// The ring of robots under these conditions; `None` if they see with a polygon, by centres or with more
+    /// The ring of robots under these conditions; `None` if they are not alike, see with a polygon, by centres or with more
     /// than one plain sensor or among objects, for which this geometry does not hold, have another controller than that of
     /// the paper, or are to do something else than mill.
     pub fn of(conditions: &Conditions) -> Option<Self> {
@@ -127,7 +127,11 @@ impl Ring {
         let is_mirrored =
             conditions.controller.parameters().is_some_and(|it| it.undetected.is_none());
         let sees_plainly = robot.has_one_plain_sensor() && conditions.world.n_objects() == 0;
-        if !is_mirrored || !sees_plainly || conditions.behaviour != Behaviour::MILLING {
+        if !conditions.are_robots_alike()
+            || !is_mirrored
+            || !sees_plainly
+            || conditions.behaviour != Behaviour::MILLING
+        {
             return None;
         }
         let Region::Cone { half_angle_rad, range_m } = robot.region else {

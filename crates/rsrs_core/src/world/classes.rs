@@ -19,10 +19,17 @@ pub struct RobotClass {
     /// is not possible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
-    /// Path of its measured profile, relative to this file; without it, its robots are those of the sweep's or of the
-    /// fleet's.
+    /// Path of its measured profile, relative to this file; without it, its robots have the profile of the sweep or of
+    /// the fleet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<Source<RobotProfile>>,
+}
+
+impl RobotClass {
+    /// Its name and its profile, if it has one that was read.
+    fn own_profile(&self) -> Option<(&str, &RobotProfile)> {
+        Some((&self.name, self.profile.as_ref()?.read()?))
+    }
 }
 
 impl WorldFile {
@@ -79,7 +86,12 @@ impl WorldFile {
         })
     }
 
-    /// The same world for robots of which each is like the next.
+    /// The names and the profiles of classes that have one of their own, as far as they were read.
+    pub fn profiles(&self) -> impl Iterator<Item = (&str, &RobotProfile)> {
+        self.classes.iter().filter_map(RobotClass::own_profile)
+    }
+
+    /// The same world without the profiles of its classes.
     pub(crate) fn without_profiles(&self) -> Self {
         let mut world = self.clone();
         world.classes.iter_mut().for_each(|class| class.profile = None);

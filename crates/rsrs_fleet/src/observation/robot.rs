@@ -204,6 +204,7 @@ impl ObservedRobot {
             self.faults.remove(&part);
             return;
         };
+        self.faults.retain(|_, seen| seen.age(now) <= DIAGNOSIS_TIMEOUT);
         if self.faults.contains_key(&part) || self.faults.len() < MOST_PARTS {
             self.faults.insert(part, Seen { value: message, at: now });
         }

@@ -1,10 +1,9 @@
 //! How often a changed robot mills in its best setting, and whether fresh runs confirm it.
 
-use rsrs_core::conditions::{ClassRobots, Conditions, Placement, Settings};
+use rsrs_core::conditions::{ClassChanges, Conditions, Placement, Settings};
 use rsrs_core::diagram::choice::tail;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::quantity::{Axis, Cell};
-use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, Swept, check, confirmation_seed, sweep};
@@ -322,15 +321,12 @@ impl<'a> Search<'a> {
         let capabilities: Changes =
             changes.iter().copied().filter(|(axis, _)| axis.is_capability()).collect();
         let (measured, harsher) = (&self.source.profile, self.source.sweep.harsher);
-        let robot = measured.with_capabilities(&capabilities)?;
-        let factors = (robots == Robots::Harsher).then(|| HarsherFactors {
-            // A cone that is turned becomes a polygon, which is no reason to make it smaller.
-            polygon_scale: harsher.factors(measured).polygon_scale,
-            ..harsher.factors(&robot)
-        });
-        let robot = factors.map_or(Ok(robot.clone()), |factors| factors.apply(&robot))?;
-        let class_robots = ClassRobots { capabilities, factors };
-        let settings = Settings { class_robots, ..self.settings.with_cell(cell) };
+        let harsher = (robots == Robots::Harsher).then_some(harsher);
+        let robot =
+            ClassChanges { capabilities: capabilities.clone(), harsher }.simulated(measured)?;
+        let harsher = harsher.map(|harsher| harsher.decided(measured));
+        let class_changes = ClassChanges { capabilities, harsher };
+        let settings = Settings { class_changes, ..self.settings.with_cell(cell) };
         let conditions = Conditions::resolve(&robot, &settings)?;
         // Limits may be among the changes; wheels are what they are.
         measured.check_wheels(&conditions.controller)?;

@@ -72,13 +72,7 @@ impl InPseudoRealities {
 /// If the profile has no intervals, or such wide ones are of robots that cannot be, or a class has a profile of its
 /// own.
 pub fn can_be_drawn(result: &SweepResult, widening: f64) -> anyhow::Result<()> {
-    let classes = result.source.sweep.world().map_or(&[][..], |world| &world.classes);
-    if let Some(class) = classes.iter().find(|class| class.profile.is_some()) {
-        let name = &class.name;
-        anyhow::bail!(
-            "class {name} has a profile of its own, and pseudo-realities are drawn around one profile"
-        );
-    }
+    result.source.refuse_profiles_of_classes("pseudo-realities are drawn around one profile")?;
     PseudoRealities::around(&result.source.profile, widening).map(|_| ()).map_err(helped)
 }
 

@@ -63,7 +63,10 @@ impl Space {
             let mut settings = settings.clone();
             settings.values.extend(values.iter().copied());
             let conditions = Conditions::resolve(robot, &settings);
-            conditions.is_ok_and(|world| robot.check_limits(&world.controller).is_ok())
+            conditions.is_ok_and(|conditions| {
+                robot.check_limits(&conditions.controller).is_ok()
+                    && conditions.world.check_limits(&conditions.controller).is_ok()
+            })
         };
         let found = PARTS.into_iter().map(at).find(can);
         found.unwrap_or_else(|| {

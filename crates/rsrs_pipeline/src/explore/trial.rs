@@ -1,6 +1,6 @@
 //! Controllers on trial: simulated, judged, and described.
 
-use rsrs_core::conditions::{ClassRobots, Conditions, ConditionsError, Placement, Settings};
+use rsrs_core::conditions::{ClassChanges, Conditions, ConditionsError, Placement, Settings};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::rule::{Needs, Parameter, Rules};
@@ -141,6 +141,24 @@ pub struct Laboratory {
     runs: Runs,
 }
 
+/// The robot that may be commanded what each of a swarm may.
+fn slowest(measured: &RobotProfile, world: Option<&WorldFile>) -> RobotProfile {
+    let mut slowest = measured.clone();
+    let actuation = &mut slowest.actuation;
+    for (_, other) in world.iter().flat_map(|world| world.profiles()) {
+        let other = &other.actuation;
+        let both = |[low, high]: [f64; 2], [other_low, other_high]: [f64; 2]| {
+            [low.max(other_low), high.min(other_high)]
+        };
+        actuation.speed.limits_m_s = both(actuation.speed.limits_m_s, other.speed.limits_m_s);
+        actuation.turn.limits_rad_s = both(actuation.turn.limits_rad_s, other.turn.limits_rad_s);
+        if let (Some(wheels), Some(others)) = (&mut actuation.wheels, other.wheels) {
+            wheels.speed_max_m_s = wheels.speed_max_m_s.min(others.speed_max_m_s);
+        }
+    }
+    slowest
+}
+
 /// Robots by their profile, and the factors that made them worse, with which those of classes are, too.
 type Robots<'a> = (&'a RobotProfile, Option<HarsherFactors>);
 
@@ -214,7 +232,7 @@ impl Laboratory {
             placement,
             controller: options.controller.cloned(),
             world: options.world.cloned().unwrap_or_default(),
-            class_robots: ClassRobots::default(),
+            class_changes: ClassChanges::default(),
         };
         let runs = Runs {
             seed: options.seed,
@@ -230,7 +248,10 @@ impl Laboratory {
                 ));
             }
             Some(table) => Space::Table(table.clone()),
-            None => Space::Commands(ControllerSpace::of(measured, options.directions)),
+            None => {
+                let commanded = slowest(measured, options.world);
+                Space::Commands(ControllerSpace::of(&commanded, options.directions))
+            }
         };
         let laboratory = Self {
             robot: measured.name.clone(),
@@ -284,7 +305,9 @@ impl Laboratory {
         point: &[f64],
     ) -> Result<Conditions, ConditionsError> {
         let mut settings = self.settings.clone();
-        settings.class_robots.factors = factors;
+        if let Some(factors) = factors {
+            settings.class_changes = ClassChanges::as_of(&self.measured, factors);
+        }
         settings.values.extend(self.values(point));
         Conditions::resolve(robots, &settings)
     }

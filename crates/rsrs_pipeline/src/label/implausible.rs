@@ -83,7 +83,11 @@ pub fn misplaced(recorded: &RecordedTrajectory, record: &ExperimentRecord) -> Ve
     let placed: Vec<_> = recorded.robots.iter().zip(first).filter_map(placed).collect();
     let robots = deviations_beyond(Tolerance::RECORDED, &wanted, &placed);
     let world = &record.conditions.world;
-    let objects_m = recorded.trajectory.objects_at(0);
+    // Where one is missing, nobody knows which of them the others are.
+    let objects_m = match recorded.trajectory.n_objects == world.n_objects() {
+        true => recorded.trajectory.objects_at(0),
+        false => &[],
+    };
     let objects = deviations_of_objects(Tolerance::RECORDED, world, objects_m);
     robots.iter().chain(&objects).map(ToString::to_string).collect()
 }

@@ -16,7 +16,7 @@ use rsrs_core::world::{WorldFile, WorldSource};
 use rsrs_fleet::fleet_file::FleetFile;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{WithHelp, helped};
+use crate::error::{WithHelp, helped, with_help};
 use crate::files::read_text;
 use crate::provenance::Provenance;
 
@@ -115,6 +115,25 @@ impl ResolvedSweep {
         let none = Harsher::from(HarsherFactors::NONE);
         let sweep = SweepFile { harsher: none, ..self.sweep.clone() };
         (self.sweep.harsher != sweep.harsher).then(|| Self { sweep, ..self.clone() })
+    }
+
+    /// Refuses what is of one profile where classes of robots have others.
+    ///
+    /// # Arguments
+    ///
+    /// * `what` — is done with one profile, as a clause.
+    ///
+    /// # Errors
+    ///
+    /// If a class has a profile of its own.
+    pub fn refuse_profiles_of_classes(&self, what: &str) -> anyhow::Result<()> {
+        let mut profiles = self.sweep.world().into_iter().flat_map(WorldFile::profiles);
+        profiles.next().map_or(Ok(()), |(class, _)| {
+            Err(with_help(
+                format!("class {class} has a profile of its own, and {what}"),
+                "leave `profile` out of the classes of the world, and ask it of each profile by itself",
+            ))
+        })
     }
 
     /// Names the results of this sweep: 16 hexadecimal digits.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rsrs_bags::trajectory::Finding;
 use rsrs_core::numerals::percent;
 use rsrs_core::quantity::Cell;
-use rsrs_fleet::record::{Backend, OwnProfile};
+use rsrs_fleet::record::{Backend, ExperimentRecord, OwnProfile};
 use rsrs_pipeline::compare::not_counted::Cause;
 use rsrs_pipeline::compare::prediction::{Note, choose_line};
 use rsrs_pipeline::compare::run_matching::Admitted;
@@ -68,12 +68,12 @@ pub fn of(comparison: &Comparison) -> Vec<String> {
     notes
 }
 
-/// That some robots are not what the sweep has them all for, which is made from the fleet's profile.
+/// That some robots are not what the sweep has them for, which is made from the profiles of the fleet and of classes.
 fn own_profiles(runs: &Runs) -> Option<String> {
-    let all = runs.counted.iter().map(|(_, run, _)| &run.record.own_profiles);
+    let all = runs.counted.iter().map(|(_, run, _)| other_than_swept(&run.record));
     let with: Vec<_> = all.filter(|own| !own.is_empty()).collect();
     let mut robots: BTreeMap<&String, &OwnProfile> = BTreeMap::new();
-    robots.extend(with.iter().copied().flatten());
+    robots.extend(with.iter().flatten());
     let robots: Vec<String> =
         robots.iter().map(|(robot, own)| format!("{robot} ({own})")).collect();
     (!with.is_empty()).then(|| {
@@ -84,6 +84,14 @@ fn own_profiles(runs: &Runs) -> Option<String> {
             robots.join("; ")
         )
     })
+}
+
+/// Robots with a profile of their own that is not that of their class.
+fn other_than_swept(record: &ExperimentRecord) -> BTreeMap<&String, &OwnProfile> {
+    let world = &record.conditions.world;
+    let classes = world.robots_with_profiles(record.robots.len());
+    let of_classes: Vec<&String> = classes.map(|(place, _, _)| &record.robots[place]).collect();
+    record.own_profiles.iter().filter(|(robot, _)| !of_classes.contains(robot)).collect()
 }
 
 /// That robots stood for a moment.

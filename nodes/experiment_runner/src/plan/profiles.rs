@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_core::conditions::{ClassRobots, Conditions, Settings};
+use rsrs_core::conditions::{ClassChanges, Conditions, Settings};
 use rsrs_core::help::{Help, Helpful};
 use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::harsher::HarsherFactors;
@@ -145,8 +145,8 @@ impl Profiles {
     ) -> anyhow::Result<()> {
         for (place, class, profile) in world.robots_with_profiles(robots.len()) {
             let robot = robots[place].name.clone();
-            if self.of(&robot).digest() != profile.digest() {
-                let differences = self.of(&robot).differences(profile, "its class");
+            let differences = self.of(&robot).differences(profile, "its class");
+            if !differences.is_empty() {
                 let key = |difference: &String| difference.split(' ').next().map(str::to_owned);
                 let differs = differences.iter().filter_map(key).collect();
                 let class = class.name.clone();
@@ -227,11 +227,18 @@ impl Profiles {
             None => Ok(profile.clone()),
             Some(factors) => factors.apply(profile),
         };
-        let class_robots = ClassRobots { factors, ..ClassRobots::default() };
-        let settings = &Settings { class_robots, ..settings.clone() };
+        let as_of_fleet = |factors| ClassChanges::as_of(&self.fleet.profile, factors);
+        let class_changes = factors.map_or_else(ClassChanges::default, as_of_fleet);
+        let settings = &Settings { class_changes, ..settings.clone() };
         let mut conditions = Conditions::resolve(&moved(&self.fleet.profile)?, settings)?;
+        let of_classes = settings.world.robots_with_profiles(robots.len());
+        let of_classes: Vec<usize> = of_classes.map(|(place, _, _)| place).collect();
         for (place, robot) in robots.iter().enumerate() {
             let Some(own) = self.own.get(&robot.name) else { continue };
+            // That of its class, which is made worse as it needs.
+            if of_classes.contains(&place) {
+                continue;
+            }
             let of_robot = || format!("{}, by its own profile {}", robot.name, own.path.display());
             let profile = moved(&own.profile).with_context(of_robot)?;
             conditions.put_own_robot(place, &profile, settings).with_context(of_robot)?;
