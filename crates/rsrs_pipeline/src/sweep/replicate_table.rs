@@ -137,10 +137,19 @@ impl<'a> ReplicateTable<'a> {
     ///
     /// If they cannot be written.
     pub fn append(&mut self, outcomes: &[ReplicateOutcome]) -> anyhow::Result<()> {
-        self.rows.extend_from_slice(outcomes);
-        while self.rows.len() >= GROUP_ROWS {
-            let group: Vec<ReplicateOutcome> = self.rows.drain(..GROUP_ROWS).collect();
-            self.write_group(&group).with_context(|| cannot_write(self.path))?;
+        // In pieces that fit into a group, of which there is no second copy.
+        let mut left = outcomes;
+        while !left.is_empty() {
+            let n = left.len().min(GROUP_ROWS - self.rows.len());
+            let (now, later) = left.split_at(n);
+            self.rows.extend_from_slice(now);
+            left = later;
+            if self.rows.len() == GROUP_ROWS {
+                let mut group = std::mem::take(&mut self.rows);
+                self.write_group(&group).with_context(|| cannot_write(self.path))?;
+                group.clear();
+                self.rows = group;
+            }
         }
         Ok(())
     }
