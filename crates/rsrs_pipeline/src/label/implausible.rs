@@ -84,9 +84,10 @@ pub fn misplaced(recorded: &RecordedTrajectory, record: &ExperimentRecord) -> Ve
     let robots = deviations_beyond(Tolerance::RECORDED, &wanted, &placed);
     let world = &record.conditions.world;
     // Where one is missing, nobody knows which of them the others are.
-    let objects_m = match recorded.trajectory.n_objects == world.n_objects() {
-        true => recorded.trajectory.objects_at(0),
-        false => &[],
+    let objects_m = if recorded.trajectory.n_objects == world.n_objects() {
+        recorded.trajectory.objects_at(0)
+    } else {
+        &[]
     };
     let objects = deviations_of_objects(Tolerance::RECORDED, world, objects_m);
     robots.iter().chain(&objects).map(ToString::to_string).collect()
