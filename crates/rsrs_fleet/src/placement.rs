@@ -293,9 +293,8 @@ fn away(
     [x_m, y_m]: [f64; 2],
 ) -> Option<Deviation> {
     let found_m = libm::hypot(x_m - expected_x_m, y_m - expected_y_m);
-    let robot = || name.to_owned();
     (found_m > tolerance.place_m).then(|| Deviation::Misplaced {
-        robot: robot(),
+        robot: name.to_owned(),
         x_m,
         y_m,
         expected_x_m,

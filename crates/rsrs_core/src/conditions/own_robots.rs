@@ -159,6 +159,14 @@ impl Conditions {
     }
 }
 
+impl Conditions {
+    /// Whether no robot is commanded what its profile forbids: that of `measured`, or its class's own.
+    pub fn is_within_limits(&self, measured: &RobotProfile) -> bool {
+        measured.check_limits(&self.controller).is_ok()
+            && self.world.check_limits(&self.controller).is_ok()
+    }
+}
+
 impl WorldFile {
     /// Refuses commands that the profile of a class forbids.
     ///

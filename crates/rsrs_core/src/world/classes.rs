@@ -74,15 +74,15 @@ impl WorldFile {
         Ok(())
     }
 
-    /// The profile of each robot whose class has one of its own, with its place and its class; none of those that were
-    /// not read yet.
+    /// The profile of each robot whose class has one of its own, with its place and the name of its class; none of those
+    /// that were not read yet.
     pub fn robots_with_profiles(
         &self,
         n_robots: usize,
-    ) -> impl Iterator<Item = (usize, &RobotClass, &RobotProfile)> {
+    ) -> impl Iterator<Item = (usize, &str, &RobotProfile)> {
         self.classes_of(n_robots).into_iter().enumerate().filter_map(|(robot, class)| {
-            let class = &self.classes[class];
-            Some((robot, class, class.profile.as_ref()?.read()?))
+            let (class, profile) = self.classes[class].own_profile()?;
+            Some((robot, class, profile))
         })
     }
 

@@ -77,10 +77,8 @@ fn beyond(
             choice.cell.iter().map(|(other, at)| (other, if other == axis { *value } else { at }));
         let Ok(cell) = Cell::new(pairs) else { return false };
         let settings = source.sweep.settings().with_cell(&cell);
-        Conditions::resolve(&source.profile, &settings).is_ok_and(|conditions| {
-            source.profile.check_limits(&conditions.controller).is_ok()
-                && conditions.world.check_limits(&conditions.controller).is_ok()
-        })
+        Conditions::resolve(&source.profile, &settings)
+            .is_ok_and(|conditions| conditions.is_within_limits(&source.profile))
     };
     let n = values.len();
     let next = |from: f64| match (axis, side) {

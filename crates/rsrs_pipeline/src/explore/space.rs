@@ -63,10 +63,7 @@ impl Space {
             let mut settings = settings.clone();
             settings.values.extend(values.iter().copied());
             let conditions = Conditions::resolve(robot, &settings);
-            conditions.is_ok_and(|conditions| {
-                robot.check_limits(&conditions.controller).is_ok()
-                    && conditions.world.check_limits(&conditions.controller).is_ok()
-            })
+            conditions.is_ok_and(|conditions| conditions.is_within_limits(robot))
         };
         let found = PARTS.into_iter().map(at).find(can);
         found.unwrap_or_else(|| {

@@ -149,7 +149,7 @@ impl Profiles {
             if !differences.is_empty() {
                 let key = |difference: &String| difference.split(' ').next().map(str::to_owned);
                 let differs = differences.iter().filter_map(key).collect();
-                let class = class.name.clone();
+                let class = class.to_owned();
                 return Err(Helpful::from(OtherThanItsClass { robot, class, differs }).into());
             }
         }

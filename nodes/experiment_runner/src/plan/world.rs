@@ -46,11 +46,12 @@ pub fn read(
     }
     let beside = experiment_file.parent().unwrap_or(Path::new(""));
     let file = experiment_file.display().to_string();
-    let (name, text) = read_named("world", &beside.join(path), &file)?;
+    let path = beside.join(path);
+    let (name, text) = read_named("world", &path, &file)?;
     let arena_m = cell.get(Axis::Arena).unwrap_or(ARENA_M);
     let robots: Vec<usize> = cell.robots().into_iter().collect();
     let mut world = WorldFile::parse(&name, &text, &[arena_m], &robots).map_err(Helpful::from)?;
-    let beside = Path::new(&name).parent().unwrap_or(Path::new("")).to_owned();
+    let beside = path.parent().unwrap_or(Path::new(""));
     world.read_profiles(|of_class| {
         Ok::<_, anyhow::Error>(Measured::of_class(&beside.join(of_class), &name)?.profile)
     })?;
