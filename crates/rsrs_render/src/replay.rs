@@ -23,6 +23,7 @@ pub fn into_controller(replay: &ControllerReplay) -> Words {
     for (n, what) in [
         (replay.n_unanswered, "detection without a recorded command"),
         (replay.n_unasked, "command without a detection"),
+        (replay.n_held, "zero that a controller with the lease has to send"),
     ] {
         if n > 0 {
             let plural = what.replacen(' ', "s ", usize::from(n > 1));
@@ -30,17 +31,23 @@ pub fn into_controller(replay: &ControllerReplay) -> Words {
         }
     }
     for robot in &replay.robots {
-        let Some(first) = robot.first else { continue };
+        let Some(first) = &robot.first else { continue };
+        let is_detection = replay.controller.reading_names().is_detection();
+        let reported = match (is_detection, first.detected, &first.reported[..]) {
+            (true, true, _) => "it detected something".to_owned(),
+            (true, false, _) => "it detected nothing".to_owned(),
+            (false, _, []) => "it reported nothing".to_owned(),
+            (false, _, reported) => format!("it reported {}", reported.join(", ")),
+        };
         let text = |command: Command| {
             format!("{:.3} m/s, {:.3} rad/s", command.speed_m_s, command.turn_rate_rad_s)
         };
         words = words.below(format!(
-            "  {}: {} different, the first at {:.3} s: it detected {}, the recording has {}, \
+            "  {}: {} different, the first at {:.3} s: {reported}, the recording has {}, \
              today's controller commands {}",
             robot.robot,
             count(robot.n_different),
             first.time_s,
-            if first.detected { "something" } else { "nothing" },
             text(first.recorded),
             text(first.today)
         ));

@@ -1,20 +1,23 @@
 //! Recorded detections into today's controller: does it still command what it did on the floor?
 
-use std::collections::BTreeMap;
+mod recorded_robot;
+
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::Context;
-use rsrs_bags::{Bag, BagError, BagMessage};
+use rsrs_bags::Bag;
 use rsrs_core::draw::{Key, Seed};
 use rsrs_core::robot::controller::state_machine::{Memory, Program, transition_key};
 use rsrs_core::robot::controller::{Command, Controller, ControllerParameters};
 use rsrs_core::robot::sensor::{ReadingNames, Readings};
-use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
-use rsrs_msgs::rsrs::{LeaseState, RunLease};
-use rsrs_msgs::std_msgs::Bool;
-use rsrs_msgs::{RosMessage, cdr, topics};
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::record::ExperimentRecord;
+use rsrs_fleet::timing::{Transport, command_timeout};
+use rsrs_msgs::topics;
 use serde::Serialize;
 
+use self::recorded_robot::{RecordedRobot, Running, collect};
 use crate::error::with_help;
 use crate::recorded_run;
 
@@ -35,6 +38,9 @@ pub struct ControllerReplay {
     pub n_unanswered: u64,
     /// Recorded commands that no detection called for.
     pub n_unasked: u64,
+    /// Zeros that were not compared: a controller that holds the lease has to send them where its robot may not
+    /// move, its last command is too old, or a sensor is silent.
+    pub n_held: u64,
 }
 
 /// The commands of one robot; counts as in [`ControllerReplay`].
@@ -46,49 +52,24 @@ pub struct RobotReplay {
     pub n_different: u64,
     pub n_unanswered: u64,
     pub n_unasked: u64,
+    pub n_held: u64,
     /// The first command that differs.
     pub first: Option<Difference>,
 }
 
 /// A command that differs.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Difference {
     /// When it was recorded, in seconds of log time.
     pub time_s: f64,
     /// Whether the robot detected something, of several sensors with the first.
     pub detected: bool,
+    /// Which readings were true.
+    pub reported: Vec<String>,
     /// What was recorded.
     pub recorded: Command,
     /// What the controller commands today.
     pub today: Command,
-}
-
-/// The messages of one robot, in order of log time.
-#[derive(Default)]
-struct Recorded {
-    detections: Vec<(u64, Readings)>,
-    /// Of readings besides `detection`, by name.
-    further: BTreeMap<String, Vec<(u64, bool)>>,
-    commands: Vec<(u64, Command)>,
-}
-
-impl Recorded {
-    /// Puts the further readings to the detections that they were published before: in a whole bag as many of each,
-    /// and else those that came last.
-    fn put_together(&mut self, names: &ReadingNames) {
-        let n_detections = self.detections.len();
-        for (place, name) in names.iter().enumerate().skip(1) {
-            let Some(readings) = self.further.get(name) else { continue };
-            for (count, (at_ns, found)) in self.detections.iter_mut().enumerate() {
-                let newest = if readings.len() == n_detections {
-                    Some(count)
-                } else {
-                    readings.partition_point(|(read_ns, _)| *read_ns <= *at_ns).checked_sub(1)
-                };
-                found.set(place, newest.is_some_and(|newest| readings[newest].1));
-            }
-        }
-    }
 }
 
 /// Feeds the recorded detections of every robot to the controller.
@@ -117,35 +98,23 @@ pub fn replay_into_controller(
             ));
         }
     };
-    let (program, digest) = (controller.program(), controller.digest());
-    // The draws of a robot's transitions are those of its place in the run.
-    let key = |robot: &str| {
-        let place = record.as_ref().and_then(|it| it.robots.iter().position(|name| name == robot));
-        let run = record.as_ref().map(|it| Seed { seed: it.seed, replicate: it.replicate });
-        let first = Seed { seed: 0, replicate: 0 };
-        transition_key(run.unwrap_or(first), digest, place.unwrap_or_default())
-    };
-    // And so is its start among the states.
-    let start = |robot: &str| {
-        let record = record.as_ref()?;
-        let place = record.robots.iter().position(|name| name == robot)?;
-        let classes = record.conditions.world.class_names_of(record.robots.len());
-        Some(controller.start(classes[place]))
-    };
     let (mut recorded, running) = collect(bag).with_context(|| name.clone())?;
-    if let Controller::Machine(machine) = &controller {
-        for recorded in recorded.values_mut() {
-            recorded.put_together(&machine.sensors);
+    recorded.retain(|_, robot| !robot.detections.is_empty() && !robot.commands.is_empty());
+    let names = controller.reading_names();
+    let program = controller.program();
+    let mut robots = Vec::new();
+    for (robot, mut recorded) in recorded {
+        if let Some(missing) = recorded.missing(&names) {
+            let topic = topics::further_detection(&robot, missing);
+            return Err(with_help(
+                format!("{name}: has no {topic}, and this controller decides by it as well"),
+                "record every reading that its table names",
+            ));
         }
+        recorded.put_together(&names);
+        let run = of_robot(&controller, record.as_ref(), &robot);
+        robots.push(compare(robot, &recorded, running, (&program, &names, run)));
     }
-    let robots: Vec<RobotReplay> = recorded
-        .into_iter()
-        .filter(|(_, recorded)| !recorded.detections.is_empty() && !recorded.commands.is_empty())
-        .map(|(robot, recorded)| {
-            let (key, start) = (key(&robot), start(&robot).unwrap_or_default());
-            compare(robot, &recorded, running, (&program, key, start))
-        })
-        .collect();
     if robots.is_empty() {
         return Err(with_help(
             format!("{name}: no robot has both detections and commands"),
@@ -160,6 +129,7 @@ pub fn replay_into_controller(
         n_different: sum(|robot| robot.n_different),
         n_unanswered: sum(|robot| robot.n_unanswered),
         n_unasked: sum(|robot| robot.n_unasked),
+        n_held: sum(|robot| robot.n_held),
         robots,
     })
 }
@@ -171,67 +141,41 @@ impl ControllerReplay {
     }
 }
 
-/// The time in which the lease was RUNNING, both ends included; all of it without a lease.
-type Running = (u64, u64);
+/// What a robot's controller starts with in a run, and what may keep it from commanding.
+#[derive(Clone, Copy, Debug)]
+struct OfRobot {
+    /// Of the draws of its transitions, which are those of its place in the run.
+    key: Key,
+    /// And so is its start among the states.
+    start: Memory,
+    time: Time,
+    /// Age at which its last command is stale, in nanoseconds, if it holds the lease.
+    timeout_ns: Option<u64>,
+}
 
-fn collect(bag: &Bag) -> anyhow::Result<(BTreeMap<String, Recorded>, Running)> {
-    let wanted = bag.topics().into_iter().map(|topic| topic.name).filter(|name| {
-        name == topics::LEASE.name
-            || robot_of(name, topics::DETECTION.name).is_some()
-            || topics::further_reading(name).is_some()
-            || robot_of(name, topics::CMD_VEL.name).is_some()
+fn of_robot(controller: &Controller, record: Option<&ExperimentRecord>, robot: &str) -> OfRobot {
+    let place = record.and_then(|it| it.robots.iter().position(|name| name == robot));
+    let run = record.map_or(Seed { seed: 0, replicate: 0 }, |it| Seed {
+        seed: it.seed,
+        replicate: it.replicate,
     });
-    let wanted: Vec<String> = wanted.collect();
-    let has_lease = wanted.iter().any(|name| name == topics::LEASE.name);
-    let mut recorded: BTreeMap<String, Recorded> = BTreeMap::new();
-    let (mut start_ns, mut end_ns) = if has_lease { (None, None) } else { (Some(0), None) };
-    for message in bag.messages_on(wanted) {
-        let message = match message {
-            Ok(message) => message,
-            // What came before the break is compared.
-            Err(BagError::Incomplete { .. }) => continue,
-            Err(error) => return Err(error.into()),
-        };
-        let at_ns = message.log_time_ns;
-        if message.type_name.as_ref() == RunLease::TYPE_NAME {
-            let lease: RunLease = decode(&message)?;
-            match (lease.state == LeaseState::Running, start_ns) {
-                (true, None) => start_ns = Some(at_ns),
-                (false, Some(_)) => end_ns = end_ns.or(Some(at_ns)),
-                (true, Some(_)) | (false, None) => {}
-            }
-        } else if let Some(robot) = robot_of(&message.topic, topics::DETECTION.name) {
-            let Bool { data } = decode(&message)?;
-            recorded.entry(robot.to_owned()).or_default().detections.push((at_ns, data.into()));
-        } else if let Some((robot, reading)) = topics::further_reading(&message.topic) {
-            let Bool { data } = decode(&message)?;
-            let recorded = recorded.entry(robot.to_owned()).or_default();
-            recorded.further.entry(reading.to_owned()).or_default().push((at_ns, data));
-        } else if let Some(robot) = robot_of(&message.topic, topics::CMD_VEL.name) {
-            let twist = if message.type_name.as_ref() == TwistStamped::TYPE_NAME {
-                decode::<TwistStamped>(&message)?.twist
-            } else {
-                decode::<Twist>(&message)?
-            };
-            let command = Command { speed_m_s: twist.linear.x, turn_rate_rad_s: twist.angular.z };
-            recorded.entry(robot.to_owned()).or_default().commands.push((at_ns, command));
-        }
+    let start = record.zip(place).map(|(record, place)| {
+        controller.start(record.conditions.world.class_names_of(record.robots.len())[place])
+    });
+    // Where nobody wrote down who held the lease, it may have been the controller.
+    let holds_lease = record.is_none_or(|it| it.controller_only.iter().any(|name| name == robot));
+    let timeout =
+        command_timeout(record.map_or(0.0, |record| record.conditions.period_s), Transport::Plain);
+    OfRobot {
+        key: transition_key(run, controller.digest(), place.unwrap_or_default()),
+        start: start.unwrap_or_default(),
+        time: record.map_or(Time::RealTime, |record| record.time),
+        timeout_ns: holds_lease.then(|| nanoseconds(timeout)),
     }
-    // A lease that was never RUNNING leaves nothing to compare.
-    Ok((recorded, (start_ns.unwrap_or(u64::MAX), end_ns.unwrap_or(u64::MAX))))
 }
 
-/// The robot whose topic this is: `robot_3` for `/robot_3/detection`.
-fn robot_of<'a>(topic: &'a str, relative: &str) -> Option<&'a str> {
-    let robot = topic.strip_prefix('/')?.strip_suffix(relative)?.strip_suffix('/')?;
-    let is_robot = !robot.is_empty() && !robot.contains("/hardware");
-    (is_robot && topics::further_reading(topic).is_none()).then_some(robot)
-}
-
-fn decode<M: RosMessage>(message: &BagMessage) -> anyhow::Result<M> {
-    let time_s = message.log_time_ns as f64 / 1e9;
-    cdr::decode(&message.bytes)
-        .with_context(|| format!("a message on {} at {time_s:.3} s does not decode", message.topic))
+fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).expect("the timeout of a command is a few seconds")
 }
 
 /// Answers every detection of the running time as the controller does today.
@@ -240,61 +184,131 @@ fn decode<M: RosMessage>(message: &BagMessage) -> anyhow::Result<M> {
 /// it: a recorder may receive two topics the other way round.
 fn compare(
     robot: String,
-    recorded: &Recorded,
+    recorded: &RecordedRobot,
     running: Running,
-    (program, key, start): (&Program, Key, Memory),
+    (program, names, run): (&Program, &ReadingNames, OfRobot),
 ) -> RobotReplay {
+    let detections = &recorded.detections;
     let is_running = |at_ns: u64| (running.0..=running.1).contains(&at_ns);
-    let slack_ns = period_ns(&recorded.detections) / 4;
+    let slack_ns = recorded.slack_ns();
     let mut report = RobotReplay {
         robot,
         n_steps: 0,
         n_different: 0,
         n_unanswered: 0,
         n_unasked: 0,
+        n_held: 0,
         first: None,
     };
-    let mut is_answered = vec![false; recorded.detections.len()];
-    let mut memory = start;
+    // What a silent sensor leaves without a command needs none.
+    let mut is_answered: Vec<bool> = detections.iter().map(|it| !it.is_whole).collect();
+    let mut newest_answered = None;
+    let mut deciding = Deciding { recorded, program, run, memory: run.start };
     // Detections before the run are of none.
-    let mut n_decided = recorded.detections.partition_point(|(at_ns, _)| *at_ns < running.0);
-    for &(at_ns, command) in recorded.commands.iter().filter(|(at_ns, _)| is_running(*at_ns)) {
-        let n_before = recorded
-            .detections
-            .partition_point(|(seen_ns, _)| *seen_ns <= at_ns.saturating_add(slack_ns));
-        let answered = n_before.checked_sub(1).filter(|index| !is_answered[*index]);
+    let mut n_decided = detections.partition_point(|it| it.at_ns < running.0);
+    for (place, &(at_ns, command)) in recorded.commands.iter().enumerate() {
+        if !is_running(at_ns) {
+            continue;
+        }
+        let before = place.checked_sub(1).map(|place| recorded.commands[place]);
+        let is_zero = command == Command::STOP && run.timeout_ns.is_some();
+        let is_held = is_zero && recorded.is_held(at_ns);
+        let is_zero_due = is_held || is_zero && is_stale(recorded, run, (at_ns, before));
+        let n_before = detections.partition_point(|it| it.at_ns <= at_ns.saturating_add(slack_ns));
+        let answered = n_before.checked_sub(1).filter(|newest| newest_answered != Some(*newest));
         let Some(answered) = answered else {
-            report.n_unasked += 1;
+            if is_zero_due {
+                report.n_held += 1;
+            } else {
+                report.n_unasked += 1;
+            }
             continue;
         };
-        is_answered[answered] = true;
-        report.n_steps += 1;
-        let detected = recorded.detections[answered].1.detection();
-        // What has states goes through all detections in their order.
-        let mut today = Command::STOP;
-        for (_, found) in &recorded.detections[n_decided.min(answered)..=answered] {
-            today = program.decide(*found, &mut memory, key);
+        let memory = deciding.memory;
+        let today = deciding.answer(n_decided.min(answered)..=answered, command);
+        if today != command && is_zero_due {
+            // Of a robot that may not move it is the answer; else that comes behind a zero of the same time.
+            deciding.memory = memory;
+            is_answered[answered] |= is_held;
+            report.n_held += 1;
+            continue;
         }
+        (is_answered[answered], newest_answered) = (true, Some(answered));
         n_decided = answered + 1;
+        report.n_steps += 1;
         if today != command {
             report.n_different += 1;
-            let time_s = at_ns as f64 / 1e9;
-            report.first.get_or_insert(Difference { time_s, detected, recorded: command, today });
+            let found = detections[answered].found;
+            let is_true = |(place, name): (usize, &str)| found.has(place).then(|| name.to_owned());
+            report.first.get_or_insert_with(|| Difference {
+                time_s: at_ns as f64 / 1e9,
+                detected: found.detection(),
+                reported: names.iter().enumerate().filter_map(is_true).collect(),
+                recorded: command,
+                today,
+            });
         }
     }
     // The answer to the last detection may have come after the end.
-    let last = recorded.detections.iter().rposition(|(at_ns, _)| is_running(*at_ns)).unwrap_or(0);
-    let unanswered = recorded.detections[..last].iter().zip(&is_answered);
+    let last = detections.iter().rposition(|it| is_running(it.at_ns)).unwrap_or(0);
+    let unanswered = detections[..last].iter().zip(&is_answered);
     report.n_unanswered = unanswered
-        .filter(|((at_ns, _), is_answered)| is_running(*at_ns) && !**is_answered)
+        .filter(|(detection, is_answered)| is_running(detection.at_ns) && !**is_answered)
         .count() as u64;
     report
 }
 
-/// The median distance of detections, in nanoseconds; 0 for less than two.
-fn period_ns(detections: &[(u64, Readings)]) -> u64 {
-    let mut distances: Vec<u64> =
-        detections.windows(2).map(|pair| pair[1].0.saturating_sub(pair[0].0)).collect();
-    distances.sort_unstable();
-    distances.get(distances.len() / 2).copied().unwrap_or(0)
+/// Whether a controller that holds the lease sends a zero between its answers: its last one is too old, or is a zero,
+/// which is repeated for a second.
+fn is_stale(
+    recorded: &RecordedRobot,
+    run: OfRobot,
+    (at_ns, before): (u64, Option<(u64, Command)>),
+) -> bool {
+    before.is_none_or(|(before_ns, command)| {
+        let age_ns = at_ns.saturating_sub(before_ns).saturating_add(recorded.slack_ns());
+        command == Command::STOP || run.timeout_ns.is_some_and(|timeout_ns| age_ns >= timeout_ns)
+    })
 }
+
+/// The controller of today, in the course of a run.
+struct Deciding<'a> {
+    recorded: &'a RecordedRobot,
+    program: &'a Program,
+    run: OfRobot,
+    memory: Memory,
+}
+
+impl Deciding<'_> {
+    /// The command for the last of these detections: the recorded one, if the controller may have received what
+    /// leads to it. What has states goes through all of them in their order.
+    fn answer(&mut self, these: std::ops::RangeInclusive<usize>, command: Command) -> Command {
+        let answered = *these.end();
+        for detection in &self.recorded.detections[*these.start()..answered] {
+            if detection.is_whole {
+                self.decide(detection.found, detection.at_ns);
+            }
+        }
+        let detection = &self.recorded.detections[answered];
+        let before = self.memory;
+        for found in [detection.found].into_iter().chain(detection.otherwise) {
+            self.memory = before;
+            if self.decide(found, detection.at_ns) == command {
+                return command;
+            }
+        }
+        self.memory = before;
+        self.decide(detection.found, detection.at_ns)
+    }
+
+    /// One command. In lockstep each step is one of the run; elsewhere a robot that does not move stays at the start.
+    fn decide(&mut self, found: Readings, at_ns: u64) -> Command {
+        let is_of_run = self.run.time == Time::Lockstep || self.recorded.moves(at_ns);
+        let mut start = self.run.start;
+        let memory = if is_of_run { &mut self.memory } else { &mut start };
+        self.program.decide(found, memory, self.run.key)
+    }
+}
+
+#[cfg(test)]
+mod tests;
