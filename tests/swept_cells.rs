@@ -28,6 +28,29 @@ fn refused(folder: &Path, lines: &str) -> String {
 }
 
 #[test]
+fn a_cell_beside_an_experiment_file_with_a_sweep_is_refused_with_both_ways_out() {
+    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+    let shipped = repository().join("launch_configs/experiments/flockbot_milling.yaml");
+    let text = std::fs::read_to_string(shipped).expect("it is shipped");
+    let text =
+        text.replace("cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}", "from: out");
+    assert!(text.contains("\nfrom: out\n"), "{text}");
+    std::fs::write(place.path().join("mine.yaml"), text).expect("the folder is writable");
+    let cell = "speed_m_s=0.1,turn_rate_rad_s=0.75,robots=9";
+
+    let run = rsrs(place.path(), &["run", "mine.yaml", "--cell", cell]);
+    let placed = rsrs(place.path(), &["place", "mine.yaml", "--cell", cell]);
+
+    for output in [run, placed] {
+        assert_eq!(code(&output), 1, "{}", stdout(&output));
+        let error = "mine.yaml: its cell is `from` a sweep, and the cell \
+                     `speed_m_s=0.1,turn_rate_rad_s=0.75,robots=9` is asked for, expected one of them";
+        assert!(stderr(&output).contains(error), "{}", stderr(&output));
+        assert!(stderr(&output).contains("help: `--from out`"), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn cells_beyond_the_robots_limits_are_refused_wherever_they_are_asked_for() {
     let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
     let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");

@@ -15,6 +15,7 @@ use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::tracker::Tracker;
+use rsrs_files::quoted;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder};
 use rsrs_fleet::geofence::Geofence;
@@ -349,6 +350,31 @@ fn limits(profile: &RobotProfile) -> [f64; 2] {
     [profile.actuation.speed.limits_m_s[1], profile.actuation.turn.limits_rad_s[1]]
 }
 
+/// A cell that is asked for beside an experiment file with a sweep: whether it is one of that is not stated.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{}: its cell is `from` a sweep, and the cell `{cell}` is asked for, expected one of them",
+    experiment.display()
+)]
+struct CellBesideSweep {
+    /// The experiment file.
+    experiment: PathBuf,
+    /// The cell that is asked for.
+    cell: Cell,
+    /// Folder of the sweep.
+    folder: PathBuf,
+}
+
+impl Help for CellBesideSweep {
+    fn help(&self) -> Option<String> {
+        let folder = quoted(&self.folder);
+        Some(format!(
+            "`--from {folder}` (`from:` in a campaign) runs that cell of the sweep; without `from:` in the \
+             experiment file it is run on its own"
+        ))
+    }
+}
+
 /// The cell to run, and the swept one that it is held against, if there is one.
 fn cell(
     request: &Request,
@@ -360,6 +386,11 @@ fn cell(
         return Ok((swept.cell.clone(), Some(swept)));
     }
     if let Some(cell) = &request.cell {
+        if let Some(from) = &experiment.from {
+            let experiment = request.experiment.clone();
+            let (cell, folder) = (cell.clone(), beside.join(from));
+            return Err(Helpful::from(CellBesideSweep { experiment, cell, folder }).into());
+        }
         return Ok((cell.clone(), None));
     }
     match (&experiment.cell, &experiment.from) {

@@ -48,7 +48,7 @@ pub struct Arguments {
     /// Folder of a sweep: the robots of its chosen cell, or of the one that `--cell` names.
     #[arg(long, value_name = "DIR")]
     from: Option<PathBuf>,
-    /// Cell to run, as AXIS=VALUE,…
+    /// Cell to run, as AXIS=VALUE,…; where the experiment file has `from`, only with `--from`.
     #[arg(long)]
     cell: Option<Cell>,
     /// Seed of the poses (default: the experiment file's).

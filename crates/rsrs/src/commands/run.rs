@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Folder of a sweep: run its chosen cell, or the one of it that `--cell` names.
     #[arg(long, value_name = "DIR")]
     from: Option<PathBuf>,
-    /// Cell to run, as AXIS=VALUE,…
+    /// Cell to run, as AXIS=VALUE,…; where the experiment file has `from`, only with `--from`.
     #[arg(long)]
     cell: Option<Cell>,
     /// What moves the robots (default: sim).
