@@ -79,8 +79,10 @@ fn with_profiles(here: &Path) {
     let path = here.join("profiles/flockbot.yaml");
     let profile = std::fs::read_to_string(&path).expect("it was written");
     let (near, worse) = ("range_m: 1.0}", "heading_noise_sd_rad: 0.05\n");
-    let profile =
-        profile.replace("range_m: 1.5}", near).replace("heading_noise_sd_rad: 0.0\n", worse);
+    let profile = profile
+        .replace("range_m: 1.5}", near)
+        .replace("heading_noise_sd_rad: 0.0\n", worse)
+        .replace("name: flockbot\n", "name: near_sighted\n");
     assert!(profile.contains(near) && profile.contains(worse), "{profile}");
     write(here, &[("profiles/b.yaml", &profile)]);
     rewrite(
@@ -136,6 +138,18 @@ fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict()
     done(here, &["report", "out", "-o", "report.html", "--bags", "bag"]);
     let html = std::fs::read_to_string(here.join("report.html")).expect("it is written");
     assert!(html.contains(r#""own_regions_m":{"1":[[["#), "a replay has what each class sees");
+    for expected in [
+        "<h1>Simulated runs and experiments: flockbot (class a), near_sighted (class b)</h1>",
+        "<caption>Class b, where it differs from the profile of the sweep: near_sighted: ",
+        "<td>actuation.turn.heading_noise_sd_rad</td><td>0.05</td>",
+        "<td>digest of the profile of class b</td>",
+    ] {
+        assert!(html.contains(expected), "{expected}");
+    }
+    let svg = std::fs::read_to_string(here.join("out/diagram.svg")).expect("it was drawn");
+    assert!(
+        svg.contains("of a swarm that sorts itself: flockbot (class a), near_sighted (class b)")
+    );
 
     let compare = ["compare", "out", "--bags", "bag", "--margin", "0.3", "--format", "json"];
     let compared = json(&typed(here, &compare));
@@ -235,16 +249,21 @@ fn a_profile_of_a_class_that_cannot_be_or_that_a_robot_does_not_have_is_refused(
                     actuation.turn.heading_noise_sd_rad and sensors differ";
     assert!(text.contains(expected) && text.contains("give robot_4 `profile: FILE`"), "{text}");
     for (from, to, expected, cure) in [
-        ("radius_m: 0.075", "radius_m: 0.08", "the radius of its body is 0.08 m", "one radius"),
+        (
+            "radius_m: 0.075",
+            "radius_m: 0.08",
+            "class b, by its own profile profiles/b.yaml: the radius of its body is 0.08 m",
+            "one radius",
+        ),
         ("period_s: 0.13", "period_s: 0.26", "its control period is 0.26 s", "one control period"),
         ("another: 0.03", "another: 0.03", "class b, by its own profile", "unknown sensor `other`"),
         (
             "limits_m_s: [0.02, 0.30]",
             "limits_m_s: [0.02, 0.1]",
-            "class b, by its own profile: ",
+            "class b, by its own profile profiles/b.yaml: ",
             "0.1",
         ),
-        ("radius_m: 0.075", "radius_m: -1", "body.radius_m is -1", ""),
+        ("radius_m: 0.075", "radius_m: -1", "profiles/b.yaml does not describe a robot", "is -1"),
     ] {
         let path = here.join("profiles/b.yaml");
         let profile = std::fs::read_to_string(&path).expect("it was written");
@@ -261,6 +280,54 @@ fn a_profile_of_a_class_that_cannot_be_or_that_a_robot_does_not_have_is_refused(
     rewrite(&here.join("classes.yaml"), &[("profiles/b.yaml", "profiles/c.yaml")]);
     let text = stderr(&typed(here, &["sweep", "sweep.yaml", "-o", "new"]));
     assert!(text.contains("classes.yaml: the file that `profile` names cannot be read"), "{text}");
+}
+
+#[test]
+fn of_a_mixed_swarm_the_robot_of_one_class_is_validated_by_that_classes_trials() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    files(here, &[]);
+    write(
+        here,
+        &[("alike.yaml", &SWEEP.replace("world: classes.yaml", "world: alike_classes.yaml"))],
+    );
+    write(here, &[("alike_classes.yaml", CLASSES)]);
+    with_profiles(here);
+    done(here, &["sweep", "sweep.yaml", "-o", "out"]);
+    done(here, &["episode", "out", "--cell", "robots=5", "--replicate", "1", "-o", "run"]);
+    let validate = |sweep: &str, more: &[&str]| {
+        let few = ["validate", sweep, "--trajectories", "run", "--simulated", "--robots", "200"];
+        typed(here, &[&few[..], more].concat())
+    };
+
+    let nobody = validate("out", &[]);
+    let other = validate("out", &["--class", "c"]);
+    let of_class = validate("out", &["--class", "b", "--format", "json"]);
+    let mixed = validate("alike.yaml", &["-o", "validation"]);
+
+    let text = stderr(&nobody);
+    let expected = "out has classes with profiles of their own, so it has several simulated robots";
+    assert!(code(&nobody) == 1 && text.contains(expected), "{text}");
+    assert!(text.contains("`--class a` or `--class b`"), "{text}");
+    let text = stderr(&other);
+    assert!(text.contains("there is no class `c`") && text.contains("classes are: a, b"), "{text}");
+    assert!([0, 3].contains(&code(&of_class)), "{}", stderr(&of_class));
+    let answer = json(&of_class);
+    assert_eq!(answer["class"], "b");
+    let robots: Vec<&str> = answer["robots"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|robot| robot["robot"].as_str().expect("a name"))
+        .collect();
+    assert_eq!(robots, ["robot_2", "robot_4"]);
+    let svg = std::fs::read_to_string(here.join("out/diagram.svg")).expect("it was drawn");
+    assert!(svg.contains("trials inside the simulated 99 % reach (class b)"), "{svg}");
+    let text = stderr(&mixed);
+    let expected =
+        "run: its robots are not alike: robot_2, robot_4 are of another profile than robot_1";
+    assert!(code(&mixed) == 1 && text.contains(expected), "{text}");
+    assert!(text.contains("`rsrs validate --class NAME`"), "{text}");
 }
 
 #[test]

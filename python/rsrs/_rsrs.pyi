@@ -508,6 +508,7 @@ def validate(
     detection: _Table | None = None,
     simulated: bool = False,
     at: _Cell | None = None,
+    robot_class: str | None = None,
     robots: int | None = None,
     tolerance_m: float | None = None,
     tolerance_rad: float | None = None,

@@ -399,14 +399,17 @@ const MOST_ROBOTS: usize = 1_000_000;
 ///     Whether trajectories of the simulator may stand in for real ones; the answer states it.
 /// at
 ///     Values on the capabilities that the sweep sweeps: {"range_m": 0.75}.
+/// robot_class
+///     The class whose robot is judged, where classes of the sweep's world have profiles of their own; of bags in which
+///     there are several classes, its robots' trajectories count.
 /// robots
 ///     Simulated robots, from 200 to 1,000,000.
 /// tolerance_m, tolerance_rad
 ///     How far measured positions and headings may be off, in metres and radians.
 #[pyfunction]
 #[pyo3(name = "validate")]
-#[pyo3(signature = (sweep, trajectories, *, detection=None, simulated=false, at=None, robots=None,
-                    tolerance_m=None, tolerance_rad=None, output=None))]
+#[pyo3(signature = (sweep, trajectories, *, detection=None, simulated=false, at=None, robot_class=None,
+                    robots=None, tolerance_m=None, tolerance_rad=None, output=None))]
 pub fn validate_sweep(
     py: Python<'_>,
     sweep: &Bound<'_, PyAny>,
@@ -414,6 +417,7 @@ pub fn validate_sweep(
     detection: Option<&Bound<'_, PyAny>>,
     simulated: bool,
     at: Option<&Bound<'_, PyAny>>,
+    robot_class: Option<String>,
     robots: Option<usize>,
     tolerance_m: Option<f64>,
     tolerance_rad: Option<f64>,
@@ -430,6 +434,7 @@ pub fn validate_sweep(
         detection: tables.optional(detection, "detection.csv")?,
         stand_in: if simulated { StandIn::Allowed } else { StandIn::Refused },
         at: at.map(cell).transpose()?.unwrap_or_default(),
+        class: robot_class,
         reach: ReachOptions {
             n_robots,
             tolerance_m: tolerance_m.unwrap_or(usual.tolerance_m),

@@ -103,6 +103,34 @@ fn robots_of_the_profile_are_contained_and_the_diagram_reports_it() {
 }
 
 #[test]
+fn of_classes_with_profiles_of_their_own_the_one_that_is_named_is_judged() {
+    let place = workplace();
+    let profile = read(place.path(), "flockbot.yaml");
+    let slow =
+        profile.replace("commanded_m_s: 0.050, mean: 0.971", "commanded_m_s: 0.050, mean: 0.68");
+    assert_ne!(slow, profile);
+    write(place.path(), "slow.yaml", slow);
+    let classes = "classes: [{name: usual}, {name: slow, profile: slow.yaml}]\n";
+    write(place.path(), "world.yaml", classes);
+    write_sweep(place.path(), "robots: 9");
+    let sweep = read(place.path(), "sweep.yaml") + "world: world.yaml\n";
+    write(place.path(), "sweep.yaml", sweep);
+    let robots = Robots { command: CURVE, faster: [0.7; 5], bias_rad_s: 0.0 };
+    write(place.path(), "driven.csv", trajectories(&robots));
+
+    let judged = |class: &str| {
+        let output = validate(place.path(), "sweep.yaml", &["--class", class, "-o", class]);
+        (code(&output), stdout(&output))
+    };
+
+    let (slow, usual) = (judged("slow"), judged("usual"));
+    assert_eq!(slow.0, 0, "{}", slow.1);
+    assert!(slow.1.contains("judged: the simulated robot of class slow"), "{}", slow.1);
+    assert_eq!(usual.0, 3, "{}", usual.1);
+    assert!(usual.1.starts_with("NOT contained: 0 of 15 trials inside"), "{}", usual.1);
+}
+
+#[test]
 fn robots_that_are_too_fast_are_named_with_the_factor_that_contains_them() {
     let place = workplace();
     let robots = Robots { command: CURVE, faster: [1.0, 1.0, 1.25, 1.25, 1.25], bias_rad_s: 0.0 };

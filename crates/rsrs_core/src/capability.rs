@@ -62,12 +62,23 @@ pub fn violations(
 ) -> Result<Vec<CapabilityViolation>, ConditionsError> {
     // Of the controller a robot's gains follow its fastest command.
     let Command { speed_m_s, turn_rate_rad_s } = simulated.controller.fastest();
-    let values = vec![
+    let mut values = vec![
         (Axis::Speed, speed_m_s),
         (Axis::TurnRate, turn_rate_rad_s),
         (Axis::Robots, simulated.robots as f64),
     ];
-    let settings = Settings { values, walls: simulated.arena.walls, ..Settings::default() };
+    // What sensors detect must be there.
+    let world = simulated.world.without_profiles();
+    if world.arena.is_none() {
+        values.push((Axis::Arena, simulated.arena.side_m));
+    }
+    let settings = Settings {
+        values,
+        walls: simulated.arena.walls,
+        placement: Some(simulated.placement.clone()),
+        world,
+        ..Settings::default()
+    };
     let measured = Conditions::resolve(measured, &settings)?;
     let mut found: Vec<CapabilityViolation> =
         numbers(&measured, simulated).into_iter().filter_map(Compared::violation).collect();

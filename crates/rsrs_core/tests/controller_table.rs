@@ -419,7 +419,7 @@ fn each_class_starts_in_its_own_state_and_a_start_of_nobody_is_refused() {
     let (error, _) = refused(&STARTS.replace("sheep: graze", "sheep: grase"));
     assert_eq!(error, "controller.yaml:1: unknown state `grase`; did you mean `graze`?");
 
-    let class = |name: &str| RobotClass { name: name.to_owned(), count: None, profile: None };
+    let class = |name: &str| RobotClass { name: name.to_owned(), ..RobotClass::default() };
     let resolved = |classes: &[&str]| {
         let classes = classes.iter().map(|name| class(name)).collect();
         let world = WorldFile { classes, ..WorldFile::NOTHING };

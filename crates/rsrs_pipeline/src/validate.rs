@@ -6,6 +6,7 @@ pub mod file;
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use rsrs_core::capability::{self, CapabilityViolation, LostCapability};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::quantity::{Axis, Cell};
@@ -34,6 +35,8 @@ pub struct Options {
     pub stand_in: StandIn,
     /// Values on the capabilities that the sweep sweeps: one robot is judged.
     pub at: Cell,
+    /// The class whose robot is judged, where classes have profiles of their own.
+    pub class: Option<String>,
     /// How the reach is simulated; the seed is that of the sweep.
     pub reach: ReachOptions,
 }
@@ -59,8 +62,9 @@ pub struct Validated {
 
 /// What is held against each other.
 pub struct Case {
-    /// The sweep.
+    /// The sweep; of one class, with its profile.
     pub source: ResolvedSweep,
+    class: Option<String>,
     /// Conditions of the cells at which the simulated robot is judged; one or more.
     pub conditions: Vec<Conditions>,
     at: Cell,
@@ -83,7 +87,7 @@ pub struct Case {
 ///
 /// # Errors
 ///
-/// If a file is wrong, or the sweep has several simulated robots and `at` does not name one.
+/// If a file is wrong, or the sweep has several simulated robots and `at` and `class` do not name one.
 pub fn validate(sweep: &Path, options: &Options) -> anyhow::Result<Validated> {
     let swept = if sweep.is_dir() { Some(folder::read(sweep)?) } else { None };
     let source = match &swept {
@@ -101,6 +105,7 @@ pub fn validate(sweep: &Path, options: &Options) -> anyhow::Result<Validated> {
 ///
 /// * `name` — of the sweep, for errors.
 fn read(name: &str, source: ResolvedSweep, options: &Options) -> anyhow::Result<Case> {
+    let source = judged_source(name, source, options.class.as_deref())?;
     let at = options.at.clone();
     let conditions = judged_conditions(name, &source, &at)?;
     let detections = options.detection.as_ref();
@@ -110,7 +115,7 @@ fn read(name: &str, source: ResolvedSweep, options: &Options) -> anyhow::Result<
         .map(|detections| sensor_map(detections, source.profile.body.radius_m).map_err(helped))
         .transpose()?;
     let Trajectories { driven: trials, from_rest, moved_by, simulated } =
-        trajectories(&options.trajectories)?;
+        trajectories(&options.trajectories, options.class.as_deref())?;
     let of_detections = detections.map(|detections| detections.moved_by).unwrap_or_default();
     let origin = (moved_by + of_detections).origin();
     if origin.is_some() && options.stand_in == StandIn::Refused {
@@ -122,8 +127,31 @@ fn read(name: &str, source: ResolvedSweep, options: &Options) -> anyhow::Result<
              states it",
         ));
     }
+    let class = options.class.clone();
     let options = ReachOptions { seed: source.sweep.seed, ..options.reach };
-    Ok(Case { source, conditions, at, trials, from_rest, sensor, origin, options })
+    Ok(Case { source, class, conditions, at, trials, from_rest, sensor, origin, options })
+}
+
+/// The sweep of the robots that are to be judged.
+fn judged_source(
+    file: &str,
+    source: ResolvedSweep,
+    class: Option<&str>,
+) -> anyhow::Result<ResolvedSweep> {
+    if let Some(class) = class {
+        return source.of_class(class).context(file.to_owned());
+    }
+    if !source.has_profiles_of_classes() {
+        return Ok(source);
+    }
+    let classes = source.sweep.world().into_iter().flat_map(|world| &world.classes);
+    let options: Vec<String> = classes.map(|class| format!("`--class {}`", class.name)).collect();
+    Err(with_help(
+        format!(
+            "{file} has classes with profiles of their own, so it has several simulated robots"
+        ),
+        format!("name the one to judge, with trials of its own: {}", options.join(" or ")),
+    ))
 }
 
 /// The cells at which the simulated robot is the one to be judged.
@@ -187,7 +215,7 @@ fn judge(case: &Case) -> anyhow::Result<ValidationReport> {
         .map(|map| capability::sensor_violations(map, &case.conditions[0].robot));
     let senses_worse = sensor_violations.as_ref().is_none_or(Vec::is_empty);
     Ok(ValidationReport {
-        judged: Judged::of(source, &case.at),
+        judged: Judged::of(source, case.class.as_deref(), &case.at),
         is_harsher: validation.is_contained && capability_violations.is_empty() && senses_worse,
         validation,
         capability_violations,

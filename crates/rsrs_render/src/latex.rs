@@ -11,8 +11,8 @@ use rsrs_pipeline::sweep::result::{SweepResult, World};
 
 use crate::comparison::{Report, evidence, word};
 use crate::picture::robots;
-use crate::wording::capitalised;
 use crate::wording::quantity::{as_on_an_axis, without_unit};
+use crate::wording::{capitalised, robot_names};
 
 /// A table of more rows goes on over pages.
 const PAGE_ROWS: usize = 40;
@@ -62,7 +62,7 @@ pub fn cells(result: &SweepResult, world: World) -> anyhow::Result<String> {
     let comment = format!(
         "{} of {}, {}, {} s each, seed {}; rsrs {}, commit {}",
         capitalised(source.sweep.behaviour.known().noun()),
-        source.profile.name,
+        robot_names(source),
         robots(result, world),
         source.sweep.duration_s,
         source.sweep.seed,

@@ -14,7 +14,8 @@ use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
 use rsrs_core::numerals::{count, percent, significant};
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::HarsherFactors;
-use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::profile::{RobotProfile, Sees};
+use rsrs_core::world::WorldFile;
 use rsrs_pipeline::error::{helped, with_help};
 use rsrs_pipeline::files::write_draft;
 use rsrs_pipeline::sweep::result::{SweepResult, World};
@@ -27,7 +28,7 @@ use rsrs_view::raster::{PNG_WIDTH_PX, png};
 
 use crate::picture::boundaries::{Plane, boundaries};
 use crate::picture_file::{Length, PageStyle};
-use crate::wording::{capitalised, quantity};
+use crate::wording::{capitalised, quantity, robot_names};
 
 pub use curves::of_answers;
 pub use values::{CellNumber, CellNumbers};
@@ -144,16 +145,14 @@ pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<D
     let panels = of.panels()?;
     let shown = of.shown(&panels);
     let conditions = of.conditions()?;
-    let robot = &result.source.profile.name;
+    let robots = robot_names(&result.source);
     let swarm = result.source.sweep.behaviour.known().swarm();
     let title = options.title.clone().unwrap_or_else(|| match &options.values {
-        Some(values) => format!("{} in {swarm}: {robot}", capitalised(&values.title)),
-        None => format!("Phases of {swarm}: {robot}"),
+        Some(values) => format!("{} in {swarm}: {robots}", capitalised(&values.title)),
+        None => format!("Phases of {swarm}: {robots}"),
     });
     let mut note = options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned());
-    if let Some(origin) = result.source.profile.provenance.trials {
-        note.extend(["; their profile was fitted to trials of ", origin.whose()]);
-    }
+    note.extend(fitted_to_others(&result.source));
     let picture = DiagramPicture {
         panels,
         x,
@@ -174,6 +173,18 @@ pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<D
     rsrs_view::diagram::drawn(&picture).map_err(helped)
 }
 
+/// Which profiles were fitted to trials that are not those of robots.
+fn fitted_to_others(source: &ResolvedSweep) -> impl Iterator<Item = String> {
+    let of = |which: String, profile: &RobotProfile| {
+        let origin = profile.provenance.trials?;
+        Some(format!("; {which} was fitted to trials of {}", origin.whose()))
+    };
+    let classes = source.sweep.world().into_iter().flat_map(WorldFile::profiles);
+    let of_classes =
+        classes.filter_map(move |(class, own)| of(format!("the profile of class {class}"), own));
+    of("their profile".to_owned(), &source.profile).into_iter().chain(of_classes)
+}
+
 /// The result of `rsrs validate` that is kept in the folder of a sweep, in words; `None` if there is none.
 ///
 /// # Errors
@@ -191,7 +202,10 @@ fn validated(answer: &StoredAnswer) -> String {
     );
     let at: Vec<String> =
         answer.judged.at.iter().map(|(axis, value)| format!("{axis}={value}")).collect();
-    let at = if at.is_empty() { String::new() } else { format!(" (at {})", at.join(", ")) };
+    let at = (!at.is_empty()).then(|| format!("at {}", at.join(", ")));
+    let class = answer.judged.class.as_ref().map(|class| format!("class {class}"));
+    let which: Vec<String> = class.into_iter().chain(at).collect();
+    let at = if which.is_empty() { String::new() } else { format!(" ({})", which.join(", ")) };
     if let Some(origin) = answer.trials_of {
         let whose = origin.whose();
         return format!("not validated: held against trials of {whose}, {counts}{at}");

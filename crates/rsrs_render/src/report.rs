@@ -19,7 +19,7 @@ use rsrs_view::simulator::source;
 
 use crate::comparison::{self as comparing, ComparedBag, Report as Comparison, word};
 use crate::picture::{self, DiagramOptions};
-use crate::wording::{capitalised, quantity};
+use crate::wording::{capitalised, quantity, robot_names};
 
 /// Compares runs with a sweep, if there are some, and shows both on a page: a diagram whose cells respond with their
 /// numbers and one of their runs in motion, and every real run in motion beside its order parameters.
@@ -72,12 +72,12 @@ impl Reported<'_> {
                 ("The comparison as text".to_owned(), comparing::text(comparison).to_string()),
             );
         }
-        let robot = &result.source.profile.name;
+        let robots = robot_names(&result.source);
         Ok(ReportPage {
             title: if comparison.is_some() {
-                format!("Simulated runs and experiments: {robot}")
+                format!("Simulated runs and experiments: {robots}")
             } else {
-                format!("Simulated runs: {robot}")
+                format!("Simulated runs: {robots}")
             },
             verdict: comparison.map(|comparison| Verdict {
                 words: word(comparison.verdict).to_owned(),
@@ -92,7 +92,7 @@ impl Reported<'_> {
             comparison: comparison.map_or_else(Vec::new, tables::comparison),
             runs: comparison.map(runs::facts).transpose()?.unwrap_or_default(),
             not_counted: comparison.and_then(tables::not_counted),
-            profile: tables::profile(&result.source.profile)?,
+            profiles: tables::profiles(&result.source.profile, result.source.sweep.world())?,
             provenance: tables::provenance(self),
             details,
         })

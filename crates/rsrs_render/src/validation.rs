@@ -23,6 +23,9 @@ use crate::words::{Tone, Words};
 pub fn text(answer: &ValidationReport) -> Words {
     let validation = &answer.validation;
     let mut blocks = vec![headline(validation)];
+    let class = answer.judged.class.as_ref();
+    blocks
+        .extend(class.map(|class| format!("judged: the simulated robot of class {class}").into()));
     blocks.extend(answer.trials_of.map(|origin| {
         let whose = origin.whose();
         format!("note: the trials are those of {whose}: nothing is validated by them").into()

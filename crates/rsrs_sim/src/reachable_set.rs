@@ -22,6 +22,7 @@ use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::NotHarsher;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::sensor::{Detects, SensorDetails};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::trial::DrivenTrial;
 use rsrs_core::trials::validation::Validation;
@@ -267,5 +268,18 @@ fn conditions(
         (Axis::TurnRate, command.turn_rate_rad_s.abs()),
         (Axis::Robots, 1.0),
     ]);
-    Ok(Conditions::resolve(robot, &Settings { values, walls: Walls::None, ..Settings::default() })?)
+    let settings = Settings { values, walls: Walls::None, ..Settings::default() };
+    Ok(Conditions::resolve(&alone(robot), &settings)?)
+}
+
+/// A robot that may be where nothing but robots is: its sensors, which move no robot that is driven, would be refused
+/// if they were to detect anything else.
+fn alone(robot: &RobotProfile) -> RobotProfile {
+    let mut alone = robot.clone();
+    let mut kinds = robot.sensors().flat_map(|(_, sensing)| sensing.details.kinds());
+    if kinds.any(|kind| kind != Detects::Robot) {
+        alone.sensing.details = SensorDetails::default();
+        alone.further_sensors.clear();
+    }
+    alone
 }

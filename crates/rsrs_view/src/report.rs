@@ -56,8 +56,8 @@ pub struct ReportPage {
     pub runs: Vec<RunFacts>,
     /// Those that do not count.
     pub not_counted: Option<Table>,
-    /// The robots.
-    pub profile: Table,
+    /// The robots: their profile, and those of classes that have their own.
+    pub profiles: Vec<Table>,
     /// Where it comes from.
     pub provenance: Table,
     /// Heading and text of what is shown on demand.
@@ -202,7 +202,7 @@ pub fn html(page: &ReportPage) -> String {
         }
         section aria-labelledby="robots" {
             h2 id="robots" { "Profile of the robots" }
-            (table(&page.profile))
+            @for of in &page.profiles { (table(of)) }
         }
         section aria-labelledby="provenance" {
             h2 id="provenance" { "How it was made" }

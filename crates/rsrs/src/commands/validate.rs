@@ -42,6 +42,10 @@ pub struct Arguments {
     /// Values on the capabilities that the sweep sweeps, as AXIS=VALUE,…: one robot is judged.
     #[arg(long, value_name = "AXIS=V")]
     at: Option<Cell>,
+    /// The class whose robot is judged, where classes of the sweep's world have profiles of their own; of bags in which
+    /// there are several classes, its robots' trajectories count.
+    #[arg(long, value_name = "NAME")]
+    class: Option<String>,
     /// Simulated robots, 200 or more (default: 2000).
     #[arg(long, value_name = "N")]
     robots: Option<usize>,
@@ -66,7 +70,7 @@ pub struct Arguments {
 ///
 /// # Errors
 ///
-/// If a file is wrong, or the sweep has several simulated robots and `--at` does not name one.
+/// If a file is wrong, or the sweep has several simulated robots and `--at` and `--class` do not name one.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let usual = ReachOptions::default();
     let options = Options {
@@ -74,6 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         detection: arguments.detection.clone(),
         stand_in: if arguments.simulated { StandIn::Allowed } else { StandIn::Refused },
         at: arguments.at.clone().unwrap_or_default(),
+        class: arguments.class.clone(),
         reach: ReachOptions {
             n_robots: arguments.robots.unwrap_or(usual.n_robots),
             tolerance_m: arguments.tolerance.unwrap_or(usual.tolerance_m),

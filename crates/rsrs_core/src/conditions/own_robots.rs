@@ -6,7 +6,7 @@ use crate::quantity::Axis;
 use crate::robot::controller::Controller;
 use crate::robot::harsher::{Harsher, HarsherFactors};
 use crate::robot::profile::RobotProfile;
-use crate::world::WorldFile;
+use crate::world::{RobotClass, WorldFile};
 
 /// What is done to the profiles of classes before their robots are simulated: what was done to that of the others.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -102,12 +102,8 @@ impl Conditions {
                     return Err(ConditionsError::ProfileNotRead { class, path });
                 }
             };
-            let robot = |measured| self.robot_of_class(measured, settings);
-            let robot = measured.map(robot).transpose().map_err(|source| {
-                let (class, source) = (class.name.clone(), Box::new(source));
-                ConditionsError::OfClass { class, source }
-            })?;
-            of_classes.push(robot);
+            let robot = measured.map(|measured| self.robot_of_class(measured, settings));
+            of_classes.push(robot.transpose().map_err(|source| of_class(class, source))?);
         }
         for (place, class) in settings.world.classes_of(self.robots).into_iter().enumerate() {
             if let Some(robot) = &of_classes[class] {
@@ -174,19 +170,22 @@ impl WorldFile {
     ///
     /// [`ConditionsError::OfClass`] of the first that does.
     pub fn check_limits(&self, controller: &Controller) -> Result<(), ConditionsError> {
-        self.profiles().try_for_each(|(class, profile)| {
-            profile.check_limits(controller).map_err(|source| ConditionsError::OfClass {
-                class: class.to_owned(),
-                source: Box::new(source.into()),
-            })
+        self.classes.iter().try_for_each(|class| {
+            let limits = class.own_profile().map(|profile| profile.check_limits(controller));
+            limits.unwrap_or(Ok(())).map_err(|beyond| of_class(class, beyond.into()))
         })
     }
+}
+
+/// Why a class with a profile of its own is not for a swarm.
+fn of_class(class: &RobotClass, source: ConditionsError) -> ConditionsError {
+    let (class, path) = (class.name.clone(), class.read_from.clone());
+    ConditionsError::OfClass { class, path, source: Box::new(source) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::RobotClass;
 
     const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 
@@ -228,8 +227,11 @@ mod tests {
         let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
         let mut own = profile.clone();
         own.sensing.true_positive = 0.9;
-        let class =
-            |name: &str, profile| RobotClass { name: name.to_owned(), count: None, profile };
+        let class = |name: &str, profile| RobotClass {
+            name: name.to_owned(),
+            profile,
+            ..RobotClass::default()
+        };
         let classes = vec![class("a", None), class("b", Some(Source::Read(own.clone())))];
         let world = WorldFile { classes, ..WorldFile::NOTHING };
         let factors = HarsherFactors::for_robot(&profile);

@@ -143,10 +143,12 @@ pub enum ConditionsError {
     #[error(transparent)]
     NotHarsher(#[from] NotHarsher),
     /// A class of robots that are not for this swarm.
-    #[error("class {class}, by its own profile: {source}")]
+    #[error("class {class}, by its own profile{}: {source}", at(path.as_deref()))]
     OfClass {
         /// The class.
         class: String,
+        /// Path of its profile as the world names it; `None` of a world that holds it.
+        path: Option<String>,
         /// Why.
         source: Box<ConditionsError>,
     },
@@ -158,6 +160,11 @@ pub enum ConditionsError {
         /// As the world names it.
         path: String,
     },
+}
+
+/// The path of a file, behind what it holds.
+fn at(path: Option<&str>) -> String {
+    path.map_or_else(String::new, |path| format!(" {path}"))
 }
 
 impl Help for ConditionsError {

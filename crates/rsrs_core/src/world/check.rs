@@ -401,7 +401,7 @@ impl WorldFile {
             within("radius_m", goal.radius_m, RADIUS).map_err(flaw)?;
             check_place("place_m", goal.place_m).map_err(flaw)?;
         }
-        for (place, RobotClass { name, count, profile }) in self.classes.iter().enumerate() {
+        for (place, RobotClass { name, count, profile, .. }) in self.classes.iter().enumerate() {
             let flaw = |problem| WorldFlaw { place: Place::Class(place), problem };
             let found = name.clone();
             if !document::is_name(name) {

@@ -10,7 +10,7 @@ use crate::document::source::Source;
 use crate::robot::profile::RobotProfile;
 
 /// Robots of one class: they tell each other from all others by sensors of `kin` and `other`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotClass {
     /// What people call it: small letters, digits and `_`, a letter first.
@@ -23,12 +23,27 @@ pub struct RobotClass {
     /// the fleet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<Source<RobotProfile>>,
+    /// Path of the profile that was read, as the file of the world names it, for errors; no part of what the class is.
+    #[serde(skip)]
+    pub read_from: Option<String>,
+}
+
+impl PartialEq for RobotClass {
+    fn eq(&self, other: &Self) -> bool {
+        let Self { name, count, profile, read_from: _ } = self;
+        (name, count, profile) == (&other.name, &other.count, &other.profile)
+    }
 }
 
 impl RobotClass {
-    /// Its name and its profile, if it has one that was read.
-    fn own_profile(&self) -> Option<(&str, &RobotProfile)> {
-        Some((&self.name, self.profile.as_ref()?.read()?))
+    /// Its own profile, if it has one that was read.
+    pub fn own_profile(&self) -> Option<&RobotProfile> {
+        self.profile.as_ref()?.read()
+    }
+
+    /// The profile of its robots: its own, if it has one that was read, or that of all others.
+    pub fn profile_or<'a>(&'a self, of_others: &'a RobotProfile) -> &'a RobotProfile {
+        self.own_profile().unwrap_or(of_others)
     }
 }
 
@@ -66,9 +81,11 @@ impl WorldFile {
         &mut self,
         mut read: impl FnMut(&str) -> Result<RobotProfile, E>,
     ) -> Result<(), E> {
-        for profile in self.classes.iter_mut().filter_map(|class| class.profile.as_mut()) {
-            if let Source::File(path) = profile {
-                *profile = Source::Read(read(path)?);
+        for class in &mut self.classes {
+            if let Some(Source::File(path)) = &class.profile {
+                let profile = read(path)?;
+                class.read_from = Some(path.clone());
+                class.profile = Some(Source::Read(profile));
             }
         }
         Ok(())
@@ -81,18 +98,19 @@ impl WorldFile {
         n_robots: usize,
     ) -> impl Iterator<Item = (usize, &str, &RobotProfile)> {
         self.classes_of(n_robots).into_iter().enumerate().filter_map(|(robot, class)| {
-            let (class, profile) = self.classes[class].own_profile()?;
-            Some((robot, class, profile))
+            let class = &self.classes[class];
+            Some((robot, class.name.as_str(), class.own_profile()?))
         })
     }
 
     /// The names and the profiles of classes that have one of their own, as far as they were read.
     pub fn profiles(&self) -> impl Iterator<Item = (&str, &RobotProfile)> {
-        self.classes.iter().filter_map(RobotClass::own_profile)
+        self.classes.iter().filter_map(|class| Some((class.name.as_str(), class.own_profile()?)))
     }
 
     /// The same world without the profiles of its classes.
-    pub(crate) fn without_profiles(&self) -> Self {
+    #[must_use]
+    pub fn without_profiles(&self) -> Self {
         let mut world = self.clone();
         world.classes.iter_mut().for_each(|class| class.profile = None);
         world
@@ -118,7 +136,7 @@ impl WorldFile {
     /// ```
     /// use rsrs_core::world::{RobotClass, WorldFile};
     ///
-    /// let class = |name: &str, count| RobotClass { name: name.to_owned(), count, profile: None };
+    /// let class = |name: &str, count| RobotClass { name: name.to_owned(), count, ..RobotClass::default() };
     /// let classes = vec![class("shepherd", Some(1)), class("sheep", None)];
     /// let world = WorldFile { classes, ..WorldFile::NOTHING };
     /// assert_eq!(world.classes_of(4), [0, 1, 1, 1]);
@@ -145,7 +163,7 @@ mod tests {
         let class = |count: &Option<usize>| RobotClass {
             name: "red".to_owned(),
             count: *count,
-            profile: None,
+            ..RobotClass::default()
         };
         WorldFile { classes: counts.iter().map(class).collect(), ..WorldFile::NOTHING }
     }

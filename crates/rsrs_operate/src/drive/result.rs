@@ -139,7 +139,7 @@ impl TrialResult {
         if is_unseen(&recorded) {
             return Ok(None);
         }
-        let driven = bag_trials::read(bag).map_err(|error| unmeasured(&error))?.driven;
+        let driven = bag_trials::read(bag, None).map_err(|error| unmeasured(&error))?.driven;
         let longest =
             driven.iter().max_by(|left, right| left.duration_s().total_cmp(&right.duration_s()));
         let Some(trial) = longest else {

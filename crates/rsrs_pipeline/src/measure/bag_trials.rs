@@ -16,7 +16,7 @@ use rsrs_fleet::fleet_file::{Driver, FleetFile};
 use rsrs_fleet::record::{Backend, ExperimentRecord};
 use rsrs_msgs::topics;
 
-use crate::error::helped;
+use crate::error::{helped, with_help};
 use crate::files::names;
 use crate::measure::sensor_readings::{self, Readings};
 use crate::measure::trial_window::intervals_s;
@@ -59,17 +59,22 @@ pub fn is_bag(path: &Path) -> bool {
 ///
 /// * `path` — a rosbag2 folder or an `.mcap` file; robots in it should drive where nothing is in
 ///   their way.
+/// * `class` — whose robots' trials are wanted where the run has classes.
 ///
 /// # Errors
 ///
-/// If the bag cannot be read, or has no poses or commands; the error names the bag.
-pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
+/// If the bag cannot be read, has no poses or commands, or its robots are of several profiles and no class is wanted;
+/// the error names the bag.
+pub fn read(path: &Path, class: Option<&str>) -> anyhow::Result<BagTrials> {
     let bag = recorded_run::open(path)?;
     let record = recorded_run::record_in(&bag)?;
     let backend = record.as_ref().map(|record| backend(&bag, record));
     if let Some(standing) = standing(&bag, record.as_ref())? {
         return Ok(BagTrials { standing: Some(standing), backend, ..BagTrials::default() });
     }
+    let wanted = record.as_ref().map(|record| of_one_profile(path, record, class)).transpose()?;
+    let is_wanted =
+        |robot: &String| wanted.as_ref().is_none_or(|wanted| wanted.contains(&robot.as_str()));
     let poses = PosesOfRun::of(&bag, record.as_ref(), None)?;
     let recorded = poses.read(&bag, record.as_ref(), Needed::AllOfIt).map_err(|error| {
         let message = format!("{}: {error}", path.display());
@@ -77,16 +82,58 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
     })?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
     let drives = |part: fn(&[DrivenSample]) -> &[DrivenSample]| {
-        let robots = 0..recorded.robots.len();
+        let robots = (0..recorded.robots.len()).filter(|robot| is_wanted(&recorded.robots[*robot]));
         robots.flat_map(|robot| drives(&recorded, robot, &name, part)).collect()
     };
     let (driven, from_rest) = (drives(going), drives(|drive| drive));
     let periods_s = recorded
         .robots
         .iter()
+        .filter(|robot| is_wanted(robot))
         .map(|robot| Ok((robot.clone(), periods(&bag, &recorded, robot)?)))
         .collect::<anyhow::Result<_>>()?;
     Ok(BagTrials { driven, from_rest, periods_s, standing: None, backend })
+}
+
+/// The robots of a run whose drives are trials of one profile: those of a class, or all where they are alike.
+fn of_one_profile<'a>(
+    path: &Path,
+    record: &'a ExperimentRecord,
+    class: Option<&str>,
+) -> anyhow::Result<Vec<&'a str>> {
+    let ExperimentRecord { robots, conditions, .. } = record;
+    let all: Vec<&str> = robots.iter().map(String::as_str).collect();
+    let classes = conditions.world.class_names_of(robots.len());
+    if class.is_some() && !conditions.world.classes.is_empty() {
+        let of_class = all.into_iter().zip(classes).filter(|(_, of)| *of == class);
+        let of_class: Vec<&str> = of_class.map(|(robot, _)| robot).collect();
+        if of_class.is_empty() {
+            return Err(with_help(
+                format!("{}: no robot is of class {}", path.display(), class.unwrap_or_default()),
+                "leave this bag out, or name a class that it has",
+            ));
+        }
+        return Ok(of_class);
+    }
+    let first = conditions.robot_at(0);
+    let others = all.iter().enumerate().filter(|(place, _)| conditions.robot_at(*place) != first);
+    let others: Vec<&str> = others.map(|(_, robot)| *robot).collect();
+    if others.is_empty() {
+        return Ok(all);
+    }
+    Err(with_help(
+        format!(
+            "{}: its robots are not alike: {} of another profile than {}",
+            path.display(),
+            match others.as_slice() {
+                [other] => format!("{other} is"),
+                _ => format!("{} are", others.join(", ")),
+            },
+            all[0]
+        ),
+        "give bags in which robots of one profile drive; of classes in a world, `rsrs validate --class NAME` takes \
+         those of one",
+    ))
 }
 
 /// What moved the robots of a run: the simulator also where one of them was virtual in a fleet.

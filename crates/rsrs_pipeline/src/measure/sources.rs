@@ -106,7 +106,7 @@ impl Sources {
     pub fn read(paths: &Paths) -> anyhow::Result<Self> {
         let bags = read_bags(&paths.bags)?;
         let Trajectories { mut driven, mut from_rest, mut moved_by, .. } =
-            trajectories(&paths.trajectories)?;
+            trajectories(&paths.trajectories, None)?;
         for (_, trials) in &bags {
             moved_by = moved_by + MovedBy::all(trials.backend, trials.driven.len());
             driven.extend(trials.driven.iter().cloned());
@@ -220,7 +220,7 @@ fn read_bags(paths: &[PathBuf]) -> anyhow::Result<Vec<(PathBuf, BagTrials)>> {
                     "tables of trajectories go to `--trajectories`",
                 ));
             }
-            Ok((path.clone(), bag_trials::read(path)?))
+            Ok((path.clone(), bag_trials::read(path, None)?))
         })
         .collect()
 }

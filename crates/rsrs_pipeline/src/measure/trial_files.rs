@@ -37,14 +37,18 @@ pub struct Trajectories {
 
 /// Reads trajectories from all tables and bags, one after the other.
 ///
+/// # Arguments
+///
+/// * `class` — whose robots' trials are wanted of bags in which there are several; who drove in a table is not known.
+///
 /// # Errors
 ///
 /// As [`table`] and [`bag_trials::read`].
-pub fn trajectories(paths: &[PathBuf]) -> anyhow::Result<Trajectories> {
+pub fn trajectories(paths: &[PathBuf], class: Option<&str>) -> anyhow::Result<Trajectories> {
     let mut found = Trajectories::default();
     for path in paths {
         if is_bag(path) {
-            let trials = bag_trials::read(path)?;
+            let trials = bag_trials::read(path, class)?;
             found.moved_by = found.moved_by + MovedBy::all(trials.backend, trials.driven.len());
             if trials.backend == Some(TrialBackend::Simulator) {
                 found.simulated.push(path.clone());

@@ -117,6 +117,42 @@ impl ResolvedSweep {
         (self.sweep.harsher != sweep.harsher).then(|| Self { sweep, ..self.clone() })
     }
 
+    /// The same sweep with the robots of one class alone: they have that class's profile, and no class has another.
+    ///
+    /// # Errors
+    ///
+    /// If there is no such class.
+    pub fn of_class(&self, class: &str) -> anyhow::Result<Self> {
+        let classes = self.sweep.world().map_or(&[][..], |world| &world.classes);
+        let Some(found) = classes.iter().find(|it| it.name == class) else {
+            let names: Vec<&str> = classes.iter().map(|class| class.name.as_str()).collect();
+            return Err(if names.is_empty() {
+                with_help(
+                    format!("there are no classes of robots, and `{class}` is to be one"),
+                    "leave the class out: all robots have the profile of the sweep",
+                )
+            } else {
+                let help = format!("the classes are: {}", names.join(", "));
+                with_help(format!("there is no class `{class}`"), help)
+            });
+        };
+        let profile = found.profile_or(&self.profile).clone();
+        let world = self.sweep.world().map(WorldFile::without_profiles);
+        let given = self.sweep.harsher.decided(&self.profile);
+        let sweep = SweepFile {
+            harsher: Harsher::from(given.factors(&profile)),
+            world: world.map(WorldSource::Read),
+            ..self.sweep.clone()
+        };
+        let provenance = Provenance::of(&profile);
+        Ok(Self { sweep, profile, provenance })
+    }
+
+    /// Whether a class has a profile of its own.
+    pub fn has_profiles_of_classes(&self) -> bool {
+        self.sweep.world().is_some_and(|world| world.profiles().next().is_some())
+    }
+
     /// Refuses what is of one profile where classes of robots have others.
     ///
     /// # Arguments

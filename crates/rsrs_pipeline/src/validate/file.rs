@@ -23,6 +23,9 @@ pub const NAME: &str = "validation.json";
 /// Which simulated robot was judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
+    /// The class whose robot was judged; not there where all robots have the profile of the sweep.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<String>,
     /// Digest of the measured profile.
     pub profile_digest: String,
     /// How the simulated robot is worse.
@@ -99,10 +102,14 @@ pub struct StoredAnswer {
 impl Judged {
     /// The simulated robot of a sweep, at some values of the capabilities that it sweeps.
     ///
+    /// # Arguments
+    ///
+    /// * `source` — of the class, if one is judged.
+    ///
     /// # Panics
     ///
     /// Never: what it serialises is numbers and texts.
-    pub fn of(source: &ResolvedSweep, at: &Cell) -> Self {
+    pub fn of(source: &ResolvedSweep, class: Option<&str>, at: &Cell) -> Self {
         let fixed = source.sweep.fixed.values.iter().filter(|(axis, _)| axis.is_capability());
         let fixed: BTreeMap<String, f64> =
             fixed.map(|(axis, value)| (axis.key().to_owned(), *value)).collect();
@@ -112,6 +119,7 @@ impl Judged {
         let mut digest = Digest::new("simulator");
         digest.text(&made.expect("numbers and texts are plain data"));
         Self {
+            class: class.map(str::to_owned),
             profile_digest,
             harsher,
             fixed,
@@ -120,8 +128,15 @@ impl Judged {
         }
     }
 
+    /// Whether the sweep still has this robot.
     fn is_of(&self, source: &ResolvedSweep) -> bool {
-        self.simulator_digest == Self::of(source, &Cell::default()).simulator_digest
+        let is_same = |source: &ResolvedSweep| {
+            self.simulator_digest == Self::of(source, None, &Cell::default()).simulator_digest
+        };
+        match &self.class {
+            Some(class) => source.of_class(class).is_ok_and(|source| is_same(&source)),
+            None => !source.has_profiles_of_classes() && is_same(source),
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_view::page::{Page, Table};
 
 use super::{Worlds, robots};
+use crate::wording::robot_names;
 
 /// The picture on a page, with the numbers behind it and how they were made.
 ///
@@ -17,7 +18,7 @@ use super::{Worlds, robots};
 /// If the sweep does not hold a world.
 pub fn page(result: &SweepResult, worlds: Worlds, svg: &str) -> anyhow::Result<String> {
     let source = &result.source;
-    let mut page = Page::new(&format!("Phase diagram: {}", source.profile.name));
+    let mut page = Page::new(&format!("Phase diagram: {}", robot_names(source)));
     page.figure(svg);
     page.heading("Cells");
     let kind = source.sweep.interval_kind();

@@ -1,11 +1,14 @@
 //! The numbers of a report: the comparison, the robots, and where everything comes from.
 
+use std::collections::HashSet;
+
 use anyhow::Context;
 use rsrs_core::comparison::SIGNIFICANCE;
 use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::numerals::{percent, percentage_points, percents};
 use rsrs_core::program;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::world::WorldFile;
 use rsrs_view::page::Table;
 use serde_json::Value;
 
@@ -108,24 +111,56 @@ pub fn not_counted(comparison: &Comparison) -> Option<Table> {
     (!rows.is_empty()).then(|| table(caption, ["bag", "what", "cause"], rows))
 }
 
-/// Every number of a profile with its source.
+/// Every number of a sweep's profile with its source, and of each class that has a profile of its own what differs.
 ///
 /// # Errors
 ///
-/// If the profile is no plain data, which it always is.
-pub fn profile(profile: &RobotProfile) -> anyhow::Result<Table> {
+/// If a profile is no plain data, which it always is.
+pub fn profiles(measured: &RobotProfile, world: Option<&WorldFile>) -> anyhow::Result<Vec<Table>> {
+    let of_sweep = numbers(measured)?;
+    let sourced = |profile: &RobotProfile, rows: Vec<(String, String)>| {
+        let row = |(key, value): (String, String)| {
+            let source = source_of(profile, &key);
+            [key, value, source]
+        };
+        rows.into_iter().map(row).collect::<Vec<_>>()
+    };
+    let named = |profile: &RobotProfile| format!("{}: {}", profile.name, profile.provenance.source);
+    let head = ["quantity", "value", "source"];
+    let mut of_classes = Vec::new();
+    for (class, own) in world.into_iter().flat_map(WorldFile::profiles) {
+        let rows = differing(numbers(own)?, &of_sweep);
+        let caption = format!(
+            "Class {class}, where it differs from the profile of the sweep: {}",
+            named(own)
+        );
+        of_classes.push(table(&caption, head, sourced(own, rows)));
+    }
+    let caption = match of_classes.as_slice() {
+        [] => named(measured),
+        _ => format!("The profile of the sweep: {}", named(measured)),
+    };
+    let rows = sourced(measured, of_sweep);
+    Ok(std::iter::once(table(&caption, head, rows)).chain(of_classes).collect())
+}
+
+/// The numbers and words of a profile by the dotted paths of their keys.
+fn numbers(profile: &RobotProfile) -> anyhow::Result<Vec<(String, String)>> {
     let value = serde_json::to_value(profile).context("the profile as data")?;
     let mut rows = Vec::new();
     let parts = value.as_object().into_iter().flatten();
     for (key, value) in parts.filter(|(key, _)| !["name", "provenance"].contains(&key.as_str())) {
         flatten(key, value, &mut rows);
     }
-    let rows = rows.into_iter().map(|(key, value)| {
-        let source = source_of(profile, &key);
-        [key, value, source]
-    });
-    let caption = format!("{}: {}", profile.name, profile.provenance.source);
-    Ok(table(&caption, ["quantity", "value", "source"], rows.collect()))
+    Ok(rows)
+}
+
+/// The rows that are not among others, and `none` for what only those have.
+fn differing(own: Vec<(String, String)>, others: &[(String, String)]) -> Vec<(String, String)> {
+    let keys: HashSet<String> = own.iter().map(|(key, _)| key.clone()).collect();
+    let lacking = others.iter().filter(|(key, _)| !keys.contains(key));
+    let lacking = lacking.map(|(key, _)| (key.clone(), "none".to_owned()));
+    own.into_iter().filter(|row| !others.contains(row)).chain(lacking).collect()
 }
 
 /// The values of a document by the dotted paths of their keys; entries of lists are numbered from 0.
@@ -171,6 +206,11 @@ pub fn provenance(of: &Reported) -> Table {
         ["digest of the sweep".to_owned(), source.digest()],
         ["digest of the profile".to_owned(), source.provenance.profile_digest.clone()],
     ];
+    let classes = source.sweep.world().into_iter().flat_map(WorldFile::profiles);
+    rows.extend(
+        classes
+            .map(|(class, own)| [format!("digest of the profile of class {class}"), own.digest()]),
+    );
     rows.extend(
         comparison.map(|comparison| ["labels of the runs".to_owned(), comparison.labels.clone()]),
     );
@@ -185,6 +225,9 @@ pub fn provenance(of: &Reported) -> Table {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_core::document::source::Source;
+    use rsrs_core::world::RobotClass;
+
     use super::*;
 
     #[test]
@@ -192,7 +235,7 @@ mod tests {
         let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
         let flockbot = RobotProfile::parse("flockbot.yaml", text).unwrap();
 
-        let table = profile(&flockbot).unwrap();
+        let [table] = &profiles(&flockbot, None).unwrap()[..] else { panic!("one profile") };
 
         let row = |key: &str| table.rows.iter().find(|row| row[0] == key).expect("it is there");
         assert_eq!(
@@ -204,5 +247,32 @@ mod tests {
         for row in numbers {
             assert!(!row[2].is_empty(), "{} has no source", row[0]);
         }
+    }
+
+    #[test]
+    fn each_class_with_a_profile_of_its_own_has_a_table_of_what_differs() {
+        let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+        let flockbot = RobotProfile::parse("flockbot.yaml", text).unwrap();
+        let mut near = flockbot.clone();
+        near.name = "near".to_owned();
+        near.sensing.true_positive = 0.9;
+        let class = |name: &str, profile: Option<&RobotProfile>| RobotClass {
+            name: name.to_owned(),
+            profile: profile.cloned().map(Source::Read),
+            ..RobotClass::default()
+        };
+        let classes = vec![class("a", None), class("b", Some(&near))];
+        let world = WorldFile { classes, ..WorldFile::NOTHING };
+
+        let tables = profiles(&flockbot, Some(&world)).unwrap();
+
+        let [of_sweep, of_class] = &tables[..] else { panic!("{tables:?}") };
+        let alone = &profiles(&flockbot, None).unwrap()[0];
+        assert_eq!(of_sweep.rows, alone.rows);
+        assert!(of_sweep.caption.starts_with("The profile of the sweep: flockbot: "));
+        let of = "Class b, where it differs from the profile of the sweep: near: ";
+        assert!(of_class.caption.starts_with(of), "{}", of_class.caption);
+        let [row] = &of_class.rows[..] else { panic!("{:?}", of_class.rows) };
+        assert_eq!(row[..2], ["sensing.true_positive", "0.9"]);
     }
 }

@@ -18,7 +18,7 @@ use crate::support::{HARSHER, PERFECT, assert_judged_alike, flockbots};
 const SEED: Seed = Seed { seed: 1, replicate: 0 };
 
 fn classes(names: &[&str]) -> WorldFile {
-    let class = |name: &&str| RobotClass { name: (*name).to_owned(), count: None, profile: None };
+    let class = |name: &&str| RobotClass { name: (*name).to_owned(), ..RobotClass::default() };
     WorldFile { classes: names.iter().map(class).collect(), ..WorldFile::NOTHING }
 }
 

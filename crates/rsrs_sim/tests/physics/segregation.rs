@@ -37,7 +37,7 @@ fn foot_bots() -> Conditions {
     conditions.placement = Placement::BoxFacingAnyWay { width_m: BOX_M, height_m: BOX_M };
     conditions.arena = Arena { side_m: SIDE_M, walls: Walls::Clamp };
     let class =
-        |place: usize| RobotClass { name: format!("class_{place}"), count: None, profile: None };
+        |place: usize| RobotClass { name: format!("class_{place}"), ..RobotClass::default() };
     let classes = (0..CLASSES).map(class).collect();
     conditions.world = WorldFile { classes, ..WorldFile::NOTHING };
     conditions.period_s = PERIOD_S;
