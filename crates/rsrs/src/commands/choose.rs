@@ -132,7 +132,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 struct WithFactors<'a, T> {
     #[serde(flatten)]
     answer: &'a T,
-    /// What every factor does in that cell; `null` if none changes this robot.
+    /// What every factor does in that cell; `null` if none changes a robot.
     factors: Option<Ablation>,
     /// What comes of all cells in pseudo-realities, where they were asked for.
     #[serde(skip_serializing_if = "Option::is_none")]

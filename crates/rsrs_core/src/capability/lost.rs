@@ -126,7 +126,7 @@ fn gain(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::harsher::HarsherFactors;
+    use crate::robot::harsher::{Ablation, Harsher, HarsherFactors};
 
     const PROFILES: [&str; 3] = [
         include_str!("../../../../launch_configs/profiles/flockbot.yaml"),
@@ -194,25 +194,31 @@ mod tests {
         let measured = RobotProfile::parse("smars.yaml", PROFILES[2]).unwrap();
         let factors = HarsherFactors::for_robot(&measured);
 
-        let ablations = factors.ablations(&measured);
+        for harsher in [Harsher::default(), Harsher::from(factors)] {
+            let changes = |it: &Ablation| it.alone.factors(&measured) != HarsherFactors::NONE;
+            let ablations: Vec<Ablation> = harsher.ablations().filter(changes).collect();
 
-        let keys: Vec<&str> = ablations.iter().map(|ablation| ablation.key).collect();
-        assert_eq!(
-            keys,
-            [
-                "gain_sd_factor",
-                "miss_factor",
-                "false_positive_factor",
-                "polygon_scale",
-                "drift_factor"
-            ]
-        );
-        let missing = ablations[1];
-        assert_eq!(
-            missing.alone,
-            HarsherFactors { miss_factor: factors.miss_factor, ..HarsherFactors::NONE }
-        );
-        assert_eq!(missing.without, HarsherFactors { miss_factor: 1.0, ..factors });
+            let keys: Vec<&str> = ablations.iter().map(|ablation| ablation.key).collect();
+            assert_eq!(
+                keys,
+                [
+                    "gain_sd_factor",
+                    "miss_factor",
+                    "false_positive_factor",
+                    "polygon_scale",
+                    "drift_factor"
+                ]
+            );
+            let missing = ablations[1];
+            assert_eq!(
+                missing.alone.factors(&measured),
+                HarsherFactors { miss_factor: factors.miss_factor, ..HarsherFactors::NONE }
+            );
+            assert_eq!(
+                missing.without.factors(&measured),
+                HarsherFactors { miss_factor: 1.0, ..factors }
+            );
+        }
     }
 
     #[test]

@@ -137,23 +137,6 @@ impl HarsherFactors {
         }
     }
 
-    /// What each factor does by itself, and what is left without it: of those that change this robot.
-    pub fn ablations(&self, measured: &RobotProfile) -> Vec<Ablation> {
-        let with = |mut factors: Self, factor: &Factor, of: &Self| {
-            (factor.set)(&mut factors, (factor.get)(of));
-            factors
-        };
-        let ablation = |factor: &'static Factor| Ablation {
-            key: factor.key,
-            meaning: factor.meaning,
-            alone: with(Self::NONE, factor, self),
-            without: with(*self, factor, &Self::NONE),
-        };
-        let changes =
-            |it: &Ablation| it.alone.apply(measured).is_ok_and(|robot| robot != *measured);
-        FACTORS.iter().map(ablation).filter(changes).collect()
-    }
-
     /// Makes a measured robot worse.
     ///
     /// # Returns
@@ -295,10 +278,10 @@ pub struct Ablation {
     pub key: &'static str,
     /// What it makes of the robots.
     pub meaning: &'static str,
-    /// This factor, with the robot else as measured.
-    pub alone: HarsherFactors,
+    /// This factor, with robots else as measured.
+    pub alone: Harsher,
     /// All factors but this one.
-    pub without: HarsherFactors,
+    pub without: Harsher,
 }
 
 /// The value of `harsher:` in a sweep file: some of the factors, or the word `none`.
@@ -334,6 +317,17 @@ impl Harsher {
             *given = given.filter(|_| *given != follows);
         }
         self
+    }
+
+    /// Each factor by itself, and what is left without it; where it is not given, it is still as each robot needs it.
+    pub fn ablations(self) -> impl Iterator<Item = Ablation> {
+        let none = Self::from(HarsherFactors::NONE);
+        FACTORS.iter().enumerate().map(move |(place, Factor { key, meaning, .. })| {
+            let (mut alone, mut without) = (none, self);
+            alone.given[place] = self.given[place];
+            without.given[place] = none.given[place];
+            Ablation { key, meaning, alone, without }
+        })
     }
 
     /// The keys and values of those that are given.
