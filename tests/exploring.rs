@@ -179,15 +179,31 @@ fn what_wheels_cannot_do_is_neither_offered_nor_swept() {
     let wheels = "actuation:\n  wheels: {base_m: 0.12, speed_max_m_s: 0.2}";
     let on_wheels = place.path().join("on_wheels.yaml");
     std::fs::write(&on_wheels, text.replace("actuation:", wheels)).expect("it can be written");
-    let arguments =
-        "explore on_wheels.yaml -o found --controllers 200 --replicates 2 --format json";
+    let explored = |arguments: &str| {
+        let few = ["--controllers", "200", "--replicates", "2", "--format", "json"];
+        let arguments: Vec<&str> = arguments.split_whitespace().chain(few).collect();
+        let found = rsrs(place.path(), &arguments);
+        assert_eq!(code(&found), 0, "{}", stderr(&found));
+        let found = json(&found);
+        let entries = found["found"].as_array().expect("a list");
+        assert!(entries.iter().any(|entry| entry["sweep"].is_string()), "{found:#}");
+        entries.clone()
+    };
 
-    let found = rsrs(place.path(), &arguments.split_whitespace().collect::<Vec<_>>());
+    let found = explored("explore on_wheels.yaml -o found");
 
-    assert_eq!(code(&found), 0, "{}", stderr(&found));
-    let found = json(&found);
-    let entries = found["found"].as_array().expect("a list");
-    assert!(entries.iter().any(|entry| entry["sweep"].is_string()), "{found:#}");
+    assert_within_wheels(place.path(), "found", &found);
+    // Wheels of some of the robots are those of the swarm.
+    let classes = "classes: [{name: free}, {name: driven, profile: on_wheels.yaml}]\n";
+    std::fs::write(place.path().join("mixed.yaml"), classes).expect("it can be written");
+    std::fs::write(place.path().join("free.yaml"), text).expect("it can be written");
+    let mixed =
+        "explore free.yaml -o mixed --world-file mixed.yaml --arena 3 --robots 4 --duration 100";
+    assert_within_wheels(place.path(), "mixed", &explored(mixed));
+}
+
+/// Neither commands nor sweeps are beyond wheels of 0.2 m/s that are 0.12 m apart.
+fn assert_within_wheels(place: &Path, folder: &str, entries: &[Value]) {
     for entry in entries {
         let (controller, undetected) = (&entry["controller"], &entry["controller"]["undetected"]);
         for command in [controller, undetected].into_iter().filter(|command| !command.is_null()) {
@@ -196,14 +212,16 @@ fn what_wheels_cannot_do_is_neither_offered_nor_swept() {
             assert!(asked_m_s <= 0.2 + 1e-9, "{entry:#}");
         }
         if let Some(sweep) = entry["sweep"].as_str() {
-            let sweep = place.path().join("found").join(sweep);
+            let sweep = place.join(folder).join(sweep);
             let text = std::fs::read_to_string(&sweep).expect("it is there");
+            let n_robots = text.lines().find_map(|line| line.trim().strip_prefix("robots: "));
+            assert!(n_robots.is_some_and(|n| n.parse::<u64>().is_ok()), "{text}");
             let short = text.replace("replicates: 100", "replicates: 1");
             std::fs::write(&sweep, short).expect("it can be written");
             let sweep = sweep.to_str().expect("a path in UTF-8");
-            let swept = rsrs(place.path(), &["sweep", sweep, "-o", "swept"]);
+            let swept = rsrs(place, &["sweep", sweep, "-o", "swept"]);
             assert_eq!(code(&swept), 0, "{}", stderr(&swept));
-            std::fs::remove_dir_all(place.path().join("swept")).expect("it was written");
+            std::fs::remove_dir_all(place.join("swept")).expect("it was written");
         }
     }
 }

@@ -407,15 +407,20 @@ impl SweepFile {
         self.all_cells().into_iter().map(resolve).collect()
     }
 
-    /// The sweep without the cells that ask more of a wheel than these robots have: for sweeps that nobody
-    /// wrote. If that is any, its cells are a list.
+    /// The sweep without the cells that ask more of a wheel than these robots have, or those of a class that has a
+    /// profile of its own: for sweeps that nobody wrote. If that is any, its cells are a list.
     #[must_use]
     pub fn within_wheels(self, measured: &RobotProfile) -> Self {
         let settings = self.settings();
         let can = |cell: &Cell| {
             let conditions = Conditions::resolve(measured, &settings.with_cell(cell));
             // What makes no conditions is named when the sweep is resolved.
-            conditions.map_or(true, |world| measured.check_wheels(&world.controller).is_ok())
+            conditions.map_or(true, |Conditions { controller, world, .. }| {
+                let of_classes = world.profiles().map(|(_, own)| own);
+                std::iter::once(measured)
+                    .chain(of_classes)
+                    .all(|robot| robot.check_wheels(&controller).is_ok())
+            })
         };
         let all = self.all_cells();
         let fitting: Vec<Cell> = all.iter().filter(|cell| can(cell)).cloned().collect();

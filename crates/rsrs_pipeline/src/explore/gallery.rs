@@ -165,7 +165,7 @@ fn sweep_text(
         axes,
         fixed: Fixed { values, walls: options.walls },
         placement: options.starts.map(|_| in_folder(format!("../{STARTS}"))),
-        world: options.world.map(|_| WorldSource::File(format!("../{WORLD}"))),
+        world: options.world.cloned().map(WorldSource::Read),
         cells: None,
         replicates: 100,
         duration_s: options.duration_s,
@@ -173,7 +173,15 @@ fn sweep_text(
         adaptive: None,
     }
     .within_wheels(laboratory.robots());
+    let world = options.world.map(|_| WorldSource::File(format!("../{WORLD}")));
+    let sweep = SweepFile { world, ..sweep };
     let yaml = serde_saphyr::to_string(&sweep).context("the sweep as YAML")?;
+    // The values of axes are fractions in files, and a person writes no fraction of a robot.
+    let [fraction, whole] = [
+        format!("{}: {:.1}\n", Axis::Robots, options.robots as f64),
+        format!("{}: {}\n", Axis::Robots, options.robots),
+    ];
+    let yaml = yaml.replacen(&fraction, &whole, 1);
     let FoundController { words, share, n_replicates, .. } = found;
     Ok(format!(
         "# Around a controller that was found by `rsrs explore`: {words}, in {} of {n_replicates} runs.\n\

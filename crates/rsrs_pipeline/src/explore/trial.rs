@@ -1,6 +1,7 @@
 //! Controllers on trial: simulated, judged, and described.
 
 use rsrs_core::conditions::{ClassChanges, Conditions, ConditionsError, Placement, Settings};
+use rsrs_core::document::source::Source;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::rule::{Needs, Parameter, Rules};
@@ -9,6 +10,7 @@ use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::wheels::Wheels;
 use rsrs_core::statistics::share::Share;
 use rsrs_core::world::WorldFile;
 use rsrs_sim::exploration::niche::{Clusters, Extent, Motion, Niche, Rotation};
@@ -152,15 +154,32 @@ fn slowest(measured: &RobotProfile, world: Option<&WorldFile>) -> RobotProfile {
         };
         actuation.speed.limits_m_s = both(actuation.speed.limits_m_s, other.speed.limits_m_s);
         actuation.turn.limits_rad_s = both(actuation.turn.limits_rad_s, other.turn.limits_rad_s);
-        if let (Some(wheels), Some(others)) = (&mut actuation.wheels, other.wheels) {
-            wheels.speed_max_m_s = wheels.speed_max_m_s.min(others.speed_max_m_s);
-        }
+        actuation.wheels = match (actuation.wheels, other.wheels) {
+            (Some(wheels), Some(others)) => Some(Wheels {
+                base_m: wheels.base_m.max(others.base_m),
+                speed_max_m_s: wheels.speed_max_m_s.min(others.speed_max_m_s),
+            }),
+            (wheels, others) => wheels.or(others),
+        };
     }
     slowest
 }
 
-/// Robots by their profile, and the factors that made them worse, with which those of classes are, too.
-type Robots<'a> = (&'a RobotProfile, Option<HarsherFactors>);
+/// Robots in their world.
+struct Robots<'a> {
+    /// Those without a profile of their own, simulated by this one.
+    profile: &'a RobotProfile,
+    /// What made them worse, with which those of classes are, too.
+    factors: Option<HarsherFactors>,
+    settings: &'a Settings,
+}
+
+/// Has robots do this when they touch; those that do it keep their friction.
+fn touching(robots: &mut RobotProfile, contact: ContactModel) {
+    if robots.body.contact != contact {
+        (robots.body.contact, robots.body.contact_friction) = (contact, None);
+    }
+}
 
 /// Area of the arena for each robot, in squares of its radius: with room to disperse, and walls to meet, between
 /// the 333 of D. S. Brown et al. (DARS 2018) and the 730 of M. Gauci et al. (IJRR 2014).
@@ -182,7 +201,7 @@ pub struct Elsewhere {
     pub as_measured: Share,
     /// What the others do when they touch.
     pub contact: ContactModel,
-    /// The robots made worse, with that contact.
+    /// The robots made worse, all of them with that contact.
     pub with_contact: Share,
 }
 
@@ -276,7 +295,12 @@ impl Laboratory {
     }
 
     fn made_worse(&self) -> Robots<'_> {
-        (&self.simulated, Some(self.factors))
+        let Self { simulated, factors, settings, .. } = self;
+        Robots { profile: simulated, factors: Some(*factors), settings }
+    }
+
+    fn measured(&self) -> Robots<'_> {
+        Robots { profile: &self.measured, factors: None, settings: &self.settings }
     }
 
     /// Radius of a robot's body, in metres.
@@ -286,7 +310,7 @@ impl Laboratory {
 
     /// The robots as measured, with some controller.
     pub fn as_measured(&self) -> Result<Conditions, ConditionsError> {
-        self.conditions_of((&self.measured, None), &vec![1.0; self.space.n_numbers()])
+        self.conditions_of(self.measured(), &vec![1.0; self.space.n_numbers()])
     }
 
     /// The world of the controller at a point.
@@ -301,15 +325,15 @@ impl Laboratory {
 
     fn conditions_of(
         &self,
-        (robots, factors): Robots<'_>,
+        Robots { profile, factors, settings }: Robots<'_>,
         point: &[f64],
     ) -> Result<Conditions, ConditionsError> {
-        let mut settings = self.settings.clone();
+        let mut settings = settings.clone();
         if let Some(factors) = factors {
             settings.class_changes = ClassChanges::as_of(&self.measured, factors);
         }
         settings.values.extend(self.values(point));
-        Conditions::resolve(robots, &settings)
+        Conditions::resolve(profile, &settings)
     }
 
     /// Tries some controllers.
@@ -382,20 +406,40 @@ impl Laboratory {
         seed: u64,
         options: &Options,
     ) -> anyhow::Result<Elsewhere> {
-        let contact = match self.simulated.body.contact {
-            ContactModel::Stop | ContactModel::None => ContactModel::Push,
-            ContactModel::Push => ContactModel::Stop,
-        };
-        let mut others = self.simulated.clone();
-        (others.body.contact, others.body.contact_friction) = (contact, None);
+        let contact = self.other_contact();
+        let (profile, settings) = self.touching_otherwise(contact);
+        let others = Robots { profile: &profile, settings: &settings, ..self.made_worse() };
         let shown_by = |robots, replicates| {
             self.shown_by(robots, trial, (seed, replicates), options).map(|shown| shown.share)
         };
         Ok(Elsewhere {
-            as_measured: shown_by((&self.measured, None), CONFIRM)?,
+            as_measured: shown_by(self.measured(), CONFIRM)?,
             contact,
-            with_contact: shown_by((&others, Some(self.factors)), CONFIRM_CONTACT)?,
+            with_contact: shown_by(others, CONFIRM_CONTACT)?,
         })
+    }
+
+    /// What robots do when they touch in the world in which they do something else; where they differ in it, something
+    /// else than those of the first class.
+    fn other_contact(&self) -> ContactModel {
+        let first = self.settings.world.classes.first();
+        let first = first.map_or(&self.simulated, |class| class.profile_or(&self.simulated));
+        match first.body.contact {
+            ContactModel::Stop | ContactModel::None => ContactModel::Push,
+            ContactModel::Push => ContactModel::Stop,
+        }
+    }
+
+    /// The robots made worse, and their settings, where all of them do this when they touch.
+    fn touching_otherwise(&self, contact: ContactModel) -> (RobotProfile, Settings) {
+        let (mut profile, mut settings) = (self.simulated.clone(), self.settings.clone());
+        touching(&mut profile, contact);
+        for class in &mut settings.world.classes {
+            if let Some(Source::Read(own)) = &mut class.profile {
+                touching(own, contact);
+            }
+        }
+        (profile, settings)
     }
 
     fn shown_by(
@@ -523,4 +567,93 @@ fn met(rules: &Rules, evidence: &OrderParameters) -> f64 {
         })
         .sum();
     sum / conditions.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::conditions::Walls;
+    use rsrs_core::world::RobotClass;
+    use rsrs_sim::exploration::space::Directions;
+
+    use super::*;
+    use crate::execution::Execution;
+
+    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+
+    /// Flockbots, of which every other one was changed.
+    fn mixed(change: impl Fn(&mut RobotProfile)) -> Laboratory {
+        let measured = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let mut own = measured.clone();
+        change(&mut own);
+        let class = |name: &str, profile: Option<RobotProfile>| RobotClass {
+            name: name.to_owned(),
+            profile: profile.map(Source::Read),
+            ..RobotClass::default()
+        };
+        let classes = vec![class("a", None), class("b", Some(own))];
+        let world = WorldFile { classes, ..WorldFile::NOTHING };
+        let options = Options {
+            wanted: None,
+            controller: None,
+            world: Some(&world),
+            starts: None,
+            robots: 4,
+            arena_m: Some(3.0),
+            walls: Walls::Stop,
+            directions: Directions::Both,
+            controllers: 1,
+            replicates: 1,
+            duration_s: 100.0,
+            seed: 1,
+            execution: Execution::unobserved(),
+        };
+        Laboratory::new(&measured, &options).unwrap()
+    }
+
+    #[test]
+    fn with_another_contact_the_robots_of_all_classes_do_something_else_when_they_touch() {
+        for own in [ContactModel::Stop, ContactModel::Push] {
+            let laboratory = mixed(|robot| {
+                robot.body.contact = own;
+                robot.body.contact_friction = (own == ContactModel::Push).then_some(0.3);
+            });
+            let contacts = |conditions: Conditions| {
+                [0, 1].map(|robot| {
+                    let robot = conditions.robot_at(robot);
+                    (robot.contact, robot.contact_friction.to_bits())
+                })
+            };
+            let point = vec![1.0; laboratory.space.n_numbers()];
+
+            let contact = laboratory.other_contact();
+            let (profile, settings) = laboratory.touching_otherwise(contact);
+            let others =
+                Robots { profile: &profile, settings: &settings, ..laboratory.made_worse() };
+
+            assert_eq!(contact, ContactModel::Push);
+            let friction = if own == ContactModel::Push { 0.3_f64 } else { 0.0 };
+            assert_eq!(
+                contacts(laboratory.conditions(&point).unwrap()),
+                [(ContactModel::Stop, 0), (own, friction.to_bits())]
+            );
+            assert_eq!(
+                contacts(laboratory.conditions_of(others, &point).unwrap()),
+                [(ContactModel::Push, 0), (ContactModel::Push, friction.to_bits())]
+            );
+        }
+    }
+
+    #[test]
+    fn the_wheels_of_one_class_bound_what_the_swarm_is_commanded() {
+        let on_wheels = mixed(|robot| {
+            robot.actuation.wheels = Some(Wheels { base_m: 0.12, speed_max_m_s: 0.05 });
+        });
+        let fastest = |laboratory: &Laboratory| {
+            let point = vec![1.0; laboratory.space.n_numbers()];
+            laboratory.conditions(&point).unwrap().controller.fastest().speed_m_s
+        };
+
+        assert!(fastest(&on_wheels) <= 0.05, "{}", fastest(&on_wheels));
+        assert!(fastest(&mixed(|_| {})) > 0.05);
+    }
 }
