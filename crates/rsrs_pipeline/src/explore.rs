@@ -84,7 +84,7 @@ pub const CONFIRM: u64 = 200;
 pub struct Explored {
     /// The folder with the gallery.
     pub folder: PathBuf,
-    /// Name of the kind of robot.
+    /// Name of the kind of robot, or of each class with its kind.
     pub robot: String,
     /// The behaviour that was searched for; `None` for all that differ.
     pub wanted: Option<Behaviour>,

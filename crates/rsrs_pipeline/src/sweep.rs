@@ -383,7 +383,8 @@ impl Sweeping<'_> {
         counter: &dyn RunCounter,
     ) -> Result<(), Failure> {
         let Runs { seed, duration_s, n_threads, .. } = self.plan.runs;
-        let work = Work { conditions: &self.plan.conditions, seed, duration_s, n_threads, start };
+        let (conditions, also) = (&self.plan.conditions[..], &[][..]);
+        let work = Work { conditions, seed, duration_s, n_threads, start, also };
         let watch = Watch {
             progress: &|progress| counter.show(progress),
             cancel: self.execution.observer.cancel(),

@@ -4,7 +4,7 @@ pub mod quantity;
 pub mod shell;
 
 use jiff::Timestamp;
-use rsrs_core::world::RobotClass;
+use rsrs_core::world::WorldFile;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 
 /// Log times from here on are of the wall clock, earlier ones of a simulation: none simulates
@@ -18,18 +18,10 @@ pub fn capitalised(sentence: &str) -> String {
     first.unwrap_or_default() + characters.as_str()
 }
 
-/// The robots of a sweep by the names of their profiles: `flockbot`, or `flockbot (class a), foot_bot (class b)` where
-/// a class has a profile of its own.
+/// The robots of a sweep by the names of their profiles ([`WorldFile::robot_names`]).
 pub fn robot_names(source: &ResolvedSweep) -> String {
-    let profile = &source.profile;
-    let named =
-        |class: &RobotClass| format!("{} (class {})", class.profile_or(profile).name, class.name);
-    match source.sweep.world() {
-        Some(world) if world.profiles().next().is_some() => {
-            world.classes.iter().map(named).collect::<Vec<_>>().join(", ")
-        }
-        _ => profile.name.clone(),
-    }
+    let names = |world: &WorldFile| world.robot_names(&source.profile);
+    source.sweep.world().map_or_else(|| source.profile.name.clone(), names)
 }
 
 /// A moment of a recording: a date where the wall clock was recorded, seconds where a simulation's

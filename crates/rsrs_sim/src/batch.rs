@@ -23,6 +23,7 @@ use std::ops::Range;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::phase::{self, JudgeError, Verdict, samples_in};
+use rsrs_core::judge::rule::{Parameter, Rules};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
@@ -100,6 +101,7 @@ pub struct Batch {
     /// The widest first.
     engines: Vec<Box<dyn Engine>>,
     trajectory: Trajectory,
+    also: Vec<Parameter>,
 }
 
 impl Default for Batch {
@@ -124,7 +126,14 @@ impl Batch {
         Self {
             engines: units.iter().filter_map(|unit| unit.engine()).collect(),
             trajectory: Trajectory::new(1.0, 0),
+            also: Vec::new(),
         }
+    }
+
+    /// The same with order parameters measured that the behaviours do not ask for.
+    #[must_use]
+    pub fn measuring(self, also: &[Parameter]) -> Self {
+        Self { also: also.to_vec(), ..self }
     }
 
     /// Replicates that are run at once: the lanes of the widest unit.
@@ -175,6 +184,7 @@ impl Batch {
         duration_s: f64,
     ) -> Result<Vec<Verdict>, BatchError> {
         let digest = conditions.digest();
+        let rules = &Rules { also: self.also.clone(), ..conditions.behaviour.rules() };
         let all: Vec<u64> = replicates.collect();
         let mut judged = Vec::with_capacity(all.len());
         for replicates in all.chunks(self.lanes()) {
@@ -182,7 +192,10 @@ impl Batch {
             let runs: Vec<RunKey> = replicates.iter().map(run).collect();
             let in_lanes = if can_run(conditions, duration_s) {
                 // A replicate that cannot be placed is left to the reference, which reports it.
-                self.engine_for(runs.len()).judge(conditions, &runs, duration_s).ok().flatten()
+                self.engine_for(runs.len())
+                    .judge((conditions, rules), &runs, duration_s)
+                    .ok()
+                    .flatten()
             } else {
                 None
             };
@@ -192,7 +205,7 @@ impl Batch {
             }
             for replicate in replicates {
                 let seed = Seed { seed, replicate: *replicate };
-                judged.push(self.judge_by_reference(conditions, seed, duration_s)?);
+                judged.push(self.judge_by_reference((conditions, rules), seed, duration_s)?);
             }
         }
         Ok(judged)
@@ -200,13 +213,12 @@ impl Batch {
 
     fn judge_by_reference(
         &mut self,
-        conditions: &Conditions,
+        (conditions, rules): (&Conditions, &Rules),
         seed: Seed,
         duration_s: f64,
     ) -> Result<Verdict, BatchError> {
         run_episode_into(conditions, seed, duration_s, &mut self.trajectory)?;
-        let rules = conditions.behaviour.rules();
-        Ok(phase::label_with(&self.trajectory, &conditions.bodies(), &rules)?)
+        Ok(phase::label_with(&self.trajectory, &conditions.bodies(), rules)?)
     }
 
     /// The digests of all states of replicates, each before its step is made, as

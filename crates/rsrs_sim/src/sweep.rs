@@ -13,6 +13,7 @@ use rsrs_core::digest::mix;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{JudgeError, Phase, samples_in};
+use rsrs_core::judge::rule::Parameter;
 
 use crate::batch::BatchError;
 use crate::draw::{RunKey, Seed};
@@ -123,10 +124,28 @@ impl SweepError {
 ///
 /// If `watch.progress` does.
 pub fn sweep(conditions: &[Conditions], runs: Runs, watch: Watch<'_>) -> Result<Swept, SweepError> {
+    sweep_measuring(conditions, runs, watch, &[])
+}
+
+/// As [`sweep`], with order parameters measured that the behaviours do not ask for.
+///
+/// # Errors
+///
+/// As [`sweep`].
+///
+/// # Panics
+///
+/// As [`sweep`].
+pub fn sweep_measuring(
+    conditions: &[Conditions],
+    runs: Runs,
+    watch: Watch<'_>,
+    also: &[Parameter],
+) -> Result<Swept, SweepError> {
     let Runs { seed, replicates, duration_s, n_threads } = runs;
     let total = conditions.len() * replicates as usize;
     let start = Progress { done: 0, total };
-    let work = Work { conditions, seed, duration_s, n_threads, start };
+    let work = Work { conditions, seed, duration_s, n_threads, start, also };
     let cells = (0..conditions.len()).map(|cell| {
         (cell as u64, Block { pieces: vec![Piece { cell, replicates: 0..replicates }] })
     });

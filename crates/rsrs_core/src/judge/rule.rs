@@ -121,6 +121,8 @@ pub struct Rules {
     pub not_lasting: Phase,
     /// Which time of a run is judged.
     pub window: Window,
+    /// Order parameters that are measured besides those that rules look at, and decide nothing.
+    pub also: Vec<Parameter>,
 }
 
 /// One of so many blocks of the window may break the rule of the wanted phase, and one of any window: a ring in
@@ -169,9 +171,11 @@ impl Rules {
         Parameter::all().filter(|it| self.ask_for(*it)).collect()
     }
 
-    /// Those of them that are measured only where they are asked for.
+    /// Those of them, and of [`Self::also`], that are measured only where they are asked for.
     pub fn asked(&self) -> Vec<Parameter> {
-        Parameter::all().filter(|it| it.is_asked() && self.ask_for(*it)).collect()
+        let is_asked =
+            |it: &Parameter| it.is_asked() && (self.ask_for(*it) || self.also.contains(it));
+        Parameter::all().filter(is_asked).collect()
     }
 
     /// Refuses rules that look at what cannot be known of these robots: their radius, an arena, or what

@@ -108,6 +108,22 @@ impl WorldFile {
         self.classes.iter().filter_map(|class| Some((class.name.as_str(), class.own_profile()?)))
     }
 
+    /// The robots by the names of their profiles: `flockbot`, or `flockbot (class a), foot_bot (class b)` where a class
+    /// has one of its own.
+    ///
+    /// # Arguments
+    ///
+    /// * `of_others` — the profile of robots whose class has none.
+    pub fn robot_names(&self, of_others: &RobotProfile) -> String {
+        if self.profiles().next().is_none() {
+            return of_others.name.clone();
+        }
+        let named = |class: &RobotClass| {
+            format!("{} (class {})", class.profile_or(of_others).name, class.name)
+        };
+        self.classes.iter().map(named).collect::<Vec<_>>().join(", ")
+    }
+
     /// The same world without the profiles of its classes.
     #[must_use]
     pub fn without_profiles(&self) -> Self {

@@ -35,6 +35,9 @@ pub enum Wall {
     },
 }
 
+/// Steps across an arena in which room is looked for; even, so that its middle is among the places.
+const GRID_STEPS: u32 = 100;
+
 /// Corners of the polygon by which a disc is drawn.
 const DRAWN_CORNERS: u32 = 96;
 
@@ -195,6 +198,18 @@ impl FreeSpace {
         if self.is_free(place_m) { distance_m } else { -distance_m }
     }
 
+    /// Radius of the largest disc that fits, in metres: by the best of a grid of places, a hundredth of the arena apart.
+    pub fn inradius_m(&self) -> f64 {
+        let [low, high] = self.border.bounds_m();
+        let at = |axis: usize, step: u32| {
+            low[axis] + (high[axis] - low[axis]) * f64::from(step) / f64::from(GRID_STEPS)
+        };
+        (0..=GRID_STEPS)
+            .flat_map(|along| (0..=GRID_STEPS).map(move |up| [at(0, along), at(1, up)]))
+            .map(|place_m| self.clearance_m(place_m))
+            .fold(0.0, f64::max)
+    }
+
     /// By how much a body may be in a wall, in metres: lengths were the same before they were rounded.
     pub fn slack_m(&self) -> f64 {
         ROUNDING * side_around_m(&self.border)
@@ -278,6 +293,26 @@ mod tests {
             assert!((found_m - expected_m).abs() < 1e-12, "{place_m:?}: {found_m}");
         }
         assert!((l_shape().area_m2() - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_largest_disc_that_fits_touches_walls_and_obstacles() {
+        let disc = Outline::Disc { centre_m: [0.3, 0.1], radius_m: 2.0 };
+        let around = Outline::Disc { centre_m: [0.3, 0.1], radius_m: 0.4 };
+        let inradius_m = |border: &Outline, obstacles: &[Outline]| {
+            FreeSpace::new(border.clone(), obstacles.to_vec()).inradius_m()
+        };
+
+        for (found_m, expected_m) in [
+            (inradius_m(&disc, &[]), 2.0),
+            (inradius_m(&Outline::rectangle([3.0, 1.4]), &[]), 0.7),
+            // Halfway between the obstacle and the border.
+            (inradius_m(&disc, &[around]), 0.8),
+            // It touches two sides and the corner that points inward: r + r / √2 = 1 / √2 from there.
+            (inradius_m(&l_shape(), &[]), 2.0 - std::f64::consts::SQRT_2),
+        ] {
+            assert!((found_m - expected_m).abs() < 0.02 * expected_m, "{found_m}: {expected_m}");
+        }
     }
 
     #[test]

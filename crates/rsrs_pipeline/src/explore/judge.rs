@@ -7,6 +7,7 @@ use rsrs_core::document;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::label_with;
+use rsrs_core::judge::rule::Rules;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_sim::exploration::niche::Niche;
 use rsrs_sim::exploration::space::Directions;
@@ -23,6 +24,7 @@ use crate::sweep::source::read_profile;
 /// Calls runs by the names of a search, in its arena, with its robots as measured.
 pub struct Judge {
     conditions: Conditions,
+    inradius_m: Option<f64>,
 }
 
 /// What a run shows.
@@ -65,7 +67,8 @@ impl Judge {
             execution: Execution::unobserved(),
         };
         let conditions = Laboratory::new(&robots, &options)?.as_measured().map_err(helped)?;
-        Ok(Self { conditions })
+        let inradius_m = conditions.free_space().map(|space| space.inradius_m());
+        Ok(Self { conditions, inradius_m })
     }
 
     /// What a run shows.
@@ -81,8 +84,10 @@ impl Judge {
             run.n_robots
         );
         let bodies = self.conditions.bodies();
-        let evidence = label_with(run, &bodies, &self.conditions.behaviour.rules())?.evidence;
-        let niche = Niche::of(&self.conditions, &evidence);
+        let also = Niche::looks_also_at(&self.conditions).to_vec();
+        let rules = Rules { also, ..self.conditions.behaviour.rules() };
+        let evidence = label_with(run, &bodies, &rules)?.evidence;
+        let niche = Niche::of(&self.conditions, &evidence, self.inradius_m);
         let mut names = Vec::new();
         for behaviour in Behaviour::all() {
             if label_with(run, &bodies, &behaviour.rules())?.phase == behaviour.wanted() {

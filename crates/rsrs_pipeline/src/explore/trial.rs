@@ -15,7 +15,7 @@ use rsrs_core::statistics::share::Share;
 use rsrs_core::world::WorldFile;
 use rsrs_sim::exploration::niche::{Clusters, Extent, Motion, Niche, Rotation};
 use rsrs_sim::exploration::space::{ControllerSpace, Point};
-use rsrs_sim::sweep::{ReplicateOutcome, Runs, Swept, Watch, check, sweep};
+use rsrs_sim::sweep::{ReplicateOutcome, Runs, Swept, Watch, check, sweep_measuring};
 use serde::{Deserialize, Serialize};
 
 use super::space::Space;
@@ -128,7 +128,7 @@ const RING: f64 = 0.5;
 
 /// Where controllers are tried: the robots, made worse, in their arena.
 pub struct Laboratory {
-    /// The robots' name.
+    /// What the robots are called.
     pub robot: String,
     /// What is searched.
     pub space: Space,
@@ -141,6 +141,8 @@ pub struct Laboratory {
     simulated: RobotProfile,
     settings: Settings,
     runs: Runs,
+    /// Of an arena that is no plain square ([`Niche::of`]).
+    inradius_m: Option<f64>,
 }
 
 /// The robot that may be commanded what each of a swarm may.
@@ -272,8 +274,9 @@ impl Laboratory {
                 Space::Commands(ControllerSpace::of(&commanded, options.directions))
             }
         };
+        let space_m = settings.world.free_space(arena_m);
         let laboratory = Self {
-            robot: measured.name.clone(),
+            robot: settings.world.robot_names(measured),
             space,
             arena_m,
             placement_m,
@@ -282,6 +285,7 @@ impl Laboratory {
             simulated,
             settings,
             runs,
+            inradius_m: space_m.map(|space| space.inradius_m()),
         };
         let conditions = laboratory.conditions(&vec![1.0; laboratory.space.n_numbers()]);
         let conditions = conditions.map_err(helped)?;
@@ -353,19 +357,22 @@ impl Laboratory {
     ) -> anyhow::Result<Vec<Trial>> {
         let conditions =
             points.iter().map(|point| self.conditions(point)).collect::<Result<Vec<_>, _>>()?;
-        let swept = finished(sweep(&conditions, self.runs, unseen(options))?)?;
+        let swept = run_to_end(&conditions, self.runs, options)?;
         let replicates = usize::try_from(self.runs.replicates).expect("runs fit into memory");
         let trial = |index: usize| {
             let outcomes = &swept.outcomes[index * replicates..(index + 1) * replicates];
             let conditions = &conditions[index];
-            let (niche, share) = most_frequent(conditions, outcomes);
+            let niche_of = |outcome: &ReplicateOutcome| {
+                Niche::of(conditions, &outcome.evidence, self.inradius_m)
+            };
+            let (niche, share) = most_frequent(outcomes, niche_of);
             Trial {
                 number: first + index,
                 point: points[index].clone(),
                 controller: conditions.controller.clone(),
                 niche,
                 share,
-                name: name(conditions, outcomes),
+                name: name(outcomes, niche_of),
                 fitness: options.wanted.map_or(0.0, |wanted| fitness(&wanted.rules(), outcomes)),
             }
         };
@@ -451,9 +458,9 @@ impl Laboratory {
     ) -> anyhow::Result<Shown> {
         let conditions = self.judged_of(robots, trial)?;
         let runs = Runs { seed, replicates, ..self.runs };
-        let swept = finished(sweep(std::slice::from_ref(&conditions), runs, unseen(options))?)?;
+        let swept = run_to_end(std::slice::from_ref(&conditions), runs, options)?;
         let shows = |outcome: &&ReplicateOutcome| {
-            let niche = Niche::of(&conditions, &outcome.evidence);
+            let niche = Niche::of(&conditions, &outcome.evidence, self.inradius_m);
             match trial.name {
                 Name::Behaviour(behaviour) => outcome.phase == behaviour.wanted(),
                 name => name.shown_in(niche, &outcome.evidence).unwrap_or(niche == trial.niche),
@@ -481,13 +488,12 @@ impl Laboratory {
     }
 }
 
-/// May call runs off; progress is that of controllers, and shown elsewhere.
-fn unseen<'a>(options: &'a Options) -> Watch<'a> {
-    Watch { progress: &|_| {}, cancel: options.execution.observer.cancel() }
-}
-
-/// What was run to its end.
-fn finished(swept: Swept) -> anyhow::Result<Swept> {
+/// Runs of controllers to their end, with all measured that niches are made of; progress is that of controllers, and shown
+/// elsewhere.
+fn run_to_end(conditions: &[Conditions], runs: Runs, options: &Options) -> anyhow::Result<Swept> {
+    let also = conditions.first().map_or(&[][..], Niche::looks_also_at);
+    let watch = Watch { progress: &|_| {}, cancel: options.execution.observer.cancel() };
+    let swept = sweep_measuring(conditions, runs, watch, also)?;
     if swept.is_cancelled {
         return Err(with_help(
             "interrupted; what was tried is kept",
@@ -498,10 +504,13 @@ fn finished(swept: Swept) -> anyhow::Result<Swept> {
 }
 
 /// The niche of most runs, and their share.
-fn most_frequent(conditions: &Conditions, outcomes: &[ReplicateOutcome]) -> (Niche, f64) {
+fn most_frequent(
+    outcomes: &[ReplicateOutcome],
+    niche_of: impl Fn(&ReplicateOutcome) -> Niche,
+) -> (Niche, f64) {
     let mut counts = std::collections::BTreeMap::new();
     for outcome in outcomes {
-        *counts.entry(Niche::of(conditions, &outcome.evidence)).or_insert(0_u64) += 1;
+        *counts.entry(niche_of(outcome)).or_insert(0_u64) += 1;
     }
     let most = counts.into_iter().max_by_key(|(niche, n)| (*n, std::cmp::Reverse(*niche)));
     let (niche, n) = most.expect("a controller has runs");
@@ -509,16 +518,14 @@ fn most_frequent(conditions: &Conditions, outcomes: &[ReplicateOutcome]) -> (Nic
 }
 
 /// What most runs show: a behaviour, whatever they were judged for.
-fn name(conditions: &Conditions, outcomes: &[ReplicateOutcome]) -> Name {
+fn name(outcomes: &[ReplicateOutcome], niche_of: impl Fn(&ReplicateOutcome) -> Niche) -> Name {
     let share = |rules: &Rules| {
         let shows = |outcome: &&ReplicateOutcome| rules.phase(&outcome.evidence) == rules.wanted;
         outcomes.iter().filter(shows).count() as f64 / outcomes.len() as f64
     };
     let is_called = |name: &Name| {
-        let shows = |outcome: &&ReplicateOutcome| {
-            let niche = Niche::of(conditions, &outcome.evidence);
-            name.is_shown_in(niche, &outcome.evidence)
-        };
+        let shows =
+            |outcome: &&ReplicateOutcome| name.is_shown_in(niche_of(outcome), &outcome.evidence);
         outcomes.iter().filter(shows).count() as f64 / outcomes.len() as f64 > MOST
     };
     // Robots that go along the walls have no neighbours for most of the time, but they do more.
@@ -580,9 +587,32 @@ mod tests {
 
     const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 
+    fn flockbot() -> RobotProfile {
+        RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap()
+    }
+
+    /// Four robots in a world; in a square of 3 m, unless it has an arena of its own.
+    fn options(world: &WorldFile) -> Options<'_> {
+        Options {
+            wanted: None,
+            controller: None,
+            world: Some(world),
+            starts: None,
+            robots: 4,
+            arena_m: world.arena.is_none().then_some(3.0),
+            walls: Walls::Stop,
+            directions: Directions::Both,
+            controllers: 1,
+            replicates: 1,
+            duration_s: 100.0,
+            seed: 1,
+            execution: Execution::unobserved(),
+        }
+    }
+
     /// Flockbots, of which every other one was changed.
     fn mixed(change: impl Fn(&mut RobotProfile)) -> Laboratory {
-        let measured = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let measured = flockbot();
         let mut own = measured.clone();
         change(&mut own);
         let class = |name: &str, profile: Option<RobotProfile>| RobotClass {
@@ -592,22 +622,27 @@ mod tests {
         };
         let classes = vec![class("a", None), class("b", Some(own))];
         let world = WorldFile { classes, ..WorldFile::NOTHING };
-        let options = Options {
-            wanted: None,
-            controller: None,
-            world: Some(&world),
-            starts: None,
-            robots: 4,
-            arena_m: Some(3.0),
-            walls: Walls::Stop,
-            directions: Directions::Both,
-            controllers: 1,
-            replicates: 1,
-            duration_s: 100.0,
-            seed: 1,
-            execution: Execution::unobserved(),
-        };
-        Laboratory::new(&measured, &options).unwrap()
+        Laboratory::new(&measured, &options(&world)).unwrap()
+    }
+
+    #[test]
+    fn of_an_arena_that_is_no_plain_square_the_distance_of_its_walls_is_measured() {
+        for (text, is_measured) in [
+            ("arena: {disc_m: 1.5}", true),
+            ("obstacles: [{place_m: [0, 1], radius_m: 0.2}]", true),
+            ("goals: [{place_m: [0, 1], radius_m: 0.2}]", false),
+        ] {
+            let world = WorldFile::parse("world.yaml", text, &[3.0], &[4]).unwrap();
+            let options = options(&world);
+            let laboratory = Laboratory::new(&flockbot(), &options).unwrap();
+            let point = vec![0.5; laboratory.space.n_numbers()];
+
+            let trial = laboratory.try_out(0, &[point], &options).unwrap().remove(0);
+            let shown = laboratory.confirm(&trial, (2, 8), &options).unwrap();
+
+            let found = shown.means.iter().find(|(it, _)| *it == Parameter::WALL_DISTANCE);
+            assert_eq!(found.is_some(), is_measured, "{text}: {:?}", shown.means);
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::number::Number;
 use rsrs_core::judge::phase::{JudgedWindow, Verdict};
+use rsrs_core::judge::rule::Rules;
 
 use super::judge::{Commands, LookAtEnd, Past};
 use super::outside::{Lanes, UnitLanes};
@@ -21,7 +22,7 @@ pub trait Engine: Send {
     ///
     /// # Arguments
     ///
-    /// * `conditions` — as [`super::can_run`] asks.
+    /// * `of` — conditions as [`super::can_run`] asks, and the rules by which runs are judged.
     /// * `runs` — one to [`Self::lanes`] replicates.
     ///
     /// # Returns
@@ -29,7 +30,7 @@ pub trait Engine: Send {
     /// One entry for each replicate; `None` if a number did not stay finite.
     fn judge(
         &mut self,
-        conditions: &Conditions,
+        of: (&Conditions, &Rules),
         runs: &[RunKey],
         duration_s: f64,
     ) -> Result<Option<Vec<Verdict>>, PlacementError>;
@@ -100,12 +101,11 @@ impl<S: Simd> Engine for UnitEngine<S> {
 
     fn judge(
         &mut self,
-        conditions: &Conditions,
+        (conditions, rules): (&Conditions, &Rules),
         runs: &[RunKey],
         duration_s: f64,
     ) -> Result<Option<Vec<Verdict>>, PlacementError> {
         let n_samples = conditions.steps(duration_s);
-        let rules = conditions.behaviour.rules();
         let (n_all, period_s) = (n_samples as usize, conditions.period_s);
         let n_window = rules.window.n_samples(n_all, period_s);
         let known = self.commands.take().filter(|commands| commands.are_of(conditions, n_window));
@@ -124,7 +124,7 @@ impl<S: Simd> Engine for UnitEngine<S> {
         let commands = &*self.commands.insert(commands);
         let (simd, bodies) = (self.simd, conditions.bodies());
         let past = Past { simd, rows: &self.rows, commands, bodies: &bodies };
-        let look = LookAtEnd { past, n_samples: n_all, rules: &rules, n_lanes: runs.len() };
+        let look = LookAtEnd { past, n_samples: n_all, rules, n_lanes: runs.len() };
         let verdict = |window: JudgedWindow| Verdict {
             phase: window.phase,
             evidence: window.whole,

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::phase::Verdict;
+use rsrs_core::judge::rule::Parameter;
 
 use super::block::Block;
 use super::{Progress, ReplicateOutcome, SweepError, Watch};
@@ -25,6 +26,8 @@ pub struct Work<'a> {
     pub n_threads: usize,
     /// Where the count of replicates begins.
     pub start: Progress,
+    /// Order parameters that are measured besides those of the behaviour.
+    pub also: &'a [Parameter],
 }
 
 /// Why blocks were not finished.
@@ -157,7 +160,7 @@ impl<I: Iterator<Item = (u64, Block)>, E> WorkerPool<'_, I, E> {
     ///
     /// What is begun is finished, so the first failure is the same for any number of threads.
     fn work(&self) {
-        let mut batch = Batch::new();
+        let mut batch = Batch::new().measuring(self.work.also);
         while !self.has_failed.load(Ordering::Relaxed) {
             let is_cancelled = self.watch.cancel.load(Ordering::Relaxed);
             let Some(unit) = self.next_unit() else {

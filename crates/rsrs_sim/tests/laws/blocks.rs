@@ -101,7 +101,7 @@ type Kept = BTreeMap<u64, Vec<ReplicateOutcome>>;
 
 fn work(conditions: &[Conditions], n_threads: usize) -> Work<'_> {
     let start = Progress { done: 0, total: 6000 };
-    Work { conditions, seed: 7, duration_s: DURATION_S, n_threads, start }
+    Work { conditions, seed: 7, duration_s: DURATION_S, n_threads, start, also: &[] }
 }
 
 #[test]

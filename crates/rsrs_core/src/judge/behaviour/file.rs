@@ -88,6 +88,7 @@ impl BehaviourFile {
             wanted: Phase::new(behaviour, 0),
             not_lasting: place(self.not_lasting.as_ref().unwrap_or(&self.otherwise)),
             window: self.window,
+            also: Vec::new(),
         }
     }
 }

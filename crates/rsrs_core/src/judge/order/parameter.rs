@@ -290,6 +290,8 @@ impl Parameter {
     pub const CIRCLINESS_CEILING: Self = Self::named("circliness_ceiling");
     /// Share of robots in the largest cluster.
     pub const CLUSTERED: Self = Self::named("clustered");
+    /// Distance of robots from the nearest wall.
+    pub const WALL_DISTANCE: Self = Self::named("wall_distance_m");
 
     /// All of them, in the order of tables.
     pub fn all() -> impl Iterator<Item = Self> {
