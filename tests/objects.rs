@@ -168,6 +168,14 @@ fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_mi
         assert!(!printed.contains("/objects/object_8/pose"), "{printed}");
         drop(of_eight);
 
+        let of_ten = robots(10, "map");
+        let (code_of_run, printed, _) = run_on_fleet(&file, folder.path().join("refused_too"));
+        assert_eq!(code_of_run, Some(1), "{printed}");
+        let strange =
+            "/objects/object_10/pose: the run's world has 9 objects, object_1 to object_9";
+        assert!(printed.contains(strange), "{printed}");
+        drop(of_ten);
+
         let of_all = robots(9, "map");
         let (code_of_run, printed, bag) = run_on_fleet(&file, folder.path().join("bag"));
         assert_eq!(code_of_run, Some(0), "{printed}");

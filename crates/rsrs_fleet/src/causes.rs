@@ -129,11 +129,12 @@ fn problems() -> Vec<Cause> {
         LeaseNotHeld { robot: robot() }: "The fleet file has `lease: controller`, but its controller was started without it.", "As the message says, or leave the key out if the robot has a gate.";
         ControllerMissing { robot: robot() }: "No controller for this robot runs.", "`rsrs node controller --robots …`; `rsrs node robot` brings its own.";
         SimulatorMissing {}: "Virtual robots without a simulator.", "[A fleet without robots](fleet_without_robots.md).";
-        WrongType { topic: text("/robot_3/cmd_vel"), nodes: vec![text("/robot_3/controller")], found: twist(), expected: stamped() }: "Somebody publishes the topic as another type; nobody who expects the right one receives it.", "Set the type on one of the two sides, as the message says.";
+        WrongType { topic: text("/robot_3/cmd_vel"), nodes: vec![text("/robot_3/controller")], found: twist(), expected: stamped(), taken: [stamped()].into() }: "Somebody publishes the topic as another type; nobody who expects the right one receives it.", "Set the type on one of the two sides, as the message says.";
         WrongSubscriber { topic: text("/robot_3/cmd_vel"), node: text("/robot_3/base"), found: twist(), expected: stamped() }: "A node of the robot waits for another type, and receives nothing.", "Set the type on one of the two sides, as the message says.";
         Unfit { 0: UnfitTopic { topic: text("/robot_3/cmd_vel"), reason: text("/robot_3/base subscribes transient local, and /robot_3/controller publishes volatile: set the durability of the subscription to volatile") } }: "The two ends of a topic that steers the robot do not fit each other, and are silent.", "Change the end that is named ([Quality of service](robot_drivers.md#quality-of-service)).";
         Unrecordable { topic: text("/robot_3/bumper"), reason: text("it is to be recorded, and it has no publisher") }: "The experiment names a topic to be recorded that cannot be.", "Start who publishes it, give the folder with its type in `record.definitions`, or leave it out of `record.topics`.";
-        NoPublisher { topic: topic() }: "Nobody publishes what the run needs.", "Start the node; look at names and namespaces with `ros2 topic list`.";
+        NoPublisher { topic: topic(), nearest: Some(text("/robot_3/detecton")) }: "Nobody publishes what the run needs.", "Start the node; look at names and namespaces with `ros2 topic list`.";
+        StrangeObjects { topics: vec![text("/objects/box/pose")], n_objects: 9 }: "A tracker sees an object that the world of the run does not have, or calls one by another name.", "As the message says: `object_1` and so on are the names, in the order of [the world's file](worlds.md#the-file).";
         Renamed { topic: topic(), node: text("/robot_3/controller"), renamed: text("/camera/seen") }: "A node of the robot was started with `-r`, so that the run does not find its topic.", "Leave that rule out, and rename the topic of the other program instead.";
         SeveralPublishers { topic: topic(), found: 2 }: "Two programs publish what one should: two robots of one name, or a node that was started twice.", "End one of them; `ros2 topic info -v` names both.";
         OtherRunner { run_id: text("milling_20261124_101500_3f2a") }: "A second `rsrs run` or `rsrs campaign` has one of these robots, or was started before; runs of other robots go on beside it.", "Wait for its end, or end it.";
@@ -233,7 +234,7 @@ fn stands() -> Vec<Cause> {
         ControllerUnconfirmed {}: "Its controller has ended, or somebody has changed its parameters in the run.", "Look at the controller's log.";
         EStop {}: "The e-stop is pressed, or its publisher fell silent in the run.", "When the floor is safe, `rsrs stop --release`.";
         Latched { 0: text("stopped by the runner") }: "It stands until the next run arms it.", "Nothing.";
-        Fault { 0: text("no valid reading of the sensor for more than 500 ms") }: "Its sensor or its wheels do not work.", "Repair what is named.";
+        Fault { 0: text("no valid reading of the sensor for more than 500 ms, from /robot_3/hardware/range") }: "Its sensor or its wheels do not work.", "Repair what is named.";
     })
 }
 

@@ -9,13 +9,14 @@ use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::state_machine::{Memory, Program};
 use rsrs_core::robot::controller::{self, Command, Reaction};
 use rsrs_core::robot::sensor::Readings;
+use rsrs_msgs::topics;
 
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
 use crate::heartbeat::Heartbeat;
 use crate::message::{Lease, LeaseState, RobotState, Status, StopCause, armed_reason};
 use crate::robot::Robot;
-use crate::timing::{DEAD_PROCESS_TIMEOUT, LEASE_DURATION};
+use crate::timing::{DEAD_PROCESS_TIMEOUT, LEASE_DURATION, SENSOR_TIMEOUT};
 
 mod lease_gate;
 
@@ -126,6 +127,13 @@ struct Further {
     newest: Option<bool>,
     /// Detections since that came.
     n_behind: u32,
+    /// When the first detection came without any.
+    missed_since: Option<Duration>,
+}
+
+/// Why a robot is not commanded of which a further sensor is silent.
+pub fn nothing_on(reading: &str) -> String {
+    format!("nothing on `{}/{reading}`: no command", topics::DETECTION.name)
 }
 
 /// A further sensor that was silent for so many detections is silent: its robot is not commanded any more.
@@ -258,10 +266,10 @@ impl Controller {
     }
 
     /// The further reading that keeps it from commanding, by its place among all: elsewhere than in lockstep one
-    /// that never came, or not with the last detections.
-    pub fn silent_reading(&self) -> Option<usize> {
+    /// that did not come with the last detections, or, where none came so far, for [`SENSOR_TIMEOUT`].
+    pub fn silent_reading(&self, now: Duration) -> Option<usize> {
         let is_free = self.settings.stamp == Stamp::Wall;
-        self.further.iter().position(|it| is_free && it.is_silent()).map(|place| place + 1)
+        self.further.iter().position(|it| is_free && it.is_missing(now)).map(|place| place + 1)
     }
 
     /// One command for each detection; in lockstep the nth detection belongs to the nth clock, and the nth of each
@@ -284,7 +292,7 @@ impl Controller {
                 },
             };
             self.detections.pop_front();
-            let Some(found) = self.reported(detected) else { continue };
+            let Some(found) = self.reported(detected, now) else { continue };
             let command = self.decide(found, now);
             actions.push(Action::Command { command, stamp_ns });
         }
@@ -292,7 +300,7 @@ impl Controller {
 
     /// What all sensors report with a detection; `None` where one of them is silent.
     #[expect(clippy::fn_params_excessive_bools, reason = "binary is what a reading is")]
-    fn reported(&mut self, detected: bool) -> Option<Readings> {
+    fn reported(&mut self, detected: bool, now: Duration) -> Option<Readings> {
         let mut found = Readings::from(detected);
         let mut is_whole = true;
         for (place, further) in self.further.iter_mut().enumerate() {
@@ -300,6 +308,7 @@ impl Controller {
                 Stamp::Clock => further.waiting.pop_front(),
                 Stamp::Wall => {
                     further.n_behind = further.n_behind.saturating_add(1);
+                    further.missed_since.get_or_insert(now);
                     further.newest.filter(|_| !further.is_silent())
                 }
             };
@@ -409,6 +418,14 @@ impl Further {
 
     fn is_silent(&self) -> bool {
         self.newest.is_none() || self.n_behind > MOST_BEHIND
+    }
+
+    /// Whether it is silent, and not just about to come for the first time: until the two have found each other in
+    /// the network, detections come without it.
+    fn is_missing(&self, now: Duration) -> bool {
+        let has_waited =
+            self.missed_since.is_some_and(|since| now.saturating_sub(since) >= SENSOR_TIMEOUT);
+        self.is_silent() && (self.newest.is_some() || has_waited)
     }
 }
 
@@ -573,9 +590,25 @@ mod tests {
             assert_eq!(turns(Event::Detection(true)), [-1.0]);
         }
         assert_eq!(turns(Event::Detection(true)), nothing, "it is silent");
-        assert_eq!(controller.silent_reading(), Some(1));
+        assert_eq!(controller.silent_reading(now), Some(1));
         controller.on_event(wall(false), now);
-        assert_eq!(controller.silent_reading(), None);
+        assert_eq!(controller.silent_reading(now), None);
+    }
+
+    #[test]
+    fn a_further_sensor_is_missing_when_its_first_message_had_time_to_come() {
+        let mut controller = with_two_sensors(Stamp::Wall);
+        let first = Duration::from_secs(7);
+        let late = first + SENSOR_TIMEOUT;
+        let early = late.saturating_sub(Duration::from_millis(1));
+
+        controller.on_event(Event::Tick, Duration::ZERO);
+        assert_eq!(controller.silent_reading(first), None, "nothing was to be answered yet");
+        controller.on_event(Event::Detection(true), first);
+        assert_eq!(controller.silent_reading(early), None);
+        assert_eq!(controller.silent_reading(late), Some(1));
+        controller.on_event(Event::Reading { reading: 1, is_true: false }, late);
+        assert_eq!(controller.silent_reading(late), None);
     }
 
     #[test]

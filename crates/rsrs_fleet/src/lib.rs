@@ -10,7 +10,7 @@
 //! Reading order: the messages ([`message`]), as they are on the wire ([`wire`]); who has locked all robots
 //! ([`e_stop`]); of which run they are ([`epoch`]); who may move ([`robot`], the final gate); who decides
 //! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`placement`], [`geofence`],
-//! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
+//! [`runner`], [`rates`], [`contradictions`]); who stops everything ([`stopper`]); which robots there are
 //! ([`fleet_file`]) and what their nodes are set to ([`parameters`]), what is run with them
 //! ([`experiment`]), what was run ([`record`]), what people see of it ([`observation`]) and what can go
 //! wrong ([`mod@causes`]).
@@ -28,6 +28,7 @@ pub mod controller;
 pub mod robot;
 pub mod simulator;
 
+pub mod contradictions;
 pub mod geofence;
 pub mod placement;
 pub mod preflight;

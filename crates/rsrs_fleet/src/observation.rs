@@ -45,6 +45,15 @@ pub enum Event {
         /// Whether it sees another one.
         detected: bool,
     },
+    /// A reading of a further sensor of a robot.
+    Reading {
+        /// The robot.
+        robot: String,
+        /// Its name.
+        reading: String,
+        /// Whether it is true.
+        is_true: bool,
+    },
     /// A robot's velocity command.
     Command {
         /// The robot.
@@ -118,6 +127,7 @@ impl Event {
             | Self::Experiment(_)
             | Self::Ending { .. } => true,
             Self::Detection { .. }
+            | Self::Reading { .. }
             | Self::Command { .. }
             | Self::Pose { .. }
             | Self::Object { .. }
@@ -202,6 +212,11 @@ impl Observation {
                 if let Some(robot) = self.robot_mut(robot) {
                     robot.detection = Some(Seen { value: detected, at: now });
                     robot.detection_rate.received(now);
+                }
+            }
+            Event::Reading { robot, reading, is_true } => {
+                if let Some(robot) = self.robot_mut(robot) {
+                    robot.take_reading(reading, is_true, now);
                 }
             }
             Event::Command { robot, command } => {

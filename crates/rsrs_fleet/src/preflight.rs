@@ -14,11 +14,14 @@ use crate::parameters::{GateSettings, controller, gate};
 use crate::timing::LEASE_DURATION;
 
 mod clocks;
+mod names;
+mod objects;
 mod places;
 mod problem;
 
 pub use clocks::ClockLead;
 pub(crate) use clocks::notes as clock_notes;
+pub(crate) use objects::note as object_note;
 pub(crate) use places::unusable_poses;
 pub use problem::Problem;
 
@@ -49,6 +52,8 @@ pub struct Expected {
     pub controller_only: BTreeSet<String>,
     /// What no robot must leave; `None` if there is nothing, or poses are not looked at.
     pub geofence: Option<Geofence>,
+    /// The objects of the world, by name; `None` where no tracker sees them.
+    pub objects: Option<BTreeSet<String>>,
 }
 
 /// Robots with bodies, on one floor.
@@ -138,14 +143,19 @@ impl fmt::Display for UnfitTopic {
     }
 }
 
+/// What a fleet file and a controller's parameter call commands of this type; `None` if no command is of it.
+pub(crate) fn command_word(type_name: &str) -> Option<&'static str> {
+    match type_name {
+        "geometry_msgs/msg/Twist" => Some("twist"),
+        "geometry_msgs/msg/TwistStamped" => Some("twist_stamped"),
+        _ => None,
+    }
+}
+
 /// What to type so that a robot is commanded by messages of this type, to be put behind a sentence;
 /// `None` if no command is of it.
 pub fn commands_as(type_name: &str) -> Option<String> {
-    let word = match type_name {
-        "geometry_msgs/msg/Twist" => "twist",
-        "geometry_msgs/msg/TwistStamped" => "twist_stamped",
-        _ => return None,
-    };
+    let word = command_word(type_name)?;
     Some(format!(
         ": set `cmd_vel: {word}` in the fleet file, and start the controller with \
          `-p cmd_vel_type:={word}`"
@@ -245,8 +255,9 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
         let name = topic.name.as_str();
         let [publishers, subscribers] =
             [&publishers, &subscribers].map(|ends| ends.get(name).map_or(&[][..], Vec::as_slice));
-        problems.extend(of_topic(topic, publishers, subscribers, &seen.graph));
+        problems.extend(of_topic(topic, publishers, subscribers, (expected, &seen.graph)));
     }
+    problems.extend(objects::strange(expected, &seen.graph));
     for topic in &expected.obeyed {
         let [publishers, subscribers] = [&publishers, &subscribers]
             .map(|ends| ends.get(topic.as_str()).map_or(&[][..], Vec::as_slice));
@@ -419,7 +430,7 @@ fn of_topic(
     topic: &ExpectedTopic,
     publishers: &[&Endpoint],
     subscribers: &[&Endpoint],
-    graph: &Graph,
+    (expected, graph): (&Expected, &Graph),
 ) -> Vec<Problem> {
     let (right, wrong): (Vec<&Endpoint>, Vec<_>) =
         publishers.iter().copied().partition(|end| end.type_name == topic.type_name);
@@ -430,6 +441,7 @@ fn of_topic(
             nodes: nodes_of(&wrong, &found),
             found,
             expected: topic.type_name.clone(),
+            taken: taken(subscribers),
         })
         .collect();
     let explained = right.is_empty() && !wrong.is_empty();
@@ -437,7 +449,10 @@ fn of_topic(
         (Publishers::One | Publishers::AtLeastOne, 0) if !explained => {
             problems.push(match renamed(topic, graph) {
                 Some((node, renamed)) => Problem::Renamed { topic: named(), node, renamed },
-                None => Problem::NoPublisher { topic: named() },
+                None => Problem::NoPublisher {
+                    topic: named(),
+                    nearest: names::nearest(topic, expected, graph),
+                },
             });
         }
         (Publishers::One | Publishers::AtMostOne, found @ 2..) => {
@@ -498,6 +513,12 @@ fn mismatched_subscribers(topic: &ExpectedTopic, subscribers: &[&Endpoint]) -> V
             expected: topic.type_name.clone(),
         })
         .collect()
+}
+
+/// What those wait for who drive a robot by a topic.
+fn taken(subscribers: &[&Endpoint]) -> BTreeSet<String> {
+    let bases = subscribers.iter().filter(|end| !is_onlooker(end));
+    bases.map(|end| end.type_name.clone()).collect()
 }
 
 /// The nodes that have an end of this type, those that announce their name.

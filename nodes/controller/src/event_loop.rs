@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use rsrs_core::robot::controller::Reaction;
-use rsrs_fleet::controller::{Action, Controller, Event, Settings, Stamp};
+use rsrs_fleet::controller::{Action, Controller, Event, Settings, Stamp, nothing_on};
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::timing::{HEARTBEAT_PERIOD, TICK};
 use rsrs_fleet::wire;
@@ -326,11 +326,10 @@ async fn run_loop(
                     if is_set {
                         controller.follow(session, index, sender)?;
                     }
-                    if let Some(silent) = controller.machine.silent_reading() {
+                    if let Some(silent) = controller.machine.silent_reading(passed()) {
                         let names = controller.machine.settings().controller.reading_names();
                         let name = names.iter().nth(silent).unwrap_or_default();
-                        let text = format!("nothing on `detection/{name}`: no command");
-                        complaints.warn(&controller.node, &text);
+                        complaints.warn(&controller.node, &nothing_on(name));
                     }
                 }
             }

@@ -14,14 +14,17 @@ use futures::StreamExt;
 use futures::stream::FuturesUnordered;
 use rsrs_bags::BagSummary;
 use rsrs_core::printable::one_line;
+use rsrs_fleet::contradictions::Contradictions;
+use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::{RobotState, Status};
 use rsrs_fleet::rates::Rates;
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_fleet::runner::{Action, Event, Runner, Target};
 use rsrs_fleet::timing::{CONFIGURE_TIMEOUT, NODE_TIMEOUT, TICK};
 use rsrs_fleet::wire;
+use rsrs_msgs::cdr;
 use rsrs_msgs::rsrs::{Recorded, RunLease};
-use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::complaints::Complaints;
@@ -101,6 +104,7 @@ struct Run<'a> {
     n_lost: u64,
     /// What is watched while robots move in real time.
     rates: Option<Rates>,
+    contradictions: Contradictions,
     /// Robots that did not report that they stand, when the machine has finished.
     finished: Option<Vec<String>>,
     watch: &'a mut dyn FnMut(Progress),
@@ -173,6 +177,7 @@ pub async fn run(
         bag: None,
         n_lost: 0,
         rates: None,
+        contradictions: Contradictions::new(readings),
         finished: None,
         watch,
     };
@@ -388,6 +393,9 @@ impl<'a> Run<'a> {
         received: &ReceivedRaw,
     ) -> Result<Vec<Event>, String> {
         let mut events = self.understand_poses(topic_index, received)?;
+        if let Some(contradiction) = self.contradiction(topic_index, received) {
+            self.note(&contradiction);
+        }
         let topic = &self.recorded_topics[topic_index];
         match topic.role {
             Role::Simulator => {
@@ -402,6 +410,22 @@ impl<'a> Run<'a> {
             _ => events.extend(meaning::events(self.plan, topic, received)?),
         }
         Ok(events)
+    }
+
+    /// What a reading contradicts; the simulator's sensors report one thing each.
+    fn contradiction(&mut self, topic_index: usize, received: &ReceivedRaw) -> Option<String> {
+        let RecordedTopic { name, role, .. } = &self.recorded_topics[topic_index];
+        let (Role::Detection(robot) | Role::FurtherDetection(robot)) = *role else { return None };
+        if self.plan.record.time == Time::Lockstep {
+            return None;
+        }
+        let Bool { data } = cdr::decode(&received.message).ok()?;
+        let robot = &self.plan.record.robots[robot];
+        let Some((_, reading)) = topics::further_reading(name) else {
+            return self.contradictions.on_detection(robot, data);
+        };
+        self.contradictions.on_further(robot, reading, data);
+        None
     }
 
     /// The events of the poses in a sample, if it has some.

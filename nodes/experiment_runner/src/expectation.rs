@@ -6,6 +6,7 @@ use std::time::Duration;
 use rsrs_bags::trajectory::PoseReader;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_core::world::WorldFile;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::FleetRobot;
 use rsrs_fleet::placement::{PlaceCheck, WantedStart};
@@ -115,7 +116,15 @@ fn expected(plan: &Plan, recorded_topics: &[RecordedTopic]) -> Expected {
         gates: plan.gates.clone(),
         geofence: plan.geofence,
         apart: apart(plan),
+        objects: objects(plan),
     }
+}
+
+/// The objects of the world, where a tracker sees them.
+pub fn objects(plan: &Plan) -> Option<BTreeSet<String>> {
+    let n_objects = plan.record.conditions.world.n_objects();
+    (plan.record.backend == Backend::Fleet)
+        .then(|| (0..n_objects).map(WorldFile::object_name).collect())
 }
 
 /// What steers a robot behind its gate, or in place of its sensor.

@@ -11,7 +11,7 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::tracker::TrackerFrame;
 use rsrs_fleet::observation::Rate;
 use rsrs_fleet::placement::{WantedStart, deviations};
-use rsrs_fleet::preflight::{self, Expected, ExpectedTopic, Graph, Problem, Seen};
+use rsrs_fleet::preflight::{self, Expected, ExpectedTopic, Graph, Problem, Publishers, Seen};
 use rsrs_msgs::cdr;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics;
@@ -320,15 +320,21 @@ impl<'a> Places<'a> {
     /// What preflight would find wrong with the poses.
     fn problems(&self, session: &Session, topics: &[RecordedTopic]) -> Vec<Problem> {
         let poses = topics.iter().filter(|topic| topic.role != Role::Other);
+        let poses = poses.map(|topic| ExpectedTopic {
+            name: topic.name.clone(),
+            type_name: topic.type_name.clone(),
+            publishers: expectation::publishers_of_poses(self.plan, topic),
+        });
+        let objects = expectation::objects(self.plan);
+        let of_objects = objects.iter().flatten().map(|object| ExpectedTopic {
+            name: topics::object_pose(object),
+            type_name: topics::OBJECT_POSE.type_name.to_owned(),
+            publishers: Publishers::One,
+        });
         let expected = Expected {
-            topics: poses
-                .map(|topic| ExpectedTopic {
-                    name: topic.name.clone(),
-                    type_name: topic.type_name.clone(),
-                    publishers: expectation::publishers_of_poses(self.plan, topic),
-                })
-                .collect(),
+            topics: poses.chain(of_objects).collect(),
             apart: expectation::apart(self.plan),
+            objects: objects.clone(),
             ..Expected::default()
         };
         let known = || self.known.iter();

@@ -78,6 +78,8 @@ pub enum Report {
     Sensed(Sensed),
     /// The battery's voltage, in volts.
     Battery(f32),
+    /// The hardware sent what is not used, and why not.
+    Refused(String),
 }
 
 /// One measurement of a robot's sensor.
@@ -130,6 +132,9 @@ pub trait Driver: Sized {
     ///
     /// If it cannot be sent.
     fn drive(&mut self, command: Command) -> impl Future<Output = anyhow::Result<()>>;
+
+    /// Where its sensor's readings come from, in words: a topic or a port.
+    fn sensor(&self) -> String;
 
     /// Name and value of what is worth a look, for `/diagnostics`.
     fn health(&self) -> Vec<(&'static str, String)>;

@@ -122,12 +122,13 @@ struct RobotNode<'a, D> {
     _e_stop: EStopSubscriptions,
 }
 
-/// Complaints about what others publish, by what it is.
+/// Complaints about what others publish and the hardware sends, by what it is.
 #[derive(Default)]
 struct OfMessages {
     leases: Complaints,
     statuses: Complaints,
     commands: Complaints,
+    hardware: Complaints,
 }
 
 /// What the loop woke up for.
@@ -302,6 +303,10 @@ impl<'a, D: Driver> RobotNode<'a, D> {
             }
             Report::Down(reason) => self.driver_fault = Some(reason),
             Report::Battery(battery_v) => self.step_gate(Event::Battery(battery_v)).await?,
+            Report::Refused(reason) => {
+                let text = format!("refused a line of {}: {reason}", self.driver.sensor());
+                self.complaints.hardware.warn(&self.node, &text);
+            }
             Report::Sensed(Sensed { seen, range, further }) => {
                 let measured = range.as_ref().map(|range| Reading::Range(f64::from(range.range)));
                 let now = self.now();
@@ -321,11 +326,10 @@ impl<'a, D: Driver> RobotNode<'a, D> {
     /// Reports to the gate when sensor or wheels fail, and when they work again.
     async fn look_for_faults(&mut self) -> anyhow::Result<()> {
         let of_sensor = self.detector.detected(&self.settings.detector, self.now()).err();
-        let found = self
-            .driver_fault
-            .clone()
-            .or_else(|| self.wheel_fault.clone())
-            .or_else(|| of_sensor.map(|error| error.to_string()));
+        let found =
+            self.driver_fault.clone().or_else(|| self.wheel_fault.clone()).or_else(|| {
+                of_sensor.map(|error| format!("{error}, from {}", self.driver.sensor()))
+            });
         if found == self.fault {
             return Ok(());
         }

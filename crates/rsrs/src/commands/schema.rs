@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Command, CommandFactory};
-use rsrs_experiment_runner::causes::of_bags;
+use rsrs_experiment_runner::causes::{of_bags, of_objects_and_readings};
 use rsrs_fleet::causes;
 use rsrs_pipeline::schema::{FileKind, reference};
 
@@ -49,7 +49,9 @@ pub fn run<C: CommandFactory>(arguments: &Arguments) -> anyhow::Result<Outcome> 
     match arguments.kind {
         Some(kind) => report(Format::Json, &kind.schema(), "")?,
         None if arguments.commands => report(Format::Text, &(), page_of_commands(C::command()))?,
-        None if arguments.causes => report(Format::Text, &(), causes::page(&[of_bags()]))?,
+        None if arguments.causes => {
+            report(Format::Text, &(), causes::page(&[of_objects_and_readings(), of_bags()]))?;
+        }
         None => report(Format::Text, &(), reference())?,
     }
     Ok(Outcome::Done)

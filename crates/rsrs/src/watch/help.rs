@@ -20,8 +20,8 @@ const RECORDED: [&str; 4] = [
 ];
 const WORDS: [&str; 12] = [
     "q Esc      quit; robots go on as they are",
-    "sees       whether it detects another one; for how",
-    "           many seconds its sensor has been silent",
+    "sees       whether it detects another one, and what",
+    "           else it reports; seconds: a sensor is silent",
     "det cmd pose    samples in a second",
     "lease      what the runner lets it do; other: it obeys",
     "           another run, or none",

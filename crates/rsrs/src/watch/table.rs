@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use rsrs_fleet::message::StopCause;
-use rsrs_fleet::observation::{Condition, LeaseView, ObservedRobot};
+use rsrs_fleet::observation::{Condition, LeaseView, ObservedRobot, Seen};
 use rsrs_fleet::timing::{NODE_TIMEOUT, SENSOR_TIMEOUT};
 
 use super::look::strong;
@@ -27,6 +27,8 @@ enum Column {
 
 /// The longest name that is written out.
 const LONGEST_NAME: usize = 16;
+/// The longest list of readings that is.
+const LONGEST_SIGHT: usize = 16;
 
 impl Column {
     const ALL: [Self; 10] = [
@@ -64,7 +66,11 @@ impl Column {
                 names.max().unwrap_or(0).clamp(self.title().len(), LONGEST_NAME)
             }
             Self::State | Self::Lease => 8,
-            Self::Sees => 4,
+            Self::Sees => {
+                let robots = view.observation.robots();
+                let names = robots.map(|(_, robot)| longest_sight(view, robot));
+                names.max().unwrap_or(0).clamp(self.title().len(), LONGEST_SIGHT)
+            }
             Self::Detections | Self::Commands | Self::Poses => 5,
             Self::Command => 11,
             Self::Battery => 6,
@@ -226,21 +232,38 @@ fn state_style(view: &View<'_>, condition: Condition) -> Style {
     }
 }
 
-/// Whether it sees another one, or for how long its sensor has been silent.
+/// The width of all of its readings, if each were true.
+fn longest_sight(view: &View<'_>, robot: &ObservedRobot) -> usize {
+    let sign = view.look.sign("●", "yes").chars().count();
+    sign + robot.further_readings().map(|(name, _)| 1 + name.chars().count()).sum::<usize>()
+}
+
+/// Whether it sees another one and which of its further readings are true, or for how long a sensor has been silent.
 fn sees(view: &View<'_>, robot: &ObservedRobot) -> Cell {
     let look = view.look;
     let Some(seen) = robot.detection else {
         return (look.sign("–", "-").to_owned(), look.quiet());
     };
-    let age = seen.age(view.now);
-    if age > SENSOR_TIMEOUT {
-        return (format!("{} s", age.as_secs().min(99)), look.alarm());
+    let silence = |seen: Seen<bool>| {
+        let age = seen.age(view.now);
+        (age > SENSOR_TIMEOUT).then(|| format!("{} s", age.as_secs().min(99)))
+    };
+    if let Some(silence) = silence(seen) {
+        return (silence, look.alarm());
     }
-    if seen.value {
-        (look.sign("●", "yes").to_owned(), look.seeing())
-    } else {
-        (look.sign("○", "no").to_owned(), look.quiet())
+    let mut silent =
+        robot.further_readings().filter_map(|(name, seen)| Some((name, silence(seen)?)));
+    if let Some((name, silence)) = silent.next() {
+        return (format!("{name} {silence}"), look.alarm());
     }
+    let further = robot.further_readings().filter(|(_, seen)| seen.value);
+    let further: String = further.flat_map(|(name, _)| [" ", name]).collect();
+    let (sign, word, style) = match (seen.value, further.is_empty()) {
+        (true, _) => ("●", "yes", look.seeing()),
+        (false, false) => ("○", "no", look.seeing()),
+        (false, true) => ("○", "no", look.quiet()),
+    };
+    (format!("{}{further}", look.sign(sign, word)), style)
 }
 
 fn rate(view: &View<'_>, hz: Option<f64>) -> Cell {

@@ -248,6 +248,35 @@ fn a_wide_screen_has_every_column_and_a_narrow_one_the_first() {
 }
 
 #[test]
+fn what_further_sensors_report_stands_beside_the_detection() {
+    let mut observation = mill(9);
+    let now = Duration::from_secs_f64(NOW_S);
+    let mut report = |index: usize, reading: &str, is_true, before_s: u64| {
+        let (robot, reading) = (name(index), reading.to_owned());
+        let at = now.saturating_sub(Duration::from_secs(before_s));
+        observation.on_event(Event::Reading { robot, reading, is_true }, at);
+    };
+    report(0, "goal", true, 0);
+    report(0, "wall", true, 0);
+    report(1, "goal", false, 0);
+    report(1, "wall", true, 0);
+    report(3, "goal", false, 0);
+    report(4, "wall", true, 5);
+
+    let rows = rows(&drawn(&view(&observation), (120, 30)));
+
+    let of = |index: usize| {
+        let row = rows.iter().find(|row| row.starts_with(&format!("{} ", name(index))));
+        row.unwrap_or_else(|| panic!("robot_{index}: {rows:#?}")).clone()
+    };
+    for (index, expected) in
+        [(0, "● goal wall "), (1, "○ wall "), (3, "○  "), (4, "wall 5 s "), (6, "●  ")]
+    {
+        assert!(of(index).contains(expected), "{}", of(index));
+    }
+}
+
+#[test]
 fn a_line_that_nobody_should_overlook_is_whole_at_60_columns() {
     let observation = mill(9);
     let text = "30 of 30 robots stand (0.31 s); next: rsrs stop --release".to_owned();

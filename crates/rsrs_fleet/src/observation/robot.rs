@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::sensor::MOST_READINGS;
 use rsrs_core::robot::unicycle::Pose;
 
 use super::Freshness;
@@ -155,6 +156,8 @@ pub struct ObservedRobot {
     freshness: Freshness,
     /// Its newest detection.
     pub detection: Option<Seen<bool>>,
+    /// The newest of each further sensor, by name.
+    further: BTreeMap<String, Seen<bool>>,
     /// How often detections come.
     pub detection_rate: Rate,
     /// Its newest command.
@@ -188,6 +191,19 @@ impl ObservedRobot {
         };
         *slot = Some(Seen { value: pose, at: now });
         rate.received(now);
+    }
+
+    /// Takes a further reading, of as many as a robot can have.
+    #[expect(clippy::fn_params_excessive_bools, reason = "binary is what a reading is")]
+    pub(super) fn take_reading(&mut self, reading: String, is_true: bool, now: Duration) {
+        if self.further.contains_key(&reading) || self.further.len() < MOST_READINGS - 1 {
+            self.further.insert(reading, Seen { value: is_true, at: now });
+        }
+    }
+
+    /// What its further sensors reported last, by name.
+    pub fn further_readings(&self) -> impl Iterator<Item = (&str, Seen<bool>)> {
+        self.further.iter().map(|(name, seen)| (name.as_str(), *seen))
     }
 
     /// A message that was late, or came again, changes nothing.

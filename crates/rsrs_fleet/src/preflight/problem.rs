@@ -1,6 +1,10 @@
 //! The reasons not to start a run, in words.
 
-use super::{ClockLead, DiagnosticError, UnfitTopic, commands_as};
+use std::collections::BTreeSet;
+
+use rsrs_msgs::topics;
+
+use super::{ClockLead, DiagnosticError, UnfitTopic, command_word, commands_as, objects};
 use crate::epoch::ImplausibleEpoch;
 use crate::parameters::Deviation;
 use crate::placement;
@@ -14,6 +18,32 @@ fn by(nodes: &[String]) -> String {
 fn of_commands(topic: &str, found: &str) -> String {
     let is_of_commands = topic.ends_with("/cmd_vel");
     is_of_commands.then(|| commands_as(found)).flatten().unwrap_or_default()
+}
+
+/// What to type where commands are published as another type, by what the robot's base takes.
+fn of_publisher(topic: &str, found: &str, (expected, taken): (&str, &BTreeSet<String>)) -> String {
+    let words = command_word(found).zip(command_word(expected));
+    match words.filter(|_| topic.ends_with("/cmd_vel")) {
+        Some((_, expected_word)) if taken.contains(expected) => {
+            format!(": start the controller with `-p cmd_vel_type:={expected_word}`")
+        }
+        Some((found_word, _)) if taken.contains(found) => {
+            format!(": set `cmd_vel: {found_word}` in the fleet file")
+        }
+        _ => of_commands(topic, found),
+    }
+}
+
+/// Whether a topic has another name, or what else to do about it.
+fn of_missing(topic: &str, nearest: Option<&str>) -> String {
+    match nearest {
+        Some(nearest) => format!("; did you mean {nearest}?"),
+        None if topics::object_of(topic).is_some() => {
+            " (an object of the run's world: have it tracked, or take it out of the world's file)"
+                .to_owned()
+        }
+        None => String::new(),
+    }
 }
 
 /// One reason not to start.
@@ -47,7 +77,7 @@ pub enum Problem {
     #[error(
         "{topic}: type is {found}{}, expected {expected}{}",
         by(nodes),
-        of_commands(topic, found)
+        of_publisher(topic, found, (expected, taken))
     )]
     WrongType {
         /// The topic.
@@ -58,6 +88,8 @@ pub enum Problem {
         found: String,
         /// The type expected.
         expected: String,
+        /// The types that those wait for who drive the robot.
+        taken: BTreeSet<String>,
     },
     /// A node of a robot waits for another type; it receives nothing.
     #[error(
@@ -86,10 +118,25 @@ pub enum Problem {
         reason: String,
     },
     /// A topic that must have one publisher has none.
-    #[error("{topic}: no publisher")]
+    #[error("{topic}: no publisher{}", of_missing(topic, nearest.as_deref()))]
     NoPublisher {
         /// The topic.
         topic: String,
+        /// One of its type that is there, with nearly its name.
+        nearest: Option<String>,
+    },
+    /// Objects are tracked that the world of the run does not have.
+    #[error(
+        "{}: the run's world has {} (add what is tracked to the world's file, give it the name of an object, or take \
+         it off the floor)",
+        topics.join(", "),
+        objects::in_words(*n_objects)
+    )]
+    StrangeObjects {
+        /// On which topics.
+        topics: Vec<String>,
+        /// Objects of the world.
+        n_objects: usize,
     },
     /// A topic that must have one publisher has none, and a node of its robot has another one in its place.
     #[error(

@@ -108,7 +108,7 @@ fn a_topic_that_nobody_publishes_is_a_problem() {
 
     assert_eq!(
         problems(&expected(), &seen),
-        [Problem::NoPublisher { topic: "/robot_2/cmd_vel".to_owned() }]
+        [Problem::NoPublisher { topic: "/robot_2/cmd_vel".to_owned(), nearest: None }]
     );
 }
 
@@ -152,7 +152,7 @@ fn a_node_that_has_another_topic_in_its_place_is_named() {
     seen.graph.subscribers.pop();
 
     let none = ["/robot_1/cmd_vel", detection];
-    let none = none.map(|topic| Problem::NoPublisher { topic: topic.to_owned() });
+    let none = none.map(|topic| Problem::NoPublisher { topic: topic.to_owned(), nearest: None });
     assert_eq!(problems(&expected, &seen), none, "nothing of it is there");
 }
 
@@ -432,4 +432,85 @@ fn a_robot_whose_commands_nobody_receives_is_refused_and_onlookers_drive_none() 
     assert_eq!(with_a_base, [""; 0], "a program without a name may be a base");
     assert_eq!(with_a_gate_before_nothing.len(), 1);
     assert!(with_a_gate_before_nothing[0].starts_with("/robot_2/hardware/cmd_vel: nobody"));
+}
+
+fn wanted(name: &str) -> ExpectedTopic {
+    ExpectedTopic {
+        name: name.to_owned(),
+        type_name: "geometry_msgs/msg/PoseStamped".to_owned(),
+        publishers: Publishers::One,
+    }
+}
+
+#[test]
+fn a_topic_that_is_missing_is_named_with_the_nearest_that_is_there() {
+    let names = ["/robot_1/pose", "/robot_2/pose", "/mocap/robot_1/pose", "/objects/object_3/pose"];
+    let expected = Expected { topics: names.map(wanted).to_vec(), ..Expected::default() };
+    let mut seen = Seen::default();
+    seen.graph.publishers = [
+        ("/robot_1/poze", "PoseStamped"),
+        ("/robot_2/poses", "PoseArray"),
+        ("/robot_3/pose", "PoseStamped"),
+        ("/robot_2/goal", "PoseStamped"),
+        ("/vrpn/mocap/robot_1/pose", "PoseStamped"),
+    ]
+    .map(|(topic, type_name)| publisher(topic, type_name))
+    .to_vec();
+
+    assert_eq!(
+        sentences(&expected, &seen),
+        [
+            "/robot_1/pose: no publisher; did you mean /robot_1/poze?",
+            "/robot_2/pose: no publisher",
+            "/mocap/robot_1/pose: no publisher; did you mean /vrpn/mocap/robot_1/pose?",
+            "/objects/object_3/pose: no publisher (an object of the run's world: have it tracked, or take it out of \
+             the world's file)",
+        ]
+    );
+}
+
+#[test]
+fn objects_that_the_world_does_not_have_are_named_before_a_run() {
+    let objects = ["object_1", "object_2"].map(str::to_owned);
+    let mut expected = Expected { objects: Some(objects.into()), ..Expected::default() };
+    let mut seen = Seen::default();
+    let tracked = ["/objects/object_1/pose", "/objects/object_2/pose", "/objects/object_3/pose"];
+    seen.graph.publishers = tracked.map(|topic| publisher(topic, "PoseStamped")).to_vec();
+
+    let with_objects = sentences(&expected, &seen);
+    let noted = object_note(&expected, &seen.graph);
+    expected.objects = Some(BTreeSet::new());
+    let without = (problems(&expected, &seen), object_note(&expected, &seen.graph));
+    expected.objects = None;
+    let simulated = (problems(&expected, &seen), object_note(&expected, &seen.graph));
+
+    assert_eq!(
+        with_objects,
+        [
+            "/objects/object_3/pose: the run's world has 2 objects, object_1 to object_2 (add what is tracked to the \
+          world's file, give it the name of an object, or take it off the floor)"
+        ]
+    );
+    assert_eq!((noted, without.0, simulated), (None, vec![], (vec![], None)));
+    let note = without.1.expect("nobody expects objects");
+    assert!(note.contains("/objects/object_2/pose") && note.contains("has no objects"), "{note}");
+}
+
+#[test]
+fn a_controller_of_another_type_has_one_cure_by_what_its_base_takes() {
+    let mut seen = complete();
+    seen.graph.publishers =
+        ["/robot_1/cmd_vel", "/robot_2/cmd_vel"].map(|topic| publisher(topic, "Twist")).to_vec();
+    seen.graph.subscribers =
+        vec![publisher("/robot_1/cmd_vel", "TwistStamped"), publisher("/robot_2/cmd_vel", "Twist")];
+
+    assert_eq!(
+        sentences(&expected(), &seen),
+        [
+            "/robot_1/cmd_vel: type is geometry_msgs/msg/Twist, expected geometry_msgs/msg/TwistStamped: start the \
+             controller with `-p cmd_vel_type:=twist_stamped`",
+            "/robot_2/cmd_vel: type is geometry_msgs/msg/Twist, expected geometry_msgs/msg/TwistStamped: set \
+             `cmd_vel: twist` in the fleet file",
+        ]
+    );
 }

@@ -103,12 +103,13 @@ impl Problem {
             Self::Unfit(UnfitTopic { topic, .. })
             | Self::WrongType { topic, .. }
             | Self::WrongSubscriber { topic, .. }
-            | Self::NoPublisher { topic }
+            | Self::NoPublisher { topic, .. }
             | Self::Renamed { topic, .. }
             | Self::NobodyObeys { topic }
             | Self::SeveralPublishers { topic, .. } => robot_of(topic),
             Self::SimulatorMissing
             | Self::Unrecordable { .. }
+            | Self::StrangeObjects { .. }
             | Self::OtherRunner { .. }
             | Self::TooSlow { .. }
             | Self::Locked { .. }
@@ -141,7 +142,7 @@ mod tests {
     }
 
     fn silent(robot: usize) -> Failure {
-        Problem::NoPublisher { topic: format!("/robot_{robot}/detection") }.into()
+        Problem::NoPublisher { topic: format!("/robot_{robot}/detection"), nearest: None }.into()
     }
 
     #[test]
@@ -167,7 +168,9 @@ mod tests {
 
     #[test]
     fn robots_in_a_namespace_are_grouped_like_others() {
-        let silent = |topic: &str| Failure::from(Problem::NoPublisher { topic: topic.to_owned() });
+        let silent = |topic: &str| {
+            Failure::from(Problem::NoPublisher { topic: topic.to_owned(), nearest: None })
+        };
         let failures = [
             "/lab/robot_1/detection",
             "/lab/robot_2/detection",
@@ -183,7 +186,8 @@ mod tests {
                 "/{lab/robot_1, lab/robot_2}/detection: no publisher",
                 "/b/controller/status: no publisher",
                 "/{robot_1, robot_2}/detection/wall: no publisher",
-                "/objects/object_1/pose: no publisher",
+                "/objects/object_1/pose: no publisher (an object of the run's world: have it tracked, or take it \
+                 out of the world's file)",
             ]
         );
     }

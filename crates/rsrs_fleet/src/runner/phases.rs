@@ -57,6 +57,7 @@ impl Runner {
             problems.extend(self.misplaced());
         }
         let clocks = preflight::clock_notes(&self.options.expected, &seen);
+        let objects = preflight::object_note(&self.options.expected, &seen.graph);
         self.graph = seen.graph;
         let onlookers: Vec<Action> =
             self.graph.onlookers.iter().map(|it| Action::Note(format!("note: {it}"))).collect();
@@ -65,7 +66,7 @@ impl Runner {
             self.strangers = UnexpectedPublishers::none_of(&self.graph);
             let robots = self.options.expected.robots.len();
             actions.extend(onlookers);
-            actions.extend(clocks.into_iter().map(Action::Note));
+            actions.extend(clocks.into_iter().chain(objects).map(Action::Note));
             actions.extend(self.options.expected.leases().into_iter().map(Action::Note));
             actions.push(Action::Note(format!("found all {robots} robots; setting parameters")));
             self.requests = Requests::new(self.targets());

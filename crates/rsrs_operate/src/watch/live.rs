@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use rsrs_core::robot::sensor::MOST_READINGS;
 use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::observation::{Event, Observation};
 use rsrs_fleet::stopper::MOST_ROBOTS;
@@ -145,8 +146,9 @@ impl Watcher {
         let _parameters = ParameterServer::without_parameters(session, &node)?;
         let mut subscriptions = BTreeMap::new();
         let (mut robots, mut objects) = (BTreeSet::new(), BTreeSet::new());
+        let mut n_further = BTreeMap::new();
         for topic in OF_SWARM {
-            let watched = WatchedTopic { topic, owner: String::new() };
+            let watched = WatchedTopic::of_owner(topic, "");
             subscriptions.insert(key(topic.name, &topic), self.subscribe(session, watched)?);
         }
         let mut look = tokio::time::interval(LOOK);
@@ -165,6 +167,13 @@ impl Watcher {
                         log::warn!("left out `{}`: nothing can have this name", watched.owner);
                     }
                     continue;
+                }
+                if watched.is_further() {
+                    let n_known: &mut usize = n_further.entry(watched.owner.clone()).or_default();
+                    if *n_known == MOST_READINGS - 1 {
+                        continue;
+                    }
+                    *n_known += 1;
                 }
                 let name = watched.name();
                 let subscription = self.subscribe(session, watched.clone())?;
@@ -209,8 +218,8 @@ impl Watcher {
         let Topic { type_name, qos, .. } = watched.topic;
         let name = watched.name();
         let qos = match qos.durability {
-            // Where an object is comes again and again, of a tracker that keeps nothing.
-            _ if watched.is_of_object() => Qos::best_effort(DEPTH),
+            // Where an object is comes again and again, of a tracker that keeps nothing, and so do readings.
+            _ if watched.is_of_object() || watched.is_further() => Qos::best_effort(DEPTH),
             Durability::Volatile => Qos::best_effort(DEPTH),
             Durability::TransientLocal => qos,
         };

@@ -42,6 +42,8 @@ pub(super) struct WatchedTopic {
     pub topic: Topic,
     /// Whose it is, a robot's or an object's; empty for one of the swarm.
     pub owner: String,
+    /// Which further reading of the robot it has; empty for another topic.
+    pub reading: String,
 }
 
 impl WatchedTopic {
@@ -49,23 +51,39 @@ impl WatchedTopic {
     pub fn of(name: &str, type_name: &str) -> Option<Self> {
         let is_it = |topic: &&Topic| topic.name == name && topic.type_name == type_name;
         if let Some(topic) = OF_SWARM.iter().find(is_it) {
-            return Some(Self { topic: *topic, owner: String::new() });
+            return Some(Self::of_owner(*topic, ""));
         }
         if let Some(object) = topics::object_of(name) {
             let is_pose = type_name == topics::OBJECT_POSE.type_name;
-            let owner = object.to_owned();
-            return is_pose.then_some(Self { topic: topics::OBJECT_POSE, owner });
+            return is_pose.then(|| Self::of_owner(topics::OBJECT_POSE, object));
+        }
+        if let Some((robot, reading)) = topics::further_reading(name) {
+            let topic = topics::FURTHER_DETECTION;
+            let is_reading = type_name == topic.type_name && topics::is_namespace(reading);
+            let reading = reading.to_owned();
+            return is_reading.then(|| Self { reading, ..Self::of_owner(topic, robot) });
         }
         let of_type = OF_ROBOTS.iter().filter(|topic| topic.type_name == type_name);
         let mut found = of_type.filter_map(|topic| Some((topic, topic.robot_of(name)?)));
         let (topic, robot) = found.next()?;
-        Some(Self { topic: *topic, owner: robot.to_owned() })
+        Some(Self::of_owner(*topic, robot))
+    }
+
+    /// A topic that is no further reading.
+    ///
+    /// # Arguments
+    ///
+    /// * `owner` — whose it is; empty for one of the swarm.
+    pub fn of_owner(topic: Topic, owner: &str) -> Self {
+        Self { topic, owner: owner.to_owned(), reading: String::new() }
     }
 
     /// Its full name.
     pub fn name(&self) -> String {
         if self.is_of_object() {
             topics::object_pose(&self.owner)
+        } else if self.is_further() {
+            topics::further_detection(&self.owner, &self.reading)
         } else {
             self.topic.for_robot(&self.owner)
         }
@@ -74,6 +92,11 @@ impl WatchedTopic {
     /// Whether it tells where an object is.
     pub fn is_of_object(&self) -> bool {
         self.topic == topics::OBJECT_POSE
+    }
+
+    /// Whether it has a further reading.
+    pub fn is_further(&self) -> bool {
+        self.topic == topics::FURTHER_DETECTION
     }
 
     /// Whether only robots of this protocol, or such as take part in it, have this topic.
@@ -95,6 +118,9 @@ impl WatchedTopic {
         let topic = self.topic;
         Ok(if topic == topics::DETECTION {
             Event::Detection { robot: robot(), detected: decode::<Bool>(bytes)?.data }
+        } else if topic == topics::FURTHER_DETECTION {
+            let (reading, is_true) = (self.reading.clone(), decode::<Bool>(bytes)?.data);
+            Event::Reading { robot: robot(), reading, is_true }
         } else if topic == topics::CMD_VEL {
             let command = wire::command(&decode::<TwistStamped>(bytes)?.twist).map_err(text)?;
             Event::Command { robot: robot(), command }
@@ -183,17 +209,31 @@ mod tests {
     #[test]
     fn every_watched_topic_understands_its_own_messages_and_refuses_no_bytes() {
         let robots = OF_ROBOTS.iter().map(|topic| (*topic, "robot_1"));
-        let robots = robots.chain([(topics::OBJECT_POSE, "object_1")]);
+        let robots = robots
+            .chain([(topics::OBJECT_POSE, "object_1"), (topics::FURTHER_DETECTION, "robot_1")]);
         for (topic, robot) in robots.chain(OF_SWARM.iter().map(|topic| (*topic, ""))) {
-            let watched = WatchedTopic { topic, owner: robot.to_owned() };
+            let watched = WatchedTopic::of_owner(topic, robot);
 
             let nothing = watched.understand(Source([1; 16]), &[]);
 
             assert!(nothing.is_err(), "{}", topic.name);
         }
-        let watched = WatchedTopic { topic: topics::DETECTION, owner: "robot_1".to_owned() };
+        let watched = WatchedTopic::of_owner(topics::DETECTION, "robot_1");
         let event = watched.understand(Source([1; 16]), &cdr::encode(&Bool { data: true }));
         let expected = Event::Detection { robot: "robot_1".to_owned(), detected: true };
         assert_eq!(event, Ok(expected));
+    }
+
+    #[test]
+    fn further_readings_are_watched_by_their_names() {
+        let bool = topics::FURTHER_DETECTION.type_name;
+        let watched = WatchedTopic::of("/robot_3/detection/wall", bool).expect("it is one");
+
+        let event = watched.understand(Source([1; 16]), &cdr::encode(&Bool { data: true }));
+
+        let (robot, reading) = ("robot_3".to_owned(), "wall".to_owned());
+        assert_eq!(event, Ok(Event::Reading { robot, reading, is_true: true }));
+        assert_eq!(watched.name(), "/robot_3/detection/wall");
+        assert_eq!(WatchedTopic::of("/robot_3/detection/a b", bool), None);
     }
 }

@@ -102,6 +102,10 @@ impl Driver for RosDriver {
         self.cmd_vel_publisher.drive(command).await
     }
 
+    fn sensor(&self) -> String {
+        self.sensor_topic.clone()
+    }
+
     fn health(&self) -> Vec<(&'static str, String)> {
         let counts = self.subscription.counts();
         vec![

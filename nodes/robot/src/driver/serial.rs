@@ -91,6 +91,10 @@ impl Driver for SerialDriver {
         sent
     }
 
+    fn sensor(&self) -> String {
+        format!("the microcontroller on {}", self.path)
+    }
+
     fn health(&self) -> Vec<(&'static str, String)> {
         let link = self.line.as_ref().map(|(_, link)| link);
         let name = link.and_then(Link::identity).map(|identity| identity.name.clone());

@@ -17,6 +17,7 @@ use super::{Driver, DriverContext, Report, Sensed, next_of};
 pub struct VirtualDriver {
     cmd_vel_publisher: CmdVelPublisher,
     reports: UnboundedReceiver<Report>,
+    sensor_topic: String,
     subscription: Subscription,
 }
 
@@ -38,7 +39,8 @@ impl Driver for VirtualDriver {
                 // The receiver is gone only while the node shuts down.
                 drop(to_node.send(Report::Sensed(sensed)));
             })?;
-        Ok(Self { cmd_vel_publisher: CmdVelPublisher::stamped(place)?, reports, subscription })
+        let cmd_vel_publisher = CmdVelPublisher::stamped(place)?;
+        Ok(Self { cmd_vel_publisher, reports, sensor_topic: name, subscription })
     }
 
     async fn report(&mut self) -> Report {
@@ -47,6 +49,10 @@ impl Driver for VirtualDriver {
 
     async fn drive(&mut self, command: Command) -> Result<()> {
         self.cmd_vel_publisher.drive(command).await
+    }
+
+    fn sensor(&self) -> String {
+        self.sensor_topic.clone()
     }
 
     fn health(&self) -> Vec<(&'static str, String)> {

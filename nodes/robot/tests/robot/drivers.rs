@@ -100,6 +100,9 @@ fn a_base_of_somebody_else_is_driven_by_its_range_sensor() {
         let runner = Runner::start(&session, &base);
         eventually("a robot without a sensor is in fault", || runner.state() == RobotState::Fault)
             .await;
+        let awaited = "no reading of the sensor yet, from /robot_1/hardware/range";
+        let is_named = || runner.messages().status.stop_reason.contains(awaited);
+        eventually("the topic of the sensor is named", is_named).await;
 
         let far = Range { min_range: 0.02, max_range: 2.0, range: 1.5, ..Range::default() };
         let topic = topics::HARDWARE_RANGE;

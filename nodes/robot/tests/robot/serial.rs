@@ -46,7 +46,7 @@ impl Drive {
                         self.downs.push(reason);
                     }
                     Report::Sensed(sensed) => self.sensed = Some(sensed),
-                    Report::Battery(_) => {}
+                    Report::Battery(_) | Report::Refused(_) => {}
                 },
                 _ = beat.tick() => if self.is_up {
                     // A failure is reported as well.

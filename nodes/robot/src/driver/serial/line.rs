@@ -193,6 +193,25 @@ pub enum LineError {
         /// What is between the marks.
         body: String,
     },
+    /// It arrived whole, and one of its further readings means nothing.
+    #[error(
+        "further reading `{found}`, expected `NAME=0` or `NAME=1` with the name of a sensor, in small letters, \
+         digits and `_`"
+    )]
+    Reading {
+        /// The reading.
+        found: String,
+    },
+}
+
+impl LineError {
+    /// Whether it came as it was sent: then no line like it will be understood.
+    pub fn is_of_its_program(&self) -> bool {
+        match self {
+            Self::Form | Self::Checksum { .. } => false,
+            Self::Body { .. } | Self::Reading { .. } => true,
+        }
+    }
 }
 
 impl FromDevice {
@@ -204,6 +223,11 @@ impl FromDevice {
     pub fn decode(line: &[u8]) -> Result<Self, LineError> {
         let body = body_of(line)?;
         let fields: Vec<&str> = body.split(',').collect();
+        if let ["S", _, _, _, _, _, _, _, _, ref further @ ..] = fields[..]
+            && let Some(wrong) = further.iter().find(|text| further_reading(text).is_none())
+        {
+            return Err(LineError::Reading { found: (*wrong).to_owned() });
+        }
         let decoded = match fields[..] {
             ["I", ref fields @ ..] => identity(fields).map(Self::Identity),
             ["S", ref fields @ ..] => state(fields).map(Self::State),
@@ -350,24 +374,25 @@ mod tests {
         }
     }
 
-    const WRONG_FURTHER: [&str; 5] = [
-        "S,0,1,2,3,R,1,-,-,",
-        "S,0,1,2,3,R,1,-,-,wall",
-        "S,0,1,2,3,R,1,-,-,wall=2",
-        "S,0,1,2,3,R,1,-,-,Wall=1",
-        "S,0,1,2,3,R,1,-,-,a/b=1",
-    ];
-
     #[test]
     fn whole_lines_that_the_protocol_does_not_have_are_refused() {
         for body in
             ["", "S", "S,1,2,3,R,-,-,-", "S,0,1,2,3,Q,-,-,-", "S,0,1,2,3,R,2,-,-", "X,1", "I,1"]
-                .into_iter()
-                .chain(WRONG_FURTHER)
         {
             let error = FromDevice::decode(encode(body).trim_end().as_bytes()).unwrap_err();
 
             assert_eq!(error, LineError::Body { body: body.to_owned() });
+        }
+    }
+
+    #[test]
+    fn a_further_reading_of_another_form_is_named() {
+        for wrong in ["", "wall", "wall=2", "Wall=1", "a/b=1"] {
+            let body = format!("S,0,1,2,3,R,1,-,-,object=1,{wrong}");
+
+            let error = FromDevice::decode(encode(&body).trim_end().as_bytes()).unwrap_err();
+
+            assert_eq!(error, LineError::Reading { found: wrong.to_owned() });
         }
     }
 

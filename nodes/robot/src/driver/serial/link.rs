@@ -12,7 +12,8 @@ use rsrs_msgs::sensor_msgs::Range;
 
 use super::super::{Report, Sensed};
 use super::line::{
-    FromDevice, Identity, LONGEST_STATE, Mode, RangeReading, Setpoint, State, ToDevice, VERSION,
+    FromDevice, Identity, LONGEST_STATE, LineError, Mode, RangeReading, Setpoint, State, ToDevice,
+    VERSION,
 };
 
 /// Greetings are repeated: a microcontroller that restarts when its port is opened receives the first
@@ -46,8 +47,11 @@ pub enum LinkError {
         found_ms: u32,
     },
     /// It fell silent.
-    #[error("no state of the microcontroller for {} ms", SILENCE.as_millis())]
-    Silent,
+    #[error("no state of the microcontroller for {} ms{}", SILENCE.as_millis(), because(refused.as_ref()))]
+    Silent {
+        /// Why its last line was thrown away, if that came as it was sent.
+        refused: Option<LineError>,
+    },
     /// It does not receive, or does not obey.
     #[error("a command was not acknowledged for {} ms", SILENCE.as_millis())]
     Unacknowledged,
@@ -71,6 +75,10 @@ pub enum LinkError {
         /// What was sent.
         expected: Setpoint,
     },
+}
+
+fn because(refused: Option<&LineError>) -> String {
+    refused.map_or_else(String::new, |reason| format!(", its last line was refused: {reason}"))
 }
 
 /// What came in so far.
@@ -105,6 +113,8 @@ pub struct Link {
     on_the_way: VecDeque<Sent>,
     acknowledged: Option<(u16, Setpoint)>,
     counts: Counts,
+    /// Why the last line that came as it was sent means nothing.
+    refused: Option<LineError>,
 }
 
 impl Link {
@@ -122,6 +132,7 @@ impl Link {
             on_the_way: VecDeque::new(),
             acknowledged: None,
             counts: Counts::default(),
+            refused: None,
         }
     }
 
@@ -171,7 +182,7 @@ impl Link {
                 Ok(Some(ToDevice::Hello { nonce: self.nonce }.encode()))
             }
             Phase::Up { received, .. } if now.saturating_sub(*received) >= SILENCE => {
-                Err(LinkError::Silent)
+                Err(LinkError::Silent { refused: self.refused.clone() })
             }
             Phase::Up { .. } => match self.on_the_way.front() {
                 Some(sent) if now.saturating_sub(sent.at) >= SILENCE => {
@@ -234,11 +245,19 @@ impl Link {
         if line.is_empty() {
             return Ok(());
         }
-        let Ok(message) = FromDevice::decode(line) else {
-            self.counts.garbled += 1;
-            return Ok(());
+        let message = match FromDevice::decode(line) {
+            Ok(message) => message,
+            Err(reason) => {
+                self.counts.garbled += 1;
+                if reason.is_of_its_program() {
+                    reports.push(Report::Refused(reason.to_string()));
+                    self.refused = Some(reason);
+                }
+                return Ok(());
+            }
         };
         self.counts.understood += 1;
+        self.refused = None;
         match message {
             FromDevice::Identity(identity) => self.on_identity(identity, now),
             FromDevice::State(state) => self.on_state(state, reports, now),

@@ -74,12 +74,28 @@ fn a_state_brings_what_it_carries() {
 }
 
 #[test]
+fn a_wrong_further_reading_is_reported_and_named_when_no_state_is_left() {
+    let mut link = greeted();
+    let wrong = "further reading `wall=2`, expected `NAME=0` or `NAME=1` with the name of a sensor, in small \
+                 letters, digits and `_`";
+
+    let reports = receive(&mut link, "S,90,-,0,0,T,1,-,-,wall=2", 10);
+
+    assert_eq!(reports, Ok(vec![Report::Refused(wrong.to_owned())]));
+    let silent = link.on_tick(ms(500)).unwrap_err().to_string();
+    let expected = "no state of the microcontroller for 500 ms, its last line was refused: ";
+    assert_eq!(silent, format!("{expected}{wrong}"));
+    let damaged = encode("S,90,-,0,0,T,1,-,-").replace('T', "R");
+    assert_eq!(greeted().on_bytes(damaged.as_bytes(), ms(10)), Ok(vec![]), "a cable is no program");
+}
+
+#[test]
 fn silence_ends_the_conversation() {
     let mut link = greeted();
 
     assert_eq!(link.on_tick(ms(499)), Ok(None));
     assert_eq!(link.due(), ms(500));
-    assert_eq!(link.on_tick(ms(500)), Err(LinkError::Silent));
+    assert_eq!(link.on_tick(ms(500)), Err(LinkError::Silent { refused: None }));
 }
 
 #[test]
