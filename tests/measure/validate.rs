@@ -131,6 +131,68 @@ fn of_classes_with_profiles_of_their_own_the_one_that_is_named_is_judged() {
 }
 
 #[test]
+fn what_robots_push_is_held_against_what_simulated_ones_push() {
+    let place = workplace();
+    let robots = Robots { command: STRAIGHT, faster: [1.0; 5], bias_rad_s: 0.0 };
+    // Robots pass 7 cm beside the puck of the second trials, and push those of the others along.
+    let with_puck = |row: &str| {
+        let fields: Vec<&str> = row.split(',').collect();
+        let [robot_x_m, robot_y_m] = [3, 4].map(|field| fields[field].parse::<f64>().unwrap());
+        let driven_m = libm::hypot(robot_x_m - 1.0, robot_y_m + 2.0);
+        let (ahead_m, left_m) = match fields[1] {
+            "2" => (0.4, 0.25),
+            _ => ((driven_m + 0.175).max(0.4), 0.0),
+        };
+        let (sine, cosine) = libm::sincos(0.3);
+        let x_m = 1.0 + ahead_m * cosine - left_m * sine;
+        let y_m = -2.0 + ahead_m * sine + left_m * cosine;
+        format!("{row},{x_m:.5},{y_m:.5}\n")
+    };
+    let alone = trajectories(&robots);
+    let (header, rows) = alone.split_once('\n').expect("it has rows");
+    // What is round and pushed by something round gets lost to a side before long.
+    let is_soon = |row: &&str| {
+        row.split(',').nth(2).is_some_and(|time_s| time_s.parse::<f64>().unwrap() < 5.0)
+    };
+    let of_two = |row: &&str| row.starts_with("robot_1,") || row.starts_with("robot_2,");
+    let rows: String = rows.lines().filter(of_two).filter(is_soon).map(with_puck).collect();
+    let table = format!("{header},object_x_m,object_y_m\n{rows}");
+    write(place.path(), "driven.csv", &table);
+    let sweep = read(place.path(), "sweep.yaml") + "world: world.yaml\n";
+    write(place.path(), "pushes.yaml", sweep);
+    write(place.path(), "world.yaml", "objects: [{count: 4, radius_m: 0.1}]\n");
+
+    let none = validate(place.path(), "sweep.yaml", &[]);
+    let output = validate(place.path(), "pushes.yaml", &["-o", "out"]);
+    let answer = json(&validate(place.path(), "pushes.yaml", &["--format", "json"]));
+    let fit = "measure fit --name x --trajectories driven.csv --detection detection.csv";
+    let fit = rsrs(place.path(), &fit.split(' ').collect::<Vec<&str>>());
+    write(place.path(), "world.yaml", "objects: [{count: 4, radius_m: 0.2}]\n");
+    let larger = validate(place.path(), "pushes.yaml", &["-o", "larger"]);
+
+    let text = stderr(&none);
+    assert_eq!(code(&none), 1, "{text}");
+    assert!(text.contains("trial `1` of robot_1 has an object, and the world has none"), "{text}");
+    assert!(text.contains("name a world in the sweep whose `objects` are as that one"), "{text}");
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    let text = stdout(&output);
+    let line = "the object at 0.15 m/s, 0 rad/s in trial `1` of robot_1: 1 of 1 inside";
+    assert!(text.contains(line), "{text}");
+    assert!(!place.path().join("out/reach_1.svg").exists(), "nobody left");
+    assert_eq!(answer["tubes"][6]["of_object"], true);
+    assert_eq!(answer["trials"][0]["object"]["tube"], 6);
+    assert_eq!(code(&fit), 1, "{}", stderr(&fit));
+    assert!(stderr(&fit).contains("trial `1` of robot_1 pushes an object"), "{}", stderr(&fit));
+    assert_eq!(code(&larger), 3, "{}{}", stdout(&larger), stderr(&larger));
+    assert!(stdout(&larger).contains("  robot_1, trial `1`, the object: by position, first after"));
+    assert!(
+        stdout(&larger)
+            .contains("look at its `weight`, `friction` and `radius_m` in the world's file first")
+    );
+    assert!(place.path().join("larger/reach_7.svg").exists());
+}
+
+#[test]
 fn robots_that_are_too_fast_are_named_with_the_factor_that_contains_them() {
     let place = workplace();
     let robots = Robots { command: CURVE, faster: [1.0, 1.0, 1.25, 1.25, 1.25], bias_rad_s: 0.0 };

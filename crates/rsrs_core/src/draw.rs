@@ -44,6 +44,8 @@ pub enum Purpose {
     Object = 13,
     /// Who fails of so many robots; once.
     Failure = 14,
+    /// How far off a tracker was when it saw where an object is.
+    TrackerError = 15,
 }
 
 /// Everything that a draw of one run has in common.

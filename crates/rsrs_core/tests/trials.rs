@@ -144,6 +144,27 @@ fn trajectories_that_cannot_be_are_refused() {
     insta::assert_snapshot!(error("a,1,0,1200,0,0,0.1,0\n"), @"t.csv:2: x_m is 1200: this looks like mm, expected metres");
 }
 
+#[test]
+fn a_trajectory_may_have_an_object_in_all_of_its_rows() {
+    let header = "robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s,object_x_m,object_y_m";
+    let read = |rows: &str| driven_trials("t.csv", &format!("{header}\n{rows}"));
+    let rows = "a,1,0,1,2,1.5707963267948966,0.1,0,1,2.3\na,1,1,1,2.1,1.57,0.1,0,0.9,2.35\n\
+                a,2,0,0,0,0,0.1,0,,\na,2,1,0.1,0,0,0.1,0,,\n";
+
+    let trials = read(rows).expect("the table is right");
+
+    let [ahead_m, left_m] = trials[0].object_start_m().expect("it has an object");
+    assert!((ahead_m - 0.3).abs() < 1e-9 && left_m.abs() < 1e-9, "{ahead_m} {left_m}");
+    let moved = trials[0].of_object().expect("it has an object").displacement_at(1.0);
+    assert!((moved.x_m - 0.05).abs() < 1e-9 && (moved.y_m - 0.1).abs() < 1e-9, "{moved:?}");
+    assert!(trials[0].moves_object() && !trials[1].moves_object());
+    assert_eq!((trials[1].object_start_m(), trials[1].of_object()), (None, None));
+    let error = |rows: &str| read(rows).expect_err("refused").to_string();
+    insta::assert_snapshot!(error("a,1,0,0,0,0,0.1,0,1,2\na,1,1,0,0,0,0.1,0,,\n"), @"t.csv:3: trial `1` of a has an object in some of its rows only");
+    insta::assert_snapshot!(error("a,1,0,0,0,0,0.1,0,1,\n"), @"t.csv:2: object_y_m is empty, expected a number");
+    insta::assert_snapshot!(error("a,1,0,0,0,0,0.1,0,1200,2\n"), @"t.csv:2: object_x_m is 1200: this looks like mm, expected metres");
+}
+
 /// Two straight runs, a turn in place and a curve of one robot, 100 samples each.
 fn driven() -> Vec<DrivenTrial> {
     [(0.1, 0.0), (0.2, 0.0), (0.0, -0.5), (0.1, 0.5)]
@@ -158,7 +179,12 @@ fn driven() -> Vec<DrivenTrial> {
                 pose = step(pose, command, gain, 0.1);
                 // The tracker writes a stop into the last sample.
                 let command = if sample == 99 { Command::STOP } else { command };
-                DrivenSample { time_s: 7.0 + f64::from(sample) * 0.1, pose: now, command }
+                DrivenSample {
+                    time_s: 7.0 + f64::from(sample) * 0.1,
+                    pose: now,
+                    command,
+                    object_m: None,
+                }
             });
             let samples = samples.collect();
             DrivenTrial { robot: "a".to_owned(), trial: trial.to_string(), going_s: 0.0, samples }
@@ -208,7 +234,12 @@ fn noise_of_the_robot_is_distinguished_from_noise_of_the_tracker() {
                 let gain = ActuationGain { speed: 0.95 + draw.normal(0.0, step_sd), turn: 1.0 };
                 pose = step(pose, command, gain, period_s);
                 pose.heading_rad += draw.normal(0.0, heading_sd_rad);
-                DrivenSample { time_s: f64::from(sample) * period_s, pose: seen, command }
+                DrivenSample {
+                    time_s: f64::from(sample) * period_s,
+                    pose: seen,
+                    command,
+                    object_m: None,
+                }
             });
             let samples = samples.collect();
             DrivenTrial { robot: "a".to_owned(), trial: trial.to_string(), going_s: 0.0, samples }

@@ -27,7 +27,7 @@ use file::{Judged, ValidationReport};
 /// What a simulated robot is compared with.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Real trajectories of robots that drive alone: tables, or bags.
+    /// Real trajectories of robots that drive alone, or push one object: tables, or bags.
     pub trajectories: Vec<PathBuf>,
     /// Table of detections.
     pub detection: Option<PathBuf>,
@@ -114,8 +114,14 @@ fn read(name: &str, source: ResolvedSweep, options: &Options) -> anyhow::Result<
         .as_ref()
         .map(|detections| sensor_map(detections, source.profile.body.radius_m).map_err(helped))
         .transpose()?;
-    let Trajectories { driven: trials, from_rest, moved_by, simulated } =
+    let Trajectories { driven: mut trials, from_rest, moved_by, simulated } =
         trajectories(&options.trajectories, options.class.as_deref())?;
+    if source.sweep.world().is_none_or(|world| world.objects.is_empty()) {
+        // What nobody pushed is as if it were not there.
+        for trial in trials.iter_mut().filter(|trial| !trial.moves_object()) {
+            trial.samples.iter_mut().for_each(|sample| sample.object_m = None);
+        }
+    }
     let of_detections = detections.map(|detections| detections.moved_by).unwrap_or_default();
     let origin = (moved_by + of_detections).origin();
     if origin.is_some() && options.stand_in == StandIn::Refused {
@@ -196,7 +202,7 @@ fn judge(case: &Case) -> anyhow::Result<ValidationReport> {
     let (measured, factors) = (&source.profile, source.sweep.factors(&source.profile));
     let robot = factors.apply(measured)?;
     let settings = source.sweep.settings().with_cell(&case.at);
-    let validation = contain(&robot, &settings, &case.trials, &case.options)?;
+    let validation = contain(&robot, &settings, &case.trials, &case.options).map_err(helped)?;
     let turning = if validation.is_contained {
         None
     } else {

@@ -31,17 +31,20 @@ pub fn text(answer: &ValidationReport) -> Words {
         format!("note: the trials are those of {whose}: nothing is validated by them").into()
     }));
     blocks.push(robots(validation).into());
-    let (constant, changing): (Vec<usize>, Vec<usize>) =
-        (0..validation.tubes.len()).partition(|index| validation.tubes[*index].command.is_some());
-    blocks.extend(constant.into_iter().map(|index| tube(validation, index).into()));
-    if !changing.is_empty() {
-        let lines = changing.into_iter().map(|index| changing_tube(validation, index));
+    let (of_many, of_one): (Vec<usize>, Vec<usize>) =
+        (0..validation.tubes.len()).partition(|index| is_of_many(validation, *index));
+    blocks.extend(of_many.into_iter().map(|index| tube(validation, index).into()));
+    if !of_one.is_empty() {
+        let lines = of_one.into_iter().map(|index| tube_of_one(validation, index));
         blocks.push(Words::lines(lines));
     }
     if validation.outside().next().is_some() {
         blocks.push(validation.outside().map(outside).fold("outside:".into(), Words::below));
     }
     if !validation.is_contained {
+        let loses_object =
+            validation.outside().all(|place| place.object.is_some()) && answer.turning.is_none();
+        blocks.extend(loses_object.then(|| OBJECT_REMEDY.into()));
         blocks.push(remedy(answer).into());
     }
     blocks.push(capabilities(answer));
@@ -50,6 +53,10 @@ pub fn text(answer: &ValidationReport) -> Words {
     blocks.push(sensor(answer));
     blocks.into_iter().reduce(|above, block| above.then("\n\n").then(block)).unwrap_or_default()
 }
+
+/// What to look at first where all that left were to push something.
+const OBJECT_REMEDY: &str = "all of these push an object: look at its `weight`, `friction` and `radius_m` in the \
+     world's file first; simulated robots that push it off its middle are not turned by it, as real ones are";
 
 fn headline(validation: &Validation) -> Words {
     let verdict = if validation.is_contained { "contained" } else { "NOT contained" };
@@ -85,15 +92,33 @@ fn robots(validation: &Validation) -> String {
     columns(&rows)
 }
 
-/// What a tube's commands were; where they changed, by whose trials.
+/// Whether a tube may be that of many trials: their command is the same all the time, and they push nothing.
+fn is_of_many(validation: &Validation, tube: usize) -> bool {
+    let mut trials = validation.trials.iter().filter(|place| place.exits_of(tube).is_some());
+    validation.tubes[tube].command.is_some() && trials.all(|place| place.object.is_none())
+}
+
+/// What a tube's commands were; where they changed, or something is pushed, by whose trials.
 fn commands(validation: &Validation, tube: usize) -> String {
-    if let Some(command) = validation.tubes[tube].command {
-        return format!("{} m/s, {} rad/s", command.speed_m_s, command.turn_rate_rad_s);
-    }
-    let trials = validation.trials.iter().filter(|place| place.tube == tube);
+    let Tube { command, of_object, .. } = validation.tubes[tube];
+    let trials = validation.trials.iter().filter(|place| place.exits_of(tube).is_some());
+    let pushes = trials.clone().any(|place| place.object.is_some());
     let names: Vec<String> =
         trials.map(|place| format!("trial `{}` of {}", place.trial, place.robot)).collect();
-    format!("changing commands of {}", names.join(", "))
+    let whose = names.join(", ");
+    let commands = match command {
+        None => format!("changing commands of {whose}"),
+        Some(command) => {
+            let numbers = format!("{} m/s, {} rad/s", command.speed_m_s, command.turn_rate_rad_s);
+            // Of several trials with these each has an object of its own.
+            if pushes { format!("{numbers} in {whose}") } else { numbers }
+        }
+    };
+    match (of_object, pushes) {
+        (true, _) => format!("the object at {commands}"),
+        (false, true) => format!("the robot at {commands}"),
+        (false, false) => commands,
+    }
 }
 
 fn tube(validation: &Validation, index: usize) -> String {
@@ -113,16 +138,13 @@ fn tube(validation: &Validation, index: usize) -> String {
     format!("{}:\n{}", commands(validation, index), columns(&rows))
 }
 
-/// One line for drives whose command changed: each is of its own kind, and there are many.
-fn changing_tube(validation: &Validation, index: usize) -> String {
+/// One line for drives whose command changed or that push something: each is of its own kind, and there are many.
+fn tube_of_one(validation: &Validation, index: usize) -> String {
     let horizons = &validation.tubes[index].horizons;
     let last = &horizons[horizons.len() - 1];
-    let n_inside = validation
-        .trials
-        .iter()
-        .filter(|place| place.tube == index && place.exits.is_empty())
-        .count();
-    let n_trials = validation.trials.iter().filter(|place| place.tube == index).count();
+    let trials = validation.trials.iter().filter_map(|place| place.exits_of(index));
+    let n_trials = trials.clone().count();
+    let n_inside = trials.filter(|exits| exits.is_empty()).count();
     format!(
         "{}: {n_inside} of {n_trials} inside, area {:.4} m² after {:.1} s",
         commands(validation, index),
@@ -131,12 +153,21 @@ fn changing_tube(validation: &Validation, index: usize) -> String {
     )
 }
 
+/// What left, the robot or its object, a line each.
 fn outside(place: &TrialPlace) -> String {
-    let exits = &place.exits;
+    let robot = format!("  {}, trial `{}`", place.robot, place.trial);
+    let object =
+        place.object.as_ref().map(|object| (format!("{robot}, the object"), &object.exits));
+    let bodies = [(robot, &place.exits)].into_iter().chain(object);
+    let lines = bodies.filter(|(_, exits)| !exits.is_empty()).map(|(who, exits)| left(&who, exits));
+    lines.collect::<Vec<String>>().join("\n")
+}
+
+fn left(who: &str, exits: &[Exit]) -> String {
     let worst = exits
         .iter()
         .max_by(|left, right| distance_m(left).total_cmp(&distance_m(right)))
-        .expect("a trial outside has an exit");
+        .expect("what is outside has an exit");
     let by =
         match (exits.iter().any(|exit| exit.by_position), exits.iter().any(|exit| exit.by_heading))
         {
@@ -145,9 +176,7 @@ fn outside(place: &TrialPlace) -> String {
             (false, _) => "heading",
         };
     format!(
-        "  {}, trial `{}`: by {by}, first after {:.1} s; after {:.1} s {}, {} and {} of the mean",
-        place.robot,
-        place.trial,
+        "{who}: by {by}, first after {:.1} s; after {:.1} s {}, {} and {} of the mean",
         exits[0].time_s,
         worst.time_s,
         side(worst.ahead_m, "m ahead", "m behind"),
@@ -282,14 +311,14 @@ pub fn write(
 }
 
 /// Draws the tubes as `reach_1`, `reach_2` …, and the sensor where detections are known; as SVG and
-/// PNG. Of drives whose command changed, which may be many, those outside are drawn.
+/// PNG. Of drives whose command changed or that push something, which may be many, those outside are drawn.
 fn draw(folder: &Path, validated: &Validated, style: PageStyle) -> anyhow::Result<()> {
     let Validated { case, answer, .. } = validated;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for (index, tube) in answer.validation.tubes.iter().enumerate() {
         let trials = &answer.validation.trials;
-        let leaves = trials.iter().any(|place| place.tube == index && !place.exits.is_empty());
-        if tube.command.is_none() && !leaves {
+        let mut exits = trials.iter().filter_map(|place| place.exits_of(index));
+        if !is_of_many(&answer.validation, index) && exits.all(<[Exit]>::is_empty) {
             continue;
         }
         let svg = tube_svg(case, answer, (index, tube), style)?;
@@ -324,10 +353,14 @@ fn tube_svg(
     style: PageStyle,
 ) -> anyhow::Result<String> {
     let places = case.trials.iter().zip(&answer.validation.trials);
-    let trials: Vec<(&DrivenTrial, TubeMembership)> = places
-        .filter(|(_, place)| place.tube == index)
-        .map(|(trial, place)| (trial, place.into()))
-        .collect();
+    let of_tube = |(trial, place): (&DrivenTrial, &TrialPlace)| {
+        let membership = TubeMembership::of(place.exits_of(index)?);
+        let trial = if tube.of_object { trial.of_object()? } else { trial.clone() };
+        Some((trial, membership))
+    };
+    let trials: Vec<(DrivenTrial, TubeMembership)> = places.filter_map(of_tube).collect();
+    let trials: Vec<(&DrivenTrial, TubeMembership)> =
+        trials.iter().map(|(trial, membership)| (trial, *membership)).collect();
     Ok(reachable_set::svg(&ReachPicture {
         tube,
         trials: &trials,

@@ -9,6 +9,9 @@
 //! made from, show how often simulated robots leave it. All keep the gains of one robot through all
 //! of its trials.
 //!
+//! Where a real robot has pushed an object, the simulated ones push one of the world's that begins at
+//! the same place before them, and the object has regions, too: a trial is inside if both are.
+//!
 //! # Source
 //!
 //! `eq:simulatorreq`. The score is the distance to the k-th nearest neighbour; its calibration on
@@ -18,7 +21,9 @@
 use std::collections::BTreeMap;
 
 use rsrs_core::conditions::{Conditions, ConditionsError, Settings, Walls};
+use rsrs_core::help::Help;
 use rsrs_core::quantity::Axis;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::NotHarsher;
 use rsrs_core::robot::profile::RobotProfile;
@@ -26,6 +31,7 @@ use rsrs_core::robot::sensor::{Detects, SensorDetails};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::trial::DrivenTrial;
 use rsrs_core::trials::validation::Validation;
+use rsrs_core::world::{ObjectGroup, WorldFile};
 
 use crate::draw::Seed;
 use crate::placement::PlacementError;
@@ -102,6 +108,20 @@ pub enum ReachError {
         /// The control period, in seconds.
         period_s: f64,
     },
+    /// A trial in which an object is pushed, and a world without any.
+    #[error("trial `{trial}` of {robot} has an object, and the world has none")]
+    NoObject {
+        /// The robot.
+        robot: String,
+        /// The trial.
+        trial: String,
+    },
+    /// Objects to push, of which nobody knows which.
+    #[error("the objects of the world are not all alike, and trials have one each")]
+    ObjectsDiffer,
+    /// Robots that would never push what was pushed.
+    #[error("trials have an object, and the simulated robots pass through objects")]
+    PassesThrough,
     /// The robot cannot be simulated.
     #[error(transparent)]
     Conditions(#[from] ConditionsError),
@@ -113,7 +133,23 @@ pub enum ReachError {
     NotHarsher(#[from] NotHarsher),
 }
 
-/// Trials under the same commands.
+impl Help for ReachError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            Self::NoObject { .. } => {
+                "name a world in the sweep whose `objects` are as that one, or leave these trials out"
+            }
+            Self::ObjectsDiffer => {
+                "name a world in the sweep that has objects of one radius, friction and weight"
+            }
+            Self::PassesThrough => "set `body.contact` in the profile to `push` or `stop`",
+            _ => return None,
+        };
+        Some(help.to_owned())
+    }
+}
+
+/// Trials under the same commands; of those with an object each is of a kind of its own.
 struct Kind<'a> {
     /// The longest of them; its commands are sent.
     longest: &'a DrivenTrial,
@@ -125,8 +161,11 @@ struct Kind<'a> {
 /// One robot's displacement since a start, at each horizon; shape `[n_horizons]`.
 type Path = Vec<Pose>;
 
+/// Where one drive took the robot, and the object if there is one; shape `[n_bodies]`.
+type Moved = Vec<Path>;
+
 /// What one simulated robot drove; shape `[n_kinds][n_repeats]`.
-type Drives = Vec<Vec<Path>>;
+type Drives = Vec<Vec<Moved>>;
 
 /// Holds real trajectories against the simulated reach.
 ///
@@ -157,25 +196,25 @@ pub fn validate(
     check(options)?;
     let (kinds, kind_of) = kinds(trials, options, robot.computation.period_s)?;
     let conditions = conditions(robot, settings, trials)?;
-    let driver = drive::Driver::new(robot, &conditions);
+    let driver = drive::Driver::new(robot, &conditions, options);
     let mut simulated = Vec::with_capacity(2 * options.n_robots);
     for replicate in 0..2 * options.n_robots as u64 {
-        let mut world = World::new(&conditions, Seed { seed: options.seed, replicate })?;
-        simulated.push(driver.all(&mut world, &kinds));
+        let seed = Seed { seed: options.seed, replicate };
+        let mut world = World::new(&conditions, seed)?;
+        simulated.push(driver.all(&mut world, &kinds, seed));
     }
     let (of_regions, fresh) = simulated.split_at(options.n_robots);
     let (reference, calibration) = of_regions.split_at(options.n_robots / 2);
-    let regions: Vec<Regions> =
-        (0..kinds.len()).map(|kind| Regions::new(kind, reference, calibration, options)).collect();
+    let of_kind = |kind: usize| {
+        let n_bodies = reference[0][kind][0].len();
+        (0..n_bodies).map(move |body| Regions::new((kind, body), reference, calibration, options))
+    };
+    let regions: Vec<Vec<Regions>> = (0..kinds.len()).map(|kind| of_kind(kind).collect()).collect();
     let places = judgement::places(trials, &kinds, &kind_of, &regions);
-    let tubes = kinds.iter().zip(&regions).enumerate();
-    let tubes = tubes
-        .map(|(kind, (of, regions))| {
-            judgement::tube(of, regions, &judgement::places_of(kind, trials, &places))
-        })
-        .collect();
-    let chances =
-        judgement::chances(trials, &kind_of, fresh, |path, kind| regions[kind].contain(path));
+    let tubes = judgement::tubes(trials, &kinds, &regions, &places);
+    let chances = judgement::chances(trials, &kind_of, fresh, |moved, kind| {
+        regions[kind].iter().zip(moved).all(|(regions, path)| regions.contain(path))
+    });
     Ok(judgement::summary(places, tubes, &chances, options.share))
 }
 
@@ -208,14 +247,15 @@ fn kinds<'a>(
     options: &ReachOptions,
     period_s: f64,
 ) -> Result<(Vec<Kind<'a>>, Vec<usize>), ReachError> {
-    let mut members: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
+    let mut members: BTreeMap<(Option<usize>, Vec<u64>), Vec<usize>> = BTreeMap::new();
     for (index, trial) in trials.iter().enumerate() {
         let duration_s = trial.duration_s();
         if duration_s < 2.0 * period_s {
             let (robot, trial) = (trial.robot.clone(), trial.trial.clone());
             return Err(ReachError::TooShort { robot, trial, duration_s, period_s });
         }
-        members.entry(signature(trial)).or_default().push(index);
+        let own = trial.object_start_m().map(|_| index);
+        members.entry((own, signature(trial))).or_default().push(index);
     }
     let mut kinds = Vec::new();
     let mut kind_of = vec![0; trials.len()];
@@ -254,22 +294,49 @@ fn signature(trial: &DrivenTrial) -> Vec<u64> {
     signature
 }
 
-/// One robot without walls; its gains are those at the first trial's command, and the driver
-/// converts the others to it.
+/// One robot without walls, with an object if any trial has one; its gains are those at the first trial's command,
+/// and the driver converts the others to it.
 fn conditions(
     robot: &RobotProfile,
     settings: &Settings,
     trials: &[DrivenTrial],
 ) -> Result<Conditions, ReachError> {
     let command = trials[0].samples[0].command;
+    let world = world(robot, settings, trials)?;
+    // Robots drive as the trials did, whatever their controller would do.
     let mut values = settings.values.clone();
+    values.retain(|(axis, _)| !matches!(axis, Axis::Number(_)));
     values.extend([
         (Axis::Speed, command.speed_m_s.abs()),
         (Axis::TurnRate, command.turn_rate_rad_s.abs()),
         (Axis::Robots, 1.0),
     ]);
-    let settings = Settings { values, walls: Walls::None, ..Settings::default() };
+    let settings = Settings { values, walls: Walls::None, world, ..Settings::default() };
     Ok(Conditions::resolve(&alone(robot), &settings)?)
+}
+
+/// One of the world's objects, if any trial has one.
+fn world(
+    robot: &RobotProfile,
+    settings: &Settings,
+    trials: &[DrivenTrial],
+) -> Result<WorldFile, ReachError> {
+    let Some(pushes) = trials.iter().find(|trial| trial.object_start_m().is_some()) else {
+        return Ok(WorldFile::NOTHING);
+    };
+    let one = |group: &ObjectGroup| ObjectGroup { count: Some(1), places_m: None, ..group.clone() };
+    let mut groups = settings.world.objects.iter().map(one);
+    let Some(group) = groups.next() else {
+        let (robot, trial) = (pushes.robot.clone(), pushes.trial.clone());
+        return Err(ReachError::NoObject { robot, trial });
+    };
+    if groups.any(|other| other != group) {
+        return Err(ReachError::ObjectsDiffer);
+    }
+    if robot.body.contact == ContactModel::None {
+        return Err(ReachError::PassesThrough);
+    }
+    Ok(WorldFile { objects: vec![group], ..WorldFile::NOTHING })
 }
 
 /// A robot that may be where nothing but robots is: its sensors, which move no robot that is driven, would be refused

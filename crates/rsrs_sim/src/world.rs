@@ -304,6 +304,18 @@ impl World {
         digest(self.step, numbers, self.detections.under_way(self.step).copied().chain(stuck))
     }
 
+    /// Puts an object somewhere else.
+    ///
+    /// # Arguments
+    ///
+    /// * `object` — its place among all, from 0.
+    /// * `place_m` — its new centre, in metres. Whom it overlaps with there is pushed apart from it in the next step.
+    pub fn put_object(&mut self, object: usize, place_m: [f64; 2]) {
+        for (column, place_m) in self.objects.columns_mut().into_iter().zip(place_m) {
+            column[object] = place_m as f32;
+        }
+    }
+
     /// Where every object is, in metres; shape `[n_objects][2]`.
     pub fn objects_m(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         self.objects.places().map(|place_m| place_m.map(f64::from))

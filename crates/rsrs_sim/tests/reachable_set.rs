@@ -2,12 +2,14 @@
 
 use rsrs_core::conditions::{Conditions, Settings, Walls};
 use rsrs_core::quantity::Axis;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::{ActuationGain, Pose, step};
 use rsrs_core::trials::trial::{DrivenSample, DrivenTrial};
-use rsrs_core::trials::validation::Validation;
+use rsrs_core::trials::validation::{TrialPlace, Validation};
+use rsrs_core::world::{ObjectGroup, WorldFile};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::reachable_set::{ReachError, ReachOptions, smallest_factors, validate};
 use rsrs_sim::world::World;
@@ -130,7 +132,7 @@ fn driven(command: Command, period_s: f64, mut next: impl FnMut(&mut Pose)) -> V
     (0..155)
         .map(|sample| {
             next(&mut pose);
-            DrivenSample { time_s: f64::from(sample) * period_s, pose, command }
+            DrivenSample { time_s: f64::from(sample) * period_s, pose, command, object_m: None }
         })
         .collect()
 }
@@ -243,6 +245,93 @@ fn robots_beyond_the_edge_by_a_tenth_are_refused_at_every_sample_size() {
             }
         }
     }
+}
+
+/// Robots that drive straight for 9 s at an object 30 cm ahead, which is where `then_m` has it once the robot is so
+/// far, in metres. Round things that push round things lose them to a side before long.
+fn at_an_object(n_robots: usize, then_m: impl Fn(f64) -> f64) -> Vec<DrivenTrial> {
+    let with_object = |mut trial: DrivenTrial| {
+        trial.samples.truncate(70);
+        for sample in &mut trial.samples {
+            sample.object_m = Some([then_m(sample.pose.x_m), 0.0]);
+        }
+        trial
+    };
+    let straight = |trial: &DrivenTrial| trial.samples[0].command == STRAIGHT;
+    exact(n_robots, MEAN, 0.0).into_iter().filter(straight).map(with_object).collect()
+}
+
+/// A world with some objects of this weight.
+fn with_objects(weight: f64) -> Settings {
+    let group =
+        ObjectGroup { count: Some(3), places_m: None, radius_m: 0.05, friction: 0.0, weight };
+    Settings {
+        world: WorldFile { objects: vec![group], ..WorldFile::NOTHING },
+        ..Settings::default()
+    }
+}
+
+#[test]
+fn an_object_is_held_against_one_that_simulated_robots_push() {
+    let robot = harsher();
+    let touching_m = robot.body.radius_m + 0.05;
+    let pushed = |robot_m: f64| (robot_m + touching_m).max(0.3);
+    let held = |trials: &[DrivenTrial]| {
+        validate(&robot, &with_objects(1.0), trials, &options()).expect("it can be simulated")
+    };
+
+    let found = held(&at_an_object(4, pushed));
+    let passed = held(&at_an_object(4, |_| 0.3));
+    let kicked = held(&at_an_object(4, |robot_m| pushed(robot_m) + f64::from(robot_m > 0.3)));
+
+    assert!(found.is_contained && found.n_inside == 4, "{:?}", found.trials);
+    assert_eq!(
+        found.tubes.iter().map(|tube| tube.of_object).collect::<Vec<_>>(),
+        [[false; 4], [true; 4]].concat()
+    );
+    for not_so in [passed, kicked] {
+        assert!(!not_so.is_contained, "{}", not_so.p_value);
+        assert_eq!(not_so.outside().count(), 4);
+        let left = |place: &TrialPlace| {
+            place.object.as_ref().is_some_and(|object| !object.exits.is_empty())
+        };
+        assert!(not_so.trials.iter().all(|place| place.exits.is_empty() && left(place)));
+    }
+}
+
+#[test]
+fn a_heavy_object_slows_the_simulated_robots_that_share_its_way() {
+    let mut robot = harsher();
+    robot.body.contact = ContactModel::Push;
+    let touching_m = robot.body.radius_m + 0.05;
+    let trials = at_an_object(4, |robot_m| (robot_m + touching_m).max(0.3));
+    let held = |weight: f64| {
+        validate(&robot, &with_objects(weight), &trials, &options()).expect("it can be simulated")
+    };
+
+    assert!(held(0.1).is_contained, "these robots were hardly slowed down");
+    let heavy = held(4.0);
+    assert!(!heavy.is_contained);
+    let exit = heavy.trials[0].exits.last().expect("the real robot is further");
+    assert!(exit.ahead_m > 0.05, "{exit:?}");
+}
+
+#[test]
+fn objects_that_the_world_does_not_have_are_refused() {
+    let refusal = |robot: &RobotProfile, settings: &Settings| {
+        let trials = at_an_object(1, |_| 0.3);
+        validate(robot, settings, &trials, &options()).expect_err("it is refused")
+    };
+    let mut ghost = harsher();
+    ghost.body.contact = ContactModel::None;
+    let mut mixed = with_objects(1.0);
+    mixed.world.objects.extend(with_objects(2.0).world.objects);
+
+    let none = refusal(&harsher(), &Settings::default());
+
+    assert_eq!(none.to_string(), "trial `0` of robot_0 has an object, and the world has none");
+    assert_eq!(refusal(&harsher(), &mixed), ReachError::ObjectsDiffer);
+    assert_eq!(refusal(&ghost, &with_objects(1.0)), ReachError::PassesThrough);
 }
 
 #[test]

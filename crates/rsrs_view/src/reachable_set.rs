@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use rsrs_core::trials::trial::DrivenTrial;
-use rsrs_core::trials::validation::{Horizon, TrialPlace, Tube};
+use rsrs_core::trials::validation::{Exit, Horizon, Tube};
 
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::header::header;
@@ -48,9 +48,10 @@ pub enum TubeMembership {
     Outside,
 }
 
-impl From<&TrialPlace> for TubeMembership {
-    fn from(place: &TrialPlace) -> Self {
-        if place.exits.is_empty() { Self::Inside } else { Self::Outside }
+impl TubeMembership {
+    /// Of what was outside at these times.
+    pub fn of(exits: &[Exit]) -> Self {
+        if exits.is_empty() { Self::Inside } else { Self::Outside }
     }
 }
 

@@ -171,7 +171,7 @@ fn curves() -> Vec<DrivenTrial> {
         let samples = (0..=230).map(|sample| {
             let now = pose;
             pose = step(pose, command, ActuationGain { speed, turn: 0.97 }, 0.13);
-            DrivenSample { time_s: f64::from(sample) * 0.13, pose: now, command }
+            DrivenSample { time_s: f64::from(sample) * 0.13, pose: now, command, object_m: None }
         });
         let samples = samples.collect();
         DrivenTrial {
@@ -210,8 +210,11 @@ fn tube_picture<'a>(
 fn trajectories_lie_over_the_tube_and_those_outside_are_red() {
     let trials = curves();
     let found = validated(&trials);
-    let places: Vec<(&DrivenTrial, TubeMembership)> =
-        trials.iter().zip(&found.trials).map(|(trial, place)| (trial, place.into())).collect();
+    let places: Vec<(&DrivenTrial, TubeMembership)> = trials
+        .iter()
+        .zip(&found.trials)
+        .map(|(trial, place)| (trial, TubeMembership::of(&place.exits)))
+        .collect();
 
     let svg = reachable_set::svg(&tube_picture(&found.tubes[0], &places)).expect("it can be drawn");
 

@@ -17,7 +17,8 @@ use crate::page_arguments::PageArguments;
 /// Real trials must lie inside at every time; robots that the simulator reproduces are refused in at most
 /// 5 of 100 cases. A region so large that it contains anything proves nothing, so the area of every
 /// region is printed. The simulated robot must also be nowhere better
-/// than its profile, and detections must not contradict its sensor. Exit code 3 means that one of
+/// than its profile, and detections must not contradict its sensor. Where trials have an object that the
+/// robot pushes, one of the sweep's world is pushed in the same way, and must have gone where the real one went. Exit code 3 means that one of
 /// these does not hold. A robot that is worse in all of this does not by itself make reality at least
 /// as good as the simulation; `rsrs compare` tests that.
 #[derive(clap::Args)]
@@ -30,7 +31,7 @@ pub struct Arguments {
     /// Sweep file (YAML), or the folder of a sweep.
     sweep: PathBuf,
     /// Real trajectories of robots that drive alone:
-    /// `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s`, or bags.
+    /// `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s[,object_x_m,object_y_m]`, or bags.
     #[arg(long, value_name = "CSV|BAG", num_args = 1.., required = true)]
     trajectories: Vec<PathBuf>,
     /// Detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`; no distance is no neighbour.

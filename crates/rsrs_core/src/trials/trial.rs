@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use crate::quantity::{Bounds, MAX_SENSING_M, MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S};
 
-pub use driven::{DrivenSample, DrivenTrial, driven_trials};
+pub use driven::{DrivenSample, DrivenTrial, driven_trials, has_moved};
 pub use error::{TrialError, TrialProblem};
 pub use moved_by::{MovedBy, TrialBackend};
 pub use reduced::{Reduced, reduced};

@@ -49,6 +49,9 @@ pub struct RobotCoverage {
 pub struct Tube {
     /// The command; `None` if it changed during the drive.
     pub command: Option<Command>,
+    /// Whether it is that of the object which the robot of the only trial under these commands is to push.
+    #[serde(skip_serializing_if = "is_of_robot")]
+    pub of_object: bool,
     /// Longest trial, in seconds.
     pub duration_s: f64,
     /// The region at each time, ascending.
@@ -95,8 +98,40 @@ pub struct TrialPlace {
     pub trial: String,
     /// Position of its tube.
     pub tube: usize,
-    /// The times at which it was outside; none for a trial inside.
+    /// The times at which the robot was outside; none for a trial inside.
     pub exits: Vec<Exit>,
+    /// The object that it is to push; `None` if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub object: Option<ObjectPlace>,
+}
+
+/// Where the object of one trial was.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ObjectPlace {
+    /// Position of its tube.
+    pub tube: usize,
+    /// The times at which it was outside.
+    pub exits: Vec<Exit>,
+}
+
+impl TrialPlace {
+    /// Whether the robot, and its object if it has one, were inside at every horizon.
+    pub fn is_inside(&self) -> bool {
+        self.exits.is_empty() && self.object.as_ref().is_none_or(|object| object.exits.is_empty())
+    }
+
+    /// The times at which the robot or its object was outside a tube; `None` if it is that of another kind.
+    pub fn exits_of(&self, tube: usize) -> Option<&[Exit]> {
+        if self.tube == tube {
+            return Some(&self.exits);
+        }
+        self.object.as_ref().filter(|object| object.tube == tube).map(|object| &*object.exits)
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_of_robot(of_object: &bool) -> bool {
+    !of_object
 }
 
 /// A trial outside the simulated region at one time.
@@ -160,6 +195,6 @@ pub fn at_least_outside(robots: &[Vec<f64>], n_outside: usize) -> f64 {
 impl Validation {
     /// Trials that were outside at some time, in order.
     pub fn outside(&self) -> impl Iterator<Item = &TrialPlace> {
-        self.trials.iter().filter(|trial| !trial.exits.is_empty())
+        self.trials.iter().filter(|trial| !trial.is_inside())
     }
 }

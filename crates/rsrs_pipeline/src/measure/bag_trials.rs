@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{Needed, RecordedTrajectory};
 use rsrs_core::conditions::Placement;
+use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::trial::{
     DetectionTrial, DrivenSample, DrivenTrial, MovedBy, Neighbour, PeriodTrial, SETTLING_TIME_S,
-    TrialBackend, Trials,
+    TrialBackend, Trials, has_moved,
 };
 use rsrs_fleet::fleet_file::{Driver, FleetFile};
 use rsrs_fleet::record::{Backend, ExperimentRecord};
@@ -80,6 +81,13 @@ pub fn read(path: &Path, class: Option<&str>) -> anyhow::Result<BagTrials> {
         let message = format!("{}: {error}", path.display());
         helped(error).context(message)
     })?;
+    let n_objects = recorded.trajectory.n_objects;
+    if n_objects > 1 && (0..n_objects).any(|object| moves(&recorded.trajectory, object)) {
+        return Err(with_help(
+            format!("{}: robots push objects, of which there are {n_objects}", path.display()),
+            "take drives with one object",
+        ));
+    }
     let name = path.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
     let drives = |part: fn(&[DrivenSample]) -> &[DrivenSample]| {
         let robots = (0..recorded.robots.len()).filter(|robot| is_wanted(&recorded.robots[*robot]));
@@ -234,6 +242,13 @@ pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>
     (!table.rows.is_empty()).then_some(table)
 }
 
+/// Whether an object did not stay where it was.
+fn moves(trajectory: &Trajectory, object: usize) -> bool {
+    let mut places_m = trajectory.objects_m.iter().skip(object).step_by(trajectory.n_objects);
+    let start_m = places_m.next();
+    start_m.is_some_and(|start_m| places_m.any(|place_m| has_moved(*start_m, *place_m)))
+}
+
 /// One robot's drives: a part of what lies between one standstill and the next.
 fn drives(
     recorded: &RecordedTrajectory,
@@ -242,10 +257,12 @@ fn drives(
     part: fn(&[DrivenSample]) -> &[DrivenSample],
 ) -> Vec<DrivenTrial> {
     let trajectory = &recorded.trajectory;
+    let has_object = trajectory.n_objects == 1;
     let sample = |sample: usize| DrivenSample {
         time_s: sample as f64 * trajectory.period_s,
         pose: trajectory.poses_at(sample)[robot],
         command: trajectory.commands_at(sample)[robot],
+        object_m: has_object.then(|| trajectory.objects_m[sample]),
     };
     let samples: Vec<DrivenSample> = (0..trajectory.n_samples()).map(sample).collect();
     let name = |drive: usize| if drive == 0 { bag.to_owned() } else { format!("{bag}:{drive}") };

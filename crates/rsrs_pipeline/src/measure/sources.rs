@@ -112,6 +112,15 @@ impl Sources {
             driven.extend(trials.driven.iter().cloned());
             from_rest.extend(trials.from_rest.iter().cloned());
         }
+        if let Some(pushes) = driven.iter().find(|trial| trial.moves_object()) {
+            return Err(with_help(
+                format!(
+                    "trial `{}` of {} pushes an object: a robot that does is not as fast as one that drives freely",
+                    pushes.trial, pushes.robot
+                ),
+                "leave it out here, and give it to `rsrs validate`",
+            ));
+        }
         let all: Vec<&PathBuf> = paths.trajectories.iter().chain(&paths.bags).collect();
         let from_driven = reduced(&names(&all), &driven);
         let sources = Self {

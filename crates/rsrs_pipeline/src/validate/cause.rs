@@ -29,9 +29,11 @@ pub fn turning(
     case: &Case,
 ) -> anyhow::Result<Option<Turning>> {
     let period_s = measured.computation.period_s;
-    let drive: Vec<DrivenTrial> =
-        case.from_rest.iter().filter(|trial| drives(trial)).cloned().collect();
-    let lag = yaw_lag(&case.from_rest, period_s).filter(|lag| is_longer(lag, measured));
+    // Who pushes something turns as that lets them.
+    let free: Vec<DrivenTrial> =
+        case.from_rest.iter().filter(|trial| !trial.moves_object()).cloned().collect();
+    let drive: Vec<DrivenTrial> = free.iter().filter(|trial| drives(trial)).cloned().collect();
+    let lag = yaw_lag(&free, period_s).filter(|lag| is_longer(lag, measured));
     let gain = yaw_lag(&drive, period_s)
         .and_then(|found| Some((found.gain, turn_rate_rad_s(&drive)?)))
         .filter(|(gain, rate_rad_s)| is_another(*gain, measured, &drive, *rate_rad_s));

@@ -118,6 +118,11 @@ impl Judged {
         let made = serde_json::to_string(&(&profile_digest, harsher, &fixed));
         let mut digest = Digest::new("simulator");
         digest.text(&made.expect("numbers and texts are plain data"));
+        let objects = source.sweep.world().map(|world| &world.objects);
+        if let Some(objects) = objects.filter(|objects| !objects.is_empty()) {
+            let pushed = serde_json::to_string(objects);
+            digest.text(&pushed.expect("numbers are plain data"));
+        }
         Self {
             class: class.map(str::to_owned),
             profile_digest,

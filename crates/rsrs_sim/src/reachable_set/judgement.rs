@@ -6,30 +6,63 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::trials::trial::DrivenTrial;
 use rsrs_core::trials::validation::{
-    Exit, Horizon, LEVEL, RobotCoverage, TrialPlace, Tube, Validation, at_least_outside,
+    Exit, Horizon, LEVEL, ObjectPlace, RobotCoverage, TrialPlace, Tube, Validation,
+    at_least_outside,
 };
 
 use super::regions::Regions;
-use super::{Drives, Kind, Path};
+use super::{Drives, Kind, Moved};
 
-/// Where every trial was.
+/// Where every trial was, and its object if it has one: the tubes of objects follow those of robots.
+///
+/// # Arguments
+///
+/// * `regions` — those of the robot of each kind, and of its object; shape `[n_kinds][n_bodies]`.
 pub(super) fn places(
     trials: &[DrivenTrial],
     kinds: &[Kind],
     kind_of: &[usize],
-    regions: &[Regions],
+    regions: &[Vec<Regions>],
 ) -> Vec<TrialPlace> {
-    let place = |(trial, kind): (&DrivenTrial, &usize)| TrialPlace {
-        robot: trial.robot.clone(),
-        trial: trial.trial.clone(),
-        tube: *kind,
-        exits: reached(&kinds[*kind], trial)
-            .filter_map(|(horizon, time_s)| {
-                exit(&regions[*kind], horizon, time_s, trial.displacement_at(time_s))
-            })
-            .collect(),
+    let mut object_tubes = kinds.len()..;
+    let place = |(trial, kind): (&DrivenTrial, &usize)| {
+        let exits = |moved: &DrivenTrial, body: usize| {
+            let regions = &regions[*kind][body];
+            let left =
+                |(horizon, time_s)| exit(regions, horizon, time_s, moved.displacement_at(time_s));
+            reached(&kinds[*kind], trial).filter_map(left).collect()
+        };
+        let object = trial.of_object().and_then(|object| {
+            Some(ObjectPlace { tube: object_tubes.next()?, exits: exits(&object, 1) })
+        });
+        TrialPlace {
+            robot: trial.robot.clone(),
+            trial: trial.trial.clone(),
+            tube: *kind,
+            exits: exits(trial, 0),
+            object,
+        }
     };
     trials.iter().zip(kind_of).map(place).collect()
+}
+
+/// The tubes of all kinds, and those of the objects of all trials.
+pub(super) fn tubes(
+    trials: &[DrivenTrial],
+    kinds: &[Kind],
+    regions: &[Vec<Regions>],
+    places: &[TrialPlace],
+) -> Vec<Tube> {
+    let made = |kind: usize, body: usize, index: usize| {
+        let member = |(trial, place)| Some((trial, TrialPlace::exits_of(place, index)?));
+        let members: Vec<_> = trials.iter().zip(places).filter_map(member).collect();
+        let of_object = body > 0;
+        Tube { of_object, ..tube(&kinds[kind], &regions[kind][body], &members) }
+    };
+    let of_robots = (0..kinds.len()).map(|kind| made(kind, 0, kind));
+    let of_objects =
+        places.iter().filter_map(|place| Some(made(place.tube, 1, place.object.as_ref()?.tube)));
+    of_robots.chain(of_objects).collect()
 }
 
 /// The horizons that a trial lasts to.
@@ -63,21 +96,16 @@ fn exit(regions: &Regions, horizon: usize, time_s: f64, pose: Pose) -> Option<Ex
     })
 }
 
-/// The regions of one kind, with the trials inside.
-pub(super) fn tube(
-    kind: &Kind,
-    regions: &Regions,
-    members: &[(&DrivenTrial, &TrialPlace)],
-) -> Tube {
+/// The regions of one body of a kind, with the trials inside.
+fn tube(kind: &Kind, regions: &Regions, members: &[(&DrivenTrial, &[Exit])]) -> Tube {
     let horizon = |(index, time_s): (usize, &f64)| {
         let lasting: Vec<_> = members
             .iter()
             .filter(|(trial, _)| reached(kind, trial).any(|(reached, _)| reached == index))
             .collect();
-        let is_inside = |place: &TrialPlace| {
-            place.exits.iter().all(|exit| exit.time_s.to_bits() != time_s.to_bits())
-        };
-        let n_inside = lasting.iter().filter(|(_, place)| is_inside(place)).count();
+        let is_inside =
+            |exits: &[Exit]| exits.iter().all(|exit| exit.time_s.to_bits() != time_s.to_bits());
+        let n_inside = lasting.iter().filter(|(_, exits)| is_inside(exits)).count();
         let position = &regions.positions[index];
         let (region, area_m2) = position.outline();
         Horizon {
@@ -93,6 +121,7 @@ pub(super) fn tube(
     };
     Tube {
         command: kind.longest.constant_command(),
+        of_object: false,
         duration_s: kind.longest.duration_s(),
         horizons: kind.horizons_s.iter().enumerate().map(horizon).collect(),
     }
@@ -112,14 +141,14 @@ pub(super) fn chances(
     trials: &[DrivenTrial],
     kind_of: &[usize],
     simulated: &[Drives],
-    contains: impl Fn(&[Pose], usize) -> bool,
+    contains: impl Fn(&Moved, usize) -> bool,
 ) -> Vec<Vec<f64>> {
     // Whether each simulated robot's drive of a kind is outside; shape [robot][kind][repeat].
     let is_outside: Vec<Vec<Vec<bool>>> = simulated
         .iter()
         .map(|drives| {
-            let of_kind = |(kind, repeats): (usize, &Vec<Path>)| {
-                repeats.iter().map(|path| !contains(path, kind)).collect()
+            let of_kind = |(kind, repeats): (usize, &Vec<Moved>)| {
+                repeats.iter().map(|moved| !contains(moved, kind)).collect()
             };
             drives.iter().enumerate().map(of_kind).collect()
         })
@@ -150,7 +179,7 @@ pub(super) fn summary(
     share: f64,
 ) -> Validation {
     let n_inside_of =
-        |places: &[&TrialPlace]| places.iter().filter(|place| place.exits.is_empty()).count();
+        |places: &[&TrialPlace]| places.iter().filter(|place| place.is_inside()).count();
     let mut by_robot: BTreeMap<&str, Vec<&TrialPlace>> = BTreeMap::new();
     for place in &trials {
         by_robot.entry(&place.robot).or_default().push(place);
@@ -178,13 +207,4 @@ pub(super) fn summary(
         tubes,
         trials,
     }
-}
-
-/// Trials of one kind with their places.
-pub(super) fn places_of<'a>(
-    kind: usize,
-    trials: &'a [DrivenTrial],
-    places: &'a [TrialPlace],
-) -> Vec<(&'a DrivenTrial, &'a TrialPlace)> {
-    trials.iter().zip(places).filter(|(_, place)| place.tube == kind).collect()
 }

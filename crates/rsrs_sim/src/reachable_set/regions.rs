@@ -5,7 +5,7 @@ use rsrs_core::robot::unicycle::Pose;
 use super::region::PositionRegion;
 use super::{Drives, ReachOptions};
 
-/// The simulated regions of one kind at each horizon.
+/// The simulated regions of one body of one kind at each horizon.
 pub struct Regions {
     /// Where.
     pub positions: Vec<PositionRegion>,
@@ -14,17 +14,17 @@ pub struct Regions {
 }
 
 impl Regions {
-    /// Makes the regions of a kind: one half of the robots places them, the other calibrates their
-    /// size.
+    /// Makes the regions of a body of a kind, the robot or its object: one half of the robots places them, the
+    /// other calibrates their size.
     pub fn new(
-        kind: usize,
+        (kind, body): (usize, usize),
         reference: &[Drives],
         calibration: &[Drives],
         options: &ReachOptions,
     ) -> Self {
-        let n_horizons = reference[0][kind][0].len();
+        let n_horizons = reference[0][kind][0][body].len();
         let at = |robots: &[Drives], horizon: usize| -> Vec<Pose> {
-            robots.iter().map(|drives| drives[kind][0][horizon]).collect()
+            robots.iter().map(|drives| drives[kind][0][body][horizon]).collect()
         };
         let position = |horizon| {
             let place = |pose: &Pose| [pose.x_m, pose.y_m];

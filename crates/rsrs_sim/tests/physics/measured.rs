@@ -78,7 +78,12 @@ fn driven(world: &mut World, command: Command, period_s: f64) -> Vec<DrivenSampl
         let turns = ((pose.heading_rad - before_rad) / std::f64::consts::TAU).round();
         before_rad = pose.heading_rad - turns * std::f64::consts::TAU;
         let pose = Pose { heading_rad: before_rad, ..pose };
-        samples.push(DrivenSample { time_s: sample as f64 * period_s, pose, command });
+        samples.push(DrivenSample {
+            time_s: sample as f64 * period_s,
+            pose,
+            command,
+            object_m: None,
+        });
         step(world, command);
     }
     samples

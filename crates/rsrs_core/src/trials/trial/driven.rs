@@ -1,4 +1,4 @@
-//! Trajectories of single robots under known commands, from a tracker or a bag.
+//! Trajectories of single robots under known commands, and of what they push, from a tracker or a bag.
 
 use std::collections::BTreeMap;
 
@@ -7,6 +7,14 @@ use super::table::Table;
 use crate::quantity::{MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S};
 use crate::robot::controller::Command;
 use crate::robot::unicycle::Pose;
+
+/// A tracker sees an object that nobody pushes move no further than this, in metres.
+const STAYED_M: f64 = 0.02;
+
+/// Whether an object that was at one place, in metres, and is at another was moved.
+pub fn has_moved(from_m: [f64; 2], to_m: [f64; 2]) -> bool {
+    libm::hypot(to_m[0] - from_m[0], to_m[1] - from_m[1]) > STAYED_M
+}
 
 /// One robot's pose and the command it had at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +25,8 @@ pub struct DrivenSample {
     pub pose: Pose,
     /// The command that was sent then, and held until the next sample.
     pub command: Command,
+    /// Where the object is that the robot is to push, in metres; of all samples of a trial or of none.
+    pub object_m: Option<[f64; 2]>,
 }
 
 /// One robot driven once.
@@ -63,6 +73,35 @@ impl DrivenTrial {
         }
     }
 
+    /// Where the object was at the start, in the frame of the robot's start, in metres: ahead, left; `None` if there
+    /// was none.
+    pub fn object_start_m(&self) -> Option<[f64; 2]> {
+        let start = self.samples[0];
+        let [x_m, y_m] = start.object_m?;
+        let (sine, cosine) = libm::sincos(start.pose.heading_rad);
+        let (dx_m, dy_m) = (x_m - start.pose.x_m, y_m - start.pose.y_m);
+        Some([dx_m * cosine + dy_m * sine, dy_m * cosine - dx_m * sine])
+    }
+
+    /// The trial of the object in the place of the robot, heading all the time as the robot did at the start; `None` if
+    /// there was none.
+    pub fn of_object(&self) -> Option<Self> {
+        let heading_rad = self.samples[0].pose.heading_rad;
+        let of_object = |sample: &DrivenSample| {
+            let [x_m, y_m] = sample.object_m?;
+            Some(DrivenSample { pose: Pose { x_m, y_m, heading_rad }, ..*sample })
+        };
+        let samples: Option<Vec<DrivenSample>> = self.samples.iter().map(of_object).collect();
+        Some(Self { samples: samples?, ..self.clone() })
+    }
+
+    /// Whether there is an object that did not stay where it was.
+    pub fn moves_object(&self) -> bool {
+        let mut places_m = self.samples.iter().filter_map(|sample| sample.object_m);
+        let start_m = places_m.next();
+        start_m.is_some_and(|start_m| places_m.any(|place_m| has_moved(start_m, place_m)))
+    }
+
     /// The command, if it was the same all the time. The last sample's is never driven, and trackers
     /// often write a stop there.
     pub fn constant_command(&self) -> Option<Command> {
@@ -80,10 +119,12 @@ impl DrivenTrial {
     }
 }
 
-/// Reads trajectories: `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s`.
+/// Reads trajectories:
+/// `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s[,object_x_m,object_y_m]`.
 ///
 /// Rows may stand in any order; each trial is sorted by time and its heading made continuous. One that is driven
-/// begins with its first command: a recording often begins before the robot does.
+/// begins with its first command: a recording often begins before the robot does. The last two columns are where the
+/// object is that the robot is to push; they are empty in all rows of a trial without one.
 ///
 /// # Returns
 ///
@@ -103,7 +144,7 @@ pub fn driven_trials(file: &str, text: &str) -> Result<Vec<DrivenTrial>, TrialEr
         "commanded_m_s",
         "commanded_rad_s",
     ];
-    let mut table = Table::open(file, text, &required, &[])?;
+    let mut table = Table::open(file, text, &required, &["object_x_m", "object_y_m"])?;
     let mut trials: BTreeMap<(String, String), Vec<(u64, DrivenSample)>> = BTreeMap::new();
     while let Some(row) = table.next_row()? {
         let pose = Pose { x_m: row.number(3)?, y_m: row.number(4)?, heading_rad: row.number(5)? };
@@ -112,7 +153,14 @@ pub fn driven_trials(file: &str, text: &str) -> Result<Vec<DrivenTrial>, TrialEr
         let command = Command { speed_m_s: row.number(6)?, turn_rate_rad_s: row.number(7)? };
         row.below(6, command.speed_m_s, MAX_SPEED_M_S, "mm/s")?;
         row.below(7, command.turn_rate_rad_s, MAX_TURN_RATE_RAD_S, "degrees per second")?;
-        let sample = DrivenSample { time_s: row.number(2)?, pose, command };
+        let object_m = match row.optional(8)? {
+            None => None,
+            Some(x_m) => Some([x_m, row.number(9)?]),
+        };
+        for (column, place_m) in (8..).zip(object_m.into_iter().flatten()) {
+            row.below(column, place_m, MAX_PLACE_M, "mm")?;
+        }
+        let sample = DrivenSample { time_s: row.number(2)?, pose, command, object_m };
         let key = (row.name(0)?.to_owned(), row.name(1)?.to_owned());
         let line = row.line;
         let samples = trials.entry(key).or_default();
@@ -146,6 +194,11 @@ fn in_order(
     }
     if samples.len() < 2 {
         return refuse(samples[0].0, TrialProblem::OneSample { robot, trial });
+    }
+    let has_object = |(_, sample): &&(u64, DrivenSample)| sample.object_m.is_some();
+    let first = samples[0].1.object_m.is_some();
+    if let Some((line, _)) = samples.iter().find(|sample| has_object(sample) != first) {
+        return refuse(*line, TrialProblem::ObjectAtTimes { robot, trial });
     }
     let mut samples: Vec<DrivenSample> = samples.into_iter().map(|(_, sample)| sample).collect();
     for index in 1..samples.len() {

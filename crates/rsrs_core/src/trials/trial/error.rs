@@ -150,6 +150,14 @@ pub enum TrialProblem {
         /// The trial.
         trial: String,
     },
+    /// A trajectory of which an object is known in some rows only.
+    #[error("trial `{trial}` of {robot} has an object in some of its rows only")]
+    ObjectAtTimes {
+        /// The robot.
+        robot: String,
+        /// The trial.
+        trial: String,
+    },
 }
 
 impl Help for TrialError {
@@ -162,6 +170,9 @@ impl Help for TrialError {
                 "delete the rows of trials that were not run, or have them made: `rsrs measure drive \
                  FLEET --plan DIR`; `rsrs measure plan` writes the rest"
                     .to_owned(),
+            ),
+            TrialProblem::ObjectAtTimes { .. } => Some(
+                "give the place of the object in every row, or two trials: without it, and with it".to_owned(),
             ),
             TrialProblem::Empty { .. } | TrialProblem::NoRows => {
                 Some("`rsrs measure plan` writes tables to fill in".to_owned())
