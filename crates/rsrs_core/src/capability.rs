@@ -10,7 +10,6 @@ use serde::Serialize;
 
 use crate::conditions::{Conditions, ConditionsError, Settings, SimulatedRobot, SimulatedSensor};
 use crate::quantity::Axis;
-use crate::robot::contact::ContactModel;
 use crate::robot::controller::Command;
 use crate::robot::profile::{RobotProfile, Sees};
 use crate::robot::region::Region;
@@ -140,6 +139,7 @@ fn numbers(measured: &Conditions, simulated: &Conditions) -> Vec<Compared> {
     let both = |value: fn(&SimulatedRobot) -> f64| (value(measured), value(simulated));
     let rows = [
         ("body radius (m)", both(|robot| robot.radius_m), Same),
+        ("friction of bodies that push", both(|robot| robot.contact_friction), MoreIsWorse),
         ("front sector (rad)", both(|robot| robot.front_half_angle_rad), MoreIsWorse),
         ("speed gain, mean", both(|robot| robot.speed_gain.mean), FartherFromOneIsWorse),
         ("speed gain, sd between robots", both(|robot| robot.speed_gain.robot_sd), MoreIsWorse),
@@ -177,11 +177,7 @@ fn rotation(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<Cap
 
 /// No contact is worse than another, and what it does to a swarm may be either.
 fn contact(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<CapabilityViolation> {
-    let described = |robot: &SimulatedRobot| match robot.contact {
-        ContactModel::Push => format!("push, with friction {}", robot.contact_friction),
-        other => other.name().to_owned(),
-    };
-    let (measured, simulated) = (described(measured), described(simulated));
+    let [measured, simulated] = [measured, simulated].map(|robot| robot.contact.name().to_owned());
     let capability = "what robots do when they touch".into();
     (measured != simulated).then_some(CapabilityViolation {
         capability,

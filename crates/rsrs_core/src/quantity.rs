@@ -98,9 +98,9 @@ enum Kind {
     Number,
     /// What a robot is like.
     Capability {
-        /// `None` if this sensor does not have it.
+        /// `None` if this robot does not have it.
         get: fn(&RobotProfile) -> Option<f64>,
-        /// Fails with what the sensor is that does not have it.
+        /// Fails with what robots are that do not have it: `whose sensor is a cone`.
         set: fn(&mut RobotProfile, f64) -> Result<(), &'static str>,
         /// What a perfect robot has; `None` where another value makes another robot.
         ideal: Option<f64>,
@@ -466,7 +466,7 @@ impl Axis {
     ///
     /// # Errors
     ///
-    /// What its sensor is, if it does not have that.
+    /// What robots are that do not have that, if it is one of them.
     ///
     /// # Panics
     ///
@@ -485,7 +485,7 @@ impl RobotProfile {
     /// # Returns
     ///
     /// In the unit of the axis, of two gains the mean and of two standard deviations the greater one;
-    /// `None` for settings, and for what this sensor does not have.
+    /// `None` for settings, and for what this robot does not have.
     pub fn capability(&self, axis: Axis) -> Option<f64> {
         match axis.row().kind {
             Kind::Capability { get, .. } => get(self),

@@ -68,6 +68,20 @@ fn each_better_capability_is_named() {
 }
 
 #[test]
+fn more_friction_of_bodies_that_push_is_worse() {
+    let mut measured = profile(PROFILES[0]);
+    (measured.body.contact, measured.body.contact_friction) = (ContactModel::Push, Some(0.3));
+    let mut conditions = cells(&measured, SWEEP)[0].clone();
+    let mut is_better = |friction: f64| {
+        conditions.robot.contact_friction = friction;
+        let found = violations(&measured, &conditions).unwrap();
+        found.iter().any(|violation| violation.capability == "friction of bodies that push")
+    };
+
+    assert_eq!([0.2, 0.3, 0.4].map(&mut is_better), [true, false, false]);
+}
+
+#[test]
 fn a_region_is_held_against_another_shape() {
     let mut measured = profile(PROFILES[1]);
     let polygon = vec![[0.1, -0.1], [0.5, -0.1], [0.5, 0.1], [0.1, 0.1]];

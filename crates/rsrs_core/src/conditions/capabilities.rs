@@ -37,7 +37,7 @@ impl RobotProfile {
             .filter_map(|wanted| values.iter().rev().find(|(axis, _)| axis == wanted));
         for (axis, value) in others.chain(of_the_region) {
             axis.set(&mut robot, *value)
-                .map_err(|sensor| ConditionsError::NotOfThisSensor { axis: *axis, sensor })?;
+                .map_err(|which| ConditionsError::NotOfThisRobot { axis: *axis, which })?;
         }
         robot.check()?;
         Ok(robot)

@@ -64,13 +64,13 @@ pub enum ConditionsError {
         /// What it may be.
         expected: String,
     },
-    /// An axis that this robot's sensor does not have.
-    #[error("{axis} does not apply to a robot whose sensor is a {sensor}")]
-    NotOfThisSensor {
+    /// An axis that this robot does not have.
+    #[error("{axis} does not apply to a robot {which}")]
+    NotOfThisRobot {
         /// The axis.
         axis: Axis,
-        /// `cone`, or what kind of polygon.
-        sensor: &'static str,
+        /// What robots are that do not have it: `whose sensor is a cone`.
+        which: &'static str,
     },
     /// A speed or turning rate beside a table that has them.
     #[error("{axis} is that of a controller without a table")]

@@ -3,7 +3,7 @@
 use crate::robot::profile::RobotProfile;
 use crate::robot::shape::{self, Opening};
 
-/// Why a region cannot become another one: what it is.
+/// Why a region cannot become another one: what robots are that have such.
 type Refused = Result<(), &'static str>;
 
 pub fn range_m(robot: &RobotProfile) -> Option<f64> {
@@ -41,13 +41,13 @@ pub fn set_half_angle(robot: &mut RobotProfile, half_angle_rad: f64) -> Refused 
         cone.half_angle_rad = half_angle_rad;
     } else if let Some(corners_m) = &mut robot.sensing.polygon_m {
         let stretched = shape::stretched(corners_m, half_angle_rad);
-        *corners_m = stretched.ok_or("polygon that is not all in front of it")?;
+        *corners_m = stretched.ok_or("whose sensor is a polygon that is not all in front of it")?;
     }
     Ok(())
 }
 
 pub fn set_scale(robot: &mut RobotProfile, scale: f64) -> Refused {
-    let corners_m = robot.sensing.polygon_m.as_mut().ok_or("cone")?;
+    let corners_m = robot.sensing.polygon_m.as_mut().ok_or("whose sensor is a cone")?;
     *corners_m = shape::scaled(corners_m, scale);
     Ok(())
 }
