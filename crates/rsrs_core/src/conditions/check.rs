@@ -9,7 +9,7 @@ use crate::quantity::Bounds;
 use crate::robot::controller::state_machine::StateMachine;
 use crate::robot::controller::structure::{self, Flaw};
 use crate::robot::controller::{Command, Controller, ControllerParameters};
-use crate::robot::profile::{MAX_CORNERS, MOST_FRICTION, Sensing};
+use crate::robot::profile::{MAX_CORNERS, Sensing};
 use crate::robot::region::Region;
 use crate::robot::sensor::file::SensorEntry;
 use crate::robot::sensor::{self, Detects, SensorFlaw};
@@ -18,8 +18,6 @@ use crate::world::{Object, WorldFile, WorldFlaw};
 
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
-/// Friction between bodies; dimensionless.
-const FRICTION: Bounds = Bounds { least: 0.0, most: MOST_FRICTION };
 /// Robots of a detection trial.
 const PAIR: Bounds = Bounds { least: 0.0, most: 2.0 };
 /// A coordinate of a corner, in metres.
@@ -313,7 +311,7 @@ fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
     for (key, found, bounds) in [
         ("robot.radius_m", robot.radius_m, Bounds::SIZE),
         ("robot.front_half_angle_rad", robot.front_half_angle_rad, FRONT),
-        ("robot.contact_friction", robot.contact_friction, FRICTION),
+        ("robot.contact_friction", robot.contact_friction, Bounds::FRICTION),
         ("robot.speed_gain.mean", speed_mean, Bounds::AMOUNT),
         ("robot.speed_gain.robot_sd", speed_sd, Bounds::AMOUNT),
         ("robot.speed_gain.step_sd", speed_step_sd, Bounds::AMOUNT),

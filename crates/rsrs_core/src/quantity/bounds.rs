@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::robot::profile::{MAX_HALF_ANGLE_RAD, PERIOD_BOUNDS_S};
+use crate::robot::profile::{MAX_HALF_ANGLE_RAD, MOST_FRICTION, PERIOD_BOUNDS_S};
 
 /// The least and the greatest value that a number may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,8 @@ impl Bounds {
     pub const ROBOTS: Self = Self { least: 0.0, most: MAX_ROBOTS as f64 };
     /// A probability.
     pub const PROBABILITY: Self = Self { least: 0.0, most: 1.0 };
+    /// A coefficient of friction.
+    pub const FRICTION: Self = Self { least: 0.0, most: MOST_FRICTION };
     /// Half of a cone's opening angle, in radians; 0 is a line of sight.
     pub const HALF_ANGLE: Self = Self { least: 0.0, most: MAX_HALF_ANGLE_RAD };
     /// What may be nothing: speeds, deviations, delays.

@@ -15,7 +15,7 @@ use crate::document::source::Source;
 use crate::help::Help;
 use crate::numerals::counted;
 use crate::quantity::Bounds;
-use crate::robot::profile::{MOST_FRICTION, ProfileError, RobotProfile};
+use crate::robot::profile::{ProfileError, RobotProfile};
 
 /// Where in a world something is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -304,8 +304,6 @@ impl Help for WorldFlaw {
 
 /// Most objects of a group or robots of a class; more are a mistake.
 const MOST_OBJECTS: Bounds = Bounds { least: 1.0, most: 1e4 };
-/// Friction; dimensionless.
-const FRICTION: Bounds = Bounds { least: 0.0, most: MOST_FRICTION };
 /// Weight over that of a robot; dimensionless. What is heavier is an obstacle.
 const WEIGHT: Bounds = Bounds { least: 0.1, most: 1e3 };
 /// A coordinate, in metres.
@@ -523,7 +521,7 @@ impl WorldFile {
 
 fn check_group(group: &ObjectGroup) -> Result<(), WorldProblem> {
     within("radius_m", group.radius_m, RADIUS)?;
-    within("friction", group.friction, FRICTION)?;
+    within("friction", group.friction, Bounds::FRICTION)?;
     within("weight", group.weight, WEIGHT)?;
     match (group.count, &group.places_m) {
         (Some(count), None) => within("count", count as f64, MOST_OBJECTS),
