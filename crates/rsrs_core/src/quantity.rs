@@ -15,6 +15,7 @@ use serde::{Serialize, Serializer};
 
 use self::number::PREFIX;
 use crate::document::{did_you_mean, is_name, nearest};
+use crate::robot::contact::ContactModel;
 use crate::robot::profile::RobotProfile;
 
 pub use bounds::Bounds;
@@ -73,6 +74,8 @@ pub enum Axis {
     TurnBias,
     /// Standard deviation of the heading's random change per step, in radians.
     HeadingNoise,
+    /// Coulomb's coefficient of two bodies that push each other; dimensionless.
+    ContactFriction,
     /// A named number of a controller's table.
     Number(Number),
 }
@@ -161,7 +164,7 @@ const DEGREES_S: Option<(f64, &str)> = Some((MAX_TURN_RATE_RAD_S, "degrees per s
 const DEGREES: Option<(f64, &str)> = Some((std::f64::consts::PI, "degrees"));
 
 /// All quantities but those of controllers' tables, in the order of [`Axis`], those that an operator can set first.
-const ROWS: [Row; 23] = [
+const ROWS: [Row; 24] = [
     Row {
         axis: Axis::Speed,
         key: "speed_m_s",
@@ -396,7 +399,30 @@ const ROWS: [Row; 23] = [
         other_unit: DEGREES,
         kind: number!(actuation.turn.heading_noise_sd_rad, 0.0),
     },
+    Row {
+        axis: Axis::ContactFriction,
+        key: "contact_friction",
+        name: "friction of bodies that push",
+        unit: "",
+        bounds: Bounds::FRICTION,
+        other_unit: None,
+        kind: Kind::Capability {
+            get: |robot| pushes(robot).then(|| robot.body.contact_friction.unwrap_or_default()),
+            set: |robot, value| {
+                if !pushes(robot) {
+                    return Err("that does not push others");
+                }
+                robot.body.contact_friction = Some(value);
+                Ok(())
+            },
+            ideal: None,
+        },
+    },
 ];
+
+fn pushes(robot: &RobotProfile) -> bool {
+    robot.body.contact == ContactModel::Push
+}
 
 impl Axis {
     /// All axes but the numbers of controllers' tables, those that an operator can set first.

@@ -2,6 +2,7 @@
 
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::quantity::Axis;
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::profile::RobotProfile;
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
@@ -127,4 +128,20 @@ fn every_capability_is_read_back_as_it_was_set() {
         let unturned = profile.with_capabilities(&[(Axis::SensorBearing, 0.0)]).expect("a robot");
         assert_eq!(unturned, profile);
     }
+}
+
+#[test]
+fn only_robots_that_push_have_friction() {
+    let stops = RobotProfile::parse("robot.yaml", FLOCKBOT).expect("it is a robot");
+    let mut pushes = stops.clone();
+    pushes.body.contact = ContactModel::Push;
+    let with = |robot: &RobotProfile, friction| {
+        robot.with_capabilities(&[(Axis::ContactFriction, friction)])
+    };
+
+    assert_eq!(stops.capability(Axis::ContactFriction), None);
+    assert_eq!(pushes.capability(Axis::ContactFriction), Some(0.0));
+    assert_eq!(with(&pushes, 0.4).unwrap().body.contact_friction, Some(0.4));
+    insta::assert_snapshot!(with(&stops, 0.4).unwrap_err(), @"contact_friction does not apply to a robot that does not push others");
+    insta::assert_snapshot!(with(&pushes, 3.0).unwrap_err(), @"contact_friction is 3, expected a number from 0 to 2");
 }
