@@ -34,8 +34,8 @@ MEASURED, OTHERS = range(1, 6), range(6, 13)
 SPEEDS_M_S, GAP_M, DURATION_S = (0.08, 0.16, 0.24), 0.05, 5.0
 # How far the middle of the puck is beside the robot's path, in m.
 OFFSETS_M = {"in its middle": (0.0,), "off its middle": (-0.04, 0.04)}
-# The world's weight of the puck, over what was measured.
-FACTORS = (1.0, 10.0)
+# What the world's object is: times the weight that was measured, and its friction.
+OBJECTS = ((1.0, FRICTION), (10.0, FRICTION), (1.0, FRICTION / 3))
 HEADER = (
     "robot", "trial", "time_s", "x_m", "y_m", "heading_rad", "commanded_m_s", "commanded_rad_s", "object_x_m",
     "object_y_m",
@@ -106,17 +106,17 @@ def write(path, drives):
 
 
 def hold_against(programs, folder, puck, kg):
-    """What `rsrs validate` says of the puck's drives, for each weight that the world's object has."""
+    """What `rsrs validate` says of the puck's drives, for each of the world's objects."""
     floor = PuckFloor(kg)
     ratios = weight(floor)
     mean = sum(ratios) / len(ratios)
     found = []
-    for (where, offsets_m), factor in itertools.product(OFFSETS_M.items(), FACTORS):
+    for (where, offsets_m), (factor, friction) in itertools.product(OFFSETS_M.items(), OBJECTS):
         name = f"{puck}_{len(found) + 1}"
         kinds = itertools.product(OTHERS, SPEEDS_M_S, offsets_m)
         write(folder / f"{name}.csv", [(kind, trial, floor.drive(*kind, 2)) for trial, kind in enumerate(kinds, 1)])
         (folder / f"{name}_world.yaml").write_text(
-            f"objects: [{{count: 1, radius_m: {RADIUS_M}, friction: {FRICTION}, weight: {mean * factor:.3f}}}]\n"
+            f"objects: [{{count: 1, radius_m: {RADIUS_M}, friction: {friction:g}, weight: {mean * factor:.3f}}}]\n"
         )
         (folder / f"{name}.yaml").write_text(
             f"profile: profile.yaml\nworld: {name}_world.yaml\naxes: {{speed_m_s: [{SPEEDS_M_S[0]}]}}\n"
@@ -131,6 +131,7 @@ def hold_against(programs, folder, puck, kg):
             {
                 "where": where,
                 "weight": round(mean * factor, 3),
+                "friction": friction,
                 **{key: answer[key] for key in ("n_trials", "n_inside", "p_value")},
                 **{f"n_{of}_left": len(last(of)) for of in exits},
                 "most_turned_rad": round(max((abs(it["turned_rad"]) for it in last("robot")), default=0.0), 2),
@@ -141,8 +142,8 @@ def hold_against(programs, folder, puck, kg):
 
 def tables(results):
     lines = [
-        "| puck | `weight` that robots show | met | `weight` in the world | drives inside | the robot left | the puck left "
-        "| p |",
+        "| puck | `weight` that robots show | met | `weight`, `friction` in the world | drives inside | the robot left "
+        "| the puck left | p |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for of in results["pucks"]:
@@ -150,7 +151,7 @@ def tables(results):
             p = "< 0.0001" if it["p_value"] < 0.0001 else f"{it['p_value']:.4f}"
             lines.append(
                 f"| {of['kg']} kg | {of['weights'][0]:.2f} to {of['weights'][1]:.2f} | {it['where']} "
-                f"| {it['weight']:.2f} | {it['n_inside']} of {it['n_trials']} | {it['n_robot_left']} "
+                f"| {it['weight']:.2f}, {it['friction']:g} | {it['n_inside']} of {it['n_trials']} | {it['n_robot_left']} "
                 f"| {it['n_puck_left']} | {p} |"
             )
     return "\n".join(lines)

@@ -4,7 +4,7 @@ use serde::de::Error as _;
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize};
 
-use crate::robot::profile::{RobotProfile, Sensing};
+use crate::robot::profile::{MOST_FRICTION, RobotProfile, Sensing};
 
 /// The factors that make the simulated robot worse than the measured one.
 ///
@@ -41,6 +41,10 @@ pub struct HarsherFactors {
     /// Times the time constant of the turning rate (default: 1.25 where there is one).
     #[serde(skip_serializing_if = "is_one")]
     pub yaw_lag_factor: f64,
+    /// Times the friction of bodies that push each other, which is at most 2 (default: 1, because what it does to a
+    /// swarm may be either).
+    #[serde(skip_serializing_if = "is_one")]
+    pub friction_factor: f64,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
@@ -59,6 +63,7 @@ impl Default for HarsherFactors {
             gust_factor: 1.0,
             drift_factor: 1.0,
             yaw_lag_factor: 1.0,
+            friction_factor: 1.0,
         }
     }
 }
@@ -95,6 +100,7 @@ impl HarsherFactors {
         gust_factor: 1.0,
         drift_factor: 1.0,
         yaw_lag_factor: 1.0,
+        friction_factor: 1.0,
     };
 
     /// The factors of a sweep that names none: everything that this robot has gets worse, and nothing
@@ -134,6 +140,7 @@ impl HarsherFactors {
             gust_factor: if_any(actuation.gust.sd_m_s > 0.0, 1.5),
             drift_factor: if_any(drifts, 1.5),
             yaw_lag_factor: if_any(actuation.yaw_lag_s > 0.0, 1.25),
+            friction_factor: usual.friction_factor,
         }
     }
 
@@ -149,6 +156,9 @@ impl HarsherFactors {
     pub fn apply(&self, measured: &RobotProfile) -> Result<RobotProfile, NotHarsher> {
         self.check()?;
         let mut simulated = measured.clone();
+        if let Some(friction) = &mut simulated.body.contact_friction {
+            *friction = tidy((*friction * self.friction_factor).min(MOST_FRICTION));
+        }
         let actuation = &mut simulated.actuation;
         for sd in [
             &mut actuation.speed.robot_sd,
@@ -246,7 +256,7 @@ macro_rules! factor {
 }
 
 /// All factors, in the order of [`HarsherFactors`].
-const FACTORS: [Factor; 8] = [
+const FACTORS: [Factor; 9] = [
     factor!(gain_sd_factor, "robots differ more", Worse::More(1.0)),
     factor!(miss_factor, "more neighbours are missed", Worse::More(1.0)),
     factor!(false_positive_factor, "more is detected that is not there", Worse::More(1.0)),
@@ -255,7 +265,17 @@ const FACTORS: [Factor; 8] = [
     factor!(gust_factor, "stronger gusts", Worse::More(1.0)),
     factor!(drift_factor, "more drift in heading", Worse::More(1.0)),
     factor!(yaw_lag_factor, "turns that follow later", Worse::More(1.0)),
+    factor!(friction_factor, "bodies that slide less along each other", Worse::More(1.0)),
 ];
+
+/// The factor that no robot needs by itself: where it changes nothing it is as if it were not given, so that copies of
+/// sweeps are what they were.
+const UNNEEDED: &str = "friction_factor";
+
+/// A factor as it is kept.
+fn kept(key: &str, value: f64) -> Option<f64> {
+    Some(value).filter(|_| key != UNNEEDED || !is_one(&value))
+}
 
 /// The factor that counts steps.
 const STEPS: &str = "latency_extra_steps";
@@ -338,7 +358,7 @@ impl Harsher {
 
 impl From<HarsherFactors> for Harsher {
     fn from(factors: HarsherFactors) -> Self {
-        Self { given: FACTORS.each_ref().map(|factor| Some((factor.get)(&factors))) }
+        Self { given: FACTORS.each_ref().map(|factor| kept(factor.key, (factor.get)(&factors))) }
     }
 }
 
@@ -395,11 +415,12 @@ impl<'de> serde::de::Visitor<'de> for HarsherVisitor {
             if harsher.given[place].is_some() {
                 return Err(A::Error::duplicate_field(KEYS[place]));
             }
-            harsher.given[place] = if KEYS[place] == STEPS {
+            let value = if KEYS[place] == STEPS {
                 map.next_value::<Option<u32>>()?.map(f64::from)
             } else {
                 map.next_value()?
             };
+            harsher.given[place] = value.and_then(|value| kept(KEYS[place], value));
         }
         Ok(harsher)
     }
@@ -408,6 +429,7 @@ impl<'de> serde::de::Visitor<'de> for HarsherVisitor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::contact::ContactModel;
 
     const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 
@@ -457,6 +479,31 @@ mod tests {
             Harsher::from(HarsherFactors::NONE).decided(&drifting()),
             HarsherFactors::NONE.into()
         );
+    }
+
+    #[test]
+    fn the_factor_of_friction_is_one_unless_it_is_given_and_is_not_written_where_it_is() {
+        let mut measured = drifting();
+        (measured.body.contact, measured.body.contact_friction) = (ContactModel::Push, Some(0.4));
+        let read = |text: &str| serde_json::from_str::<Harsher>(text).unwrap();
+        let friction = |harsher: Harsher| {
+            let simulated = harsher.factors(&measured).apply(&measured).unwrap();
+            (100.0 * simulated.body.contact_friction.unwrap()).round() as u32
+        };
+
+        assert_eq!(
+            [r#"{}"#, r#""none""#, r#"{"friction_factor": 1}"#].map(|it| friction(read(it))),
+            [40; 3]
+        );
+        assert_eq!(friction(read(r#"{"friction_factor": 2}"#)), 80);
+        assert_eq!(friction(read(r#"{"friction_factor": 9}"#)), 200, "no body has more");
+        assert_eq!(read(r#"{"friction_factor": 1}"#), Harsher::default());
+        assert_eq!(read(r#""none""#), HarsherFactors::NONE.into());
+        let written = |text: &str| serde_json::to_string(&read(text)).unwrap();
+        assert!(!written(r#""none""#).contains("friction_factor"));
+        assert_eq!(written(r#"{"friction_factor": 2}"#), r#"{"friction_factor":2.0}"#);
+        let less = HarsherFactors { friction_factor: 0.5, ..HarsherFactors::NONE };
+        assert!(less.apply(&measured).is_err(), "they would slide better than they do");
     }
 
     #[test]
