@@ -167,7 +167,7 @@ pub struct SimulatedRobot {
     /// What it and its neighbours do when their bodies touch.
     #[serde(default, skip_serializing_if = "ContactModel::is_usual")]
     pub contact: ContactModel,
-    /// Coulomb's coefficient of the friction between bodies that push; dimensionless.
+    /// Coulomb's coefficient of the friction between bodies that push, and along walls; dimensionless.
     #[serde(default, skip_serializing_if = "is_none")]
     pub contact_friction: f64,
     /// Gain of the speed, `θᵃ₁`.

@@ -132,6 +132,38 @@ impl Border {
         }
     }
 
+    /// As [`Self::drive`], of a robot that walls hold back where it slides along them: by at most the coefficient of
+    /// friction times the way that they do not let it go (Coulomb). It is in double precision, of `+ - * /` and the
+    /// square root.
+    pub fn drive_with_friction(
+        &self,
+        from: (f32, f32),
+        to: (f32, f32),
+        friction: f64,
+    ) -> (f32, f32) {
+        let held = self.drive(from, to);
+        if friction == 0.0 || held == to || held == from {
+            return held;
+        }
+        let [from_m, to_m, held_m] =
+            [from, to, held].map(|(x_m, y_m)| [f64::from(x_m), f64::from(y_m)]);
+        let minus = |one: [f64; 2], other: [f64; 2]| [one[0] - other[0], one[1] - other[1]];
+        let dot = |one: [f64; 2], other: [f64; 2]| one[0] * other[0] + one[1] * other[1];
+        let (pressed_m, way_m) = (minus(to_m, held_m), minus(held_m, from_m));
+        let pressed_m2 = dot(pressed_m, pressed_m);
+        let into = dot(way_m, pressed_m) / pressed_m2;
+        let slid_m = [0, 1].map(|axis| way_m[axis] - into * pressed_m[axis]);
+        let slid_m2 = dot(slid_m, slid_m);
+        if slid_m2 == 0.0 {
+            return held;
+        }
+        let kept = (friction * (pressed_m2 / slid_m2).sqrt()).min(1.0);
+        let at_m = [0, 1].map(|axis| held_m[axis] - kept * slid_m[axis]);
+        let at = (at_m[0] as f32, at_m[1] as f32);
+        // Around a corner what is behind may be in a wall.
+        if self.admits(at.0, at.1) { at } else { from }
+    }
+
     /// Where a body that is pushed from one place to another, in metres, is held by the walls, if there are any.
     pub fn hold(&self, from_m: [f64; 2], to_m: [f64; 2]) -> [f64; 2] {
         match self {
@@ -198,6 +230,32 @@ mod tests {
 
         assert!(blocks_at(front_rad, 119_f64.to_radians(), 0.149));
         assert!(!blocks_at(front_rad, 121_f64.to_radians(), 0.149));
+    }
+
+    #[test]
+    fn friction_holds_back_who_slides_along_a_wall_and_nobody_else() {
+        let limit_m = 1.0;
+        let border = |walls| Border::Square(SquareBorder { walls, limit_m });
+        // A step of 2 cm into the wall and 3 cm along it, of which friction takes 0, 1, 2 and no more than 3 cm.
+        let (from, to) = ((1.0, 0.0), (1.02, 0.03));
+        let along_m = |friction| {
+            let (x_m, y_m) = border(Walls::Clamp).drive_with_friction(from, to, friction);
+            assert!((x_m - 1.0).abs() < 1e-6, "{x_m}");
+            (1000.0 * y_m).round() as i32
+        };
+
+        assert_eq!([0.0, 0.5, 1.0, 1.5, 2.0].map(along_m), [30, 20, 10, 0, 0]);
+        // Who comes to the wall in this step slides there less.
+        let came = border(Walls::Clamp).drive_with_friction((0.99, 0.0), (1.01, 0.02), 0.5);
+        assert!((came.0 - 1.0).abs() < 1e-6 && (came.1 - 0.015).abs() < 1e-6, "{came:?}");
+        for (walls, from, to, at) in [
+            (Walls::None, from, to, to),
+            (Walls::Stop, from, to, from),
+            (Walls::Clamp, (1.0, 0.0), (0.98, 0.03), (0.98, 0.03)),
+            (Walls::Clamp, (1.0, 1.0), (1.1, 1.1), (1.0, 1.0)),
+        ] {
+            assert_eq!(border(walls).drive_with_friction(from, to, 0.7), at, "{walls:?}");
+        }
     }
 
     #[test]

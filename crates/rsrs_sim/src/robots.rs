@@ -16,6 +16,8 @@ pub struct WorldParameters {
     pub view: FieldOfView,
     pub contact: Contact,
     pub border: Border,
+    /// Along walls; dimensionless.
+    pub friction: f64,
     /// Threshold of a draw, as [`threshold`] gives it.
     pub true_positive: u32,
     /// Threshold of a draw, as [`threshold`] gives it.
@@ -41,6 +43,7 @@ impl WorldParameters {
             view: FieldOfView::new(robot),
             contact: Contact::new(robot),
             border: Borders::new(conditions).of(robot.radius_m),
+            friction: robot.contact_friction,
             true_positive: threshold(robot.true_positive),
             false_positive: threshold(robot.false_positive),
             rotates_while_blocked: robot.rotates_while_blocked,
@@ -197,7 +200,8 @@ impl Robots {
             to_m = (to_m.0 + x_m_s * rules.period_s, to_m.1 + y_m_s * rules.period_s);
             (self.gust_x_m_s[robot], self.gust_y_m_s[robot]) = (x_m_s, y_m_s);
         }
-        (self.x_m[robot], self.y_m[robot]) = rules.border.drive(from_m, to_m);
+        (self.x_m[robot], self.y_m[robot]) =
+            rules.border.drive_with_friction(from_m, to_m, rules.friction);
     }
 
     /// A number with noise of a standard deviation; without one, nothing is drawn or added.

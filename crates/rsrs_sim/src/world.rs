@@ -22,7 +22,7 @@
 //! travel = blocked ? 0 : (u1 * (gain1 + sd*normal)) * dt
 //! to     = (x + travel*cos, y + travel*sin)          the heading before the turn
 //! gust   = decay*gust + kick*normal                  to += gust * dt, also when blocked
-//! (x, y) = border(from, to)
+//! (x, y) = border(from, to)                          with friction: see `contact`
 //! rate   = u2 * (gain2 + sd*normal) + bias
 //! yaw    = yaw + (rate - yaw) * share                if there is a lag; then rate = yaw
 //! angle  = rate*dt + sd*normal
