@@ -181,7 +181,9 @@ fn nanoseconds(duration: Duration) -> u64 {
 /// Answers every detection of the running time as the controller does today.
 ///
 /// A command answers the latest detection that came before it, or up to a quarter of a period after
-/// it: a recorder may receive two topics the other way round.
+/// it: a recorder may receive two topics the other way round. Of several that came within a period before it, none of
+/// them answered yet, a busy recorder has received the first one's answer late: it answers that if it is what the
+/// controller commands for it.
 fn compare(
     robot: String,
     recorded: &RecordedRobot,
@@ -225,6 +227,14 @@ fn compare(
             continue;
         };
         let memory = deciding.memory;
+        let is_late = |it: &usize| detections[*it].at_ns.saturating_add(4 * slack_ns) > at_ns;
+        let late = (newest_answered.map_or(n_decided, |newest| newest + 1)..answered).find(is_late);
+        let late = late.filter(|late| {
+            let is_its_answer = deciding.answer(n_decided.min(*late)..=*late, command) == command;
+            deciding.memory = memory;
+            is_its_answer
+        });
+        let answered = late.unwrap_or(answered);
         let today = deciding.answer(n_decided.min(answered)..=answered, command);
         if today != command && is_zero_due {
             // Of a robot that may not move it is the answer; else that comes behind a zero of the same time.

@@ -48,6 +48,8 @@ struct Recorded {
     writer: BagWriter,
     channels: Vec<(String, rsrs_bags::ChannelId)>,
     record: ExperimentRecord,
+    /// What it sent that the recorder has not received yet, if that is busy.
+    under_way: Option<Vec<Command>>,
 }
 
 impl Recorded {
@@ -83,6 +85,7 @@ impl Recorded {
             writer: BagWriter::create(path, BagOptions::default()).expect("it is new"),
             channels: Vec::new(),
             record,
+            under_way: None,
         }
     }
 
@@ -122,8 +125,10 @@ impl Recorded {
         for action in self.machine.on_event(event, now) {
             let (topic, status) = match action {
                 Action::Command { command, .. } => {
-                    let (name, topic) = of_robot(topics::CMD_VEL);
-                    self.write(&name, topic, &wire::twist_stamped(command, Instant::default()));
+                    match &mut self.under_way {
+                        Some(commands) => commands.push(command),
+                        None => self.write_command(command),
+                    }
                     continue;
                 }
                 Action::Status(status) => (topics::CONTROLLER_STATUS, status),
@@ -135,6 +140,27 @@ impl Recorded {
             let message = wire::status_message(&status, Instant::default());
             self.write(&topic.for_robot(ROBOT), topic, &message);
         }
+    }
+
+    fn write_command(&mut self, command: Command) {
+        let name = topics::CMD_VEL.for_robot(ROBOT);
+        self.write(&name, topics::CMD_VEL, &wire::twist_stamped(command, Instant::default()));
+    }
+
+    /// Two detections, one behind the other, of which the recorder receives the answers afterwards.
+    fn bunch(&mut self) {
+        self.under_way = Some(Vec::new());
+        for is_true in [true, false] {
+            self.now_ms += 1;
+            self.take(Event::Reading { reading: 1, is_true: false });
+            self.take(Event::Detection(is_true));
+        }
+        for command in self.under_way.take().into_iter().flatten() {
+            self.now_ms += 1;
+            self.write_command(command);
+        }
+        // Back to the tens of milliseconds in which time passes.
+        self.now_ms = self.now_ms.next_multiple_of(10);
     }
 
     /// Lets time pass, with what there is in it.
@@ -197,6 +223,12 @@ fn zeros_that_a_controller_with_the_lease_has_to_send_are_none_of_other_commands
     let gap = replayed(|robot| robot.pass(600, running, [false; 2]));
     let silent_left = replayed(|robot| robot.pass(2_500, running, [true, false]));
     let silent = replayed(|robot| robot.pass(2_500, running, [false; 2]));
+    let busy = replayed(|robot| {
+        for _ in 0..6 {
+            robot.bunch();
+            robot.pass(3 * PERIOD_MS, running, [true; 2]);
+        }
+    });
 
     for (name, replay) in [
         ("undisturbed", &undisturbed),
@@ -204,6 +236,7 @@ fn zeros_that_a_controller_with_the_lease_has_to_send_are_none_of_other_commands
         ("a detection is late", &gap),
         ("the further sensor is silent for a while", &silent_left),
         ("the robot's sensor is silent, which ends the run", &silent),
+        ("a busy recorder receives two detections before the answer to the first", &busy),
     ] {
         assert!(replay.is_same(), "{name}: {:?}", replay.robots);
         assert!(replay.n_steps > 25, "{name}: {:?}", replay.robots);
