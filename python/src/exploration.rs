@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use rsrs_core::conditions::Walls;
-use rsrs_pipeline::explore::{self, CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS};
-use rsrs_pipeline::sweep::source::robots_beside;
+use rsrs_pipeline::explore::{self, CONTROLLERS, DURATION_S, Files, Options, REPLICATES};
 use rsrs_render::explored;
 use rsrs_sim::exploration::space::Directions;
 
@@ -83,6 +82,13 @@ const MOST_CONTROLLERS: usize = 1_000_000;
 ///     Folder for what is found.
 /// behaviour
 ///     What to search for; all that differ if not given.
+/// controller
+///     File of a controller's table, whose numbers are searched within their bounds in place of two commands.
+/// world_file
+///     File of a world: what is in the arena besides robots; beside `arena_m`, unless it has an arena of its own.
+/// starts
+///     Table of poses where robots start, of which replicate k takes set k; in a disc, facing away from its centre, if
+///     not given.
 /// robots
 ///     Number of robots; that of `fleet.yaml` beside the profile, or 9, if not given.
 /// arena_m
@@ -99,14 +105,17 @@ const MOST_CONTROLLERS: usize = 1_000_000;
 ///     Seed of the search and of its runs, below 2^63.
 #[pyfunction]
 #[pyo3(name = "explore")]
-#[pyo3(signature = (profile, output, *, behaviour=None, robots=None, arena_m=None, walls="stop",
-                    forward=false, controllers=2000, replicates=16, duration_s=300.0,
+#[pyo3(signature = (profile, output, *, behaviour=None, controller=None, world_file=None, starts=None,
+                    robots=None, arena_m=None, walls="stop", forward=false, controllers=2000, replicates=16, duration_s=300.0,
                     seed=1, threads=None, progress=None))]
 pub fn explore_all(
     py: Python<'_>,
     profile: &Bound<'_, PyAny>,
     output: PathBuf,
     behaviour: Option<&str>,
+    controller: Option<PathBuf>,
+    world_file: Option<PathBuf>,
+    starts: Option<PathBuf>,
     robots: Option<usize>,
     arena_m: Option<f64>,
     walls: &str,
@@ -132,18 +141,30 @@ pub fn explore_all(
     if seed >= 1 << 63 {
         return Err(refused(format!("seed is {seed}, expected below 2^63")));
     }
-    let robots = match robots {
-        Some(robots) => robots,
-        None => robots_beside(&profile.path).map_err(|error| raised(&error))?.unwrap_or(ROBOTS),
+    if forward && controller.is_some() {
+        return Err(refused(
+            "`forward` is of two commands, and the controller's table has its own",
+        ));
+    }
+    let files = Files {
+        controller: controller.as_deref(),
+        world: world_file.as_deref(),
+        starts: starts.as_deref(),
     };
+    let read = files.read(&profile.path, robots, arena_m).map_err(|error| raised(&error))?;
+    if read.needs_arena() && arena_m.is_none() {
+        return Err(refused(
+            "the world has no arena of its own, and there is no `arena_m`: give the side of a square in metres",
+        ));
+    }
     let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
     work(py, threads, &progress, |execution| {
         let options = Options {
             wanted,
-            controller: None,
-            world: None,
-            starts: None,
-            robots,
+            controller: read.controller.as_ref(),
+            world: read.world.as_ref(),
+            starts: read.starts.as_ref(),
+            robots: read.robots,
             arena_m,
             walls,
             directions: if forward { Directions::Forward } else { Directions::Both },

@@ -319,6 +319,30 @@ def test_controllers_are_found(tmp_path):
         rsrs.explore(FLOCKBOT, tmp_path / "other", controllers=0)
 
 
+def test_a_search_takes_the_files_of_the_command_line(tmp_path):
+    (tmp_path / "room.yaml").write_text("arena: {disc_m: 1.2}\n")
+    (tmp_path / "square.yaml").write_text("goals: [{place_m: [0, 0], radius_m: 0.2}]\n")
+    (tmp_path / "starts.csv").write_text("x_m,y_m,heading_rad\n0.1,0,0\n0.5,0,1\n0.1,0.4,2\n")
+    (tmp_path / "table.yaml").write_text(
+        "numbers: {turn_rad_s: {value: 0.5, from: 0.2, to: 1}}\n"
+        "rows: [{command: {speed_m_s: 0.1, turn_rate_rad_s: $turn_rad_s}}]\n"
+    )
+    files = {"controller": tmp_path / "table.yaml", "starts": tmp_path / "starts.csv"}
+    few = {"controllers": 4, "replicates": 2, "duration_s": 70, "robots": 3}
+
+    explored = rsrs.explore(FLOCKBOT, tmp_path / "gallery", world_file=tmp_path / "room.yaml", **files, **few)
+
+    typed = ["--world-file", tmp_path / "room.yaml", "--controller", files["controller"], "--starts", files["starts"]]
+    typed += ["--controllers", 4, "--replicates", 2, "--duration", 70, "--robots", 3]
+    found = command("explore", FLOCKBOT, "-o", tmp_path / "typed", *typed)["found"]
+    assert len(found) > 0 and explored.as_dict()["found"] == found
+    assert (tmp_path / "gallery" / "world.yaml").exists()
+    with pytest.raises(rsrs.RsrsError, match="no `arena_m`"):
+        rsrs.explore(FLOCKBOT, tmp_path / "other", world_file=tmp_path / "square.yaml", **few)
+    with pytest.raises(rsrs.RsrsError, match="of two commands"):
+        rsrs.explore(FLOCKBOT, tmp_path / "other", forward=True, **files, **few)
+
+
 def test_runs_are_compared_and_reported_as_by_the_command_line(swept, run, bag, tmp_path):
     comparison = rsrs.compare(rsrs.SweepResult(swept), [run])
 

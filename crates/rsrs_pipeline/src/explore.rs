@@ -30,7 +30,7 @@ use rsrs_sim::exploration::space::Directions;
 use serde::Serialize;
 
 use crate::execution::Execution;
-use crate::sweep::source::read_profile;
+use crate::sweep::source::{read_controller, read_profile, read_world, robots_beside};
 use folder::Folder;
 use settings::Settings;
 use start_table::StartTable;
@@ -66,6 +66,71 @@ pub struct Options<'a> {
     pub seed: u64,
     /// On how many threads, watched by whom.
     pub execution: Execution<'a>,
+}
+
+/// Files of a search besides the profile.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Files<'a> {
+    /// Of a controller's table.
+    pub controller: Option<&'a Path>,
+    /// Of a world.
+    pub world: Option<&'a Path>,
+    /// Of a table of start poses.
+    pub starts: Option<&'a Path>,
+}
+
+/// What is read of them.
+#[derive(Clone, Debug)]
+pub struct Read {
+    /// Number of robots.
+    pub robots: usize,
+    /// The table whose numbers are searched.
+    pub controller: Option<ControllerTable>,
+    /// What is in the arena besides the robots.
+    pub world: Option<WorldFile>,
+    /// Where robots start.
+    pub starts: Option<StartTable>,
+}
+
+impl Files<'_> {
+    /// Reads the files of a search.
+    ///
+    /// # Arguments
+    ///
+    /// * `profile` — of the robots.
+    /// * `robots` — how many; `None` is as many as `fleet.yaml` beside the profile has, or [`ROBOTS`].
+    /// * `arena_m` — side of the square arena, in metres.
+    ///
+    /// # Errors
+    ///
+    /// If a file cannot be read or is not what it should be.
+    pub fn read(
+        &self,
+        profile: &Path,
+        robots: Option<usize>,
+        arena_m: Option<f64>,
+    ) -> anyhow::Result<Read> {
+        let robots = match robots {
+            Some(robots) => robots,
+            None => robots_beside(profile)?.unwrap_or(ROBOTS),
+        };
+        let controller = match self.controller {
+            Some(file) => Some(read_controller(file, &read_profile(profile)?)?),
+            None => None,
+        };
+        let sides_m: Vec<f64> = arena_m.into_iter().collect();
+        let world = self.world.map(|file| read_world(file, &sides_m, &[robots])).transpose()?;
+        let starts = self.starts.map(StartTable::read).transpose()?;
+        Ok(Read { robots, controller, world, starts })
+    }
+}
+
+impl Read {
+    /// Whether there is a world without an arena of its own, whose places are those of a square that somebody must
+    /// give.
+    pub fn needs_arena(&self) -> bool {
+        self.world.as_ref().is_some_and(|world| world.arena.is_none())
+    }
 }
 
 /// Robots where nothing else is asked for, and no fleet is known.

@@ -5,11 +5,8 @@ use std::path::PathBuf;
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::explore::start_table::StartTable;
-use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, ROBOTS, explore};
-use rsrs_pipeline::sweep::source::{
-    behaviour, read_controller, read_profile, read_world, robots_beside,
-};
+use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Files, Options, REPLICATES, explore};
+use rsrs_pipeline::sweep::source::behaviour;
 use rsrs_sim::exploration::space::Directions;
 
 use crate::commands::{Format, report};
@@ -108,35 +105,24 @@ fn controllers(text: &str) -> Result<usize, String> {
 ///
 /// As [`explore`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let robots = arguments
-        .robots
-        .map_or_else(|| Ok(robots_beside(&arguments.profile)?.unwrap_or(ROBOTS)), anyhow::Ok)?;
-    let table = match &arguments.controller {
-        Some(file) => Some(read_controller(file, &read_profile(&arguments.profile)?)?),
-        None => None,
+    let files = Files {
+        controller: arguments.controller.as_deref(),
+        world: arguments.world.as_deref(),
+        starts: arguments.starts.as_deref(),
     };
-    let world = match &arguments.world {
-        Some(file) => {
-            let sides_m: Vec<f64> = arguments.arena.into_iter().collect();
-            Some(read_world(file, &sides_m, &[robots])?)
-        }
-        None => None,
-    };
-    if let (Some(world), None) = (&world, arguments.arena)
-        && world.arena.is_none()
-    {
+    let read = files.read(&arguments.profile, arguments.robots, arguments.arena)?;
+    if read.needs_arena() && arguments.arena.is_none() {
         return Err(bad_arguments(with_help(
             "the world has no arena of its own, and there is no `--arena`",
             "give the side of a square in metres, as in `--arena 3`, or the world an `arena`",
         )));
     }
-    let starts = arguments.starts.as_deref().map(StartTable::read).transpose()?;
     let options = Options {
         wanted: arguments.behaviour,
-        controller: table.as_ref(),
-        world: world.as_ref(),
-        starts: starts.as_ref(),
-        robots,
+        controller: read.controller.as_ref(),
+        world: read.world.as_ref(),
+        starts: read.starts.as_ref(),
+        robots: read.robots,
         arena_m: arguments.arena,
         walls: match arguments.walls {
             WallKind::None => Walls::None,
