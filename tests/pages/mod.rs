@@ -47,6 +47,7 @@ pub const REASONS: [(&str, &[&str]); 7] = [
             "mujoco/run.sh",
             "floors/compare.py",
             "floors/discovery.py",
+            "floors/pushing.py",
             ".ci/atlas ",
         ],
     ),

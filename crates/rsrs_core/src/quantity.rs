@@ -410,7 +410,7 @@ const ROWS: [Row; 24] = [
             get: |robot| pushes(robot).then(|| robot.body.contact_friction.unwrap_or_default()),
             set: |robot, value| {
                 if !pushes(robot) {
-                    return Err("that does not push others");
+                    return Err("whose `body.contact` is not `push`");
                 }
                 robot.body.contact_friction = Some(value);
                 Ok(())

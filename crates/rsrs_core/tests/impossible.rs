@@ -142,6 +142,6 @@ fn only_robots_that_push_have_friction() {
     assert_eq!(stops.capability(Axis::ContactFriction), None);
     assert_eq!(pushes.capability(Axis::ContactFriction), Some(0.0));
     assert_eq!(with(&pushes, 0.4).unwrap().body.contact_friction, Some(0.4));
-    insta::assert_snapshot!(with(&stops, 0.4).unwrap_err(), @"contact_friction does not apply to a robot that does not push others");
+    insta::assert_snapshot!(with(&stops, 0.4).unwrap_err(), @"contact_friction does not apply to a robot whose `body.contact` is not `push`");
     insta::assert_snapshot!(with(&pushes, 3.0).unwrap_err(), @"contact_friction is 3, expected a number from 0 to 2");
 }

@@ -161,7 +161,7 @@ fn a_trajectory_may_have_an_object_in_all_of_its_rows() {
     assert_eq!((trials[1].object_start_m(), trials[1].of_object()), (None, None));
     let error = |rows: &str| read(rows).expect_err("refused").to_string();
     insta::assert_snapshot!(error("a,1,0,0,0,0,0.1,0,1,2\na,1,1,0,0,0,0.1,0,,\n"), @"t.csv:3: trial `1` of a has an object in some of its rows only");
-    insta::assert_snapshot!(error("a,1,0,0,0,0,0.1,0,1,\n"), @"t.csv:2: object_y_m is empty, expected a number");
+    insta::assert_snapshot!(error("a,1,0,0,0,0,0.1,0,1,\n"), @"t.csv:2: object_y_m is not there, and the other coordinate of the object is");
     insta::assert_snapshot!(error("a,1,0,0,0,0,0.1,0,1200,2\n"), @"t.csv:2: object_x_m is 1200: this looks like mm, expected metres");
 }
 

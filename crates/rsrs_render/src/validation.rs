@@ -55,7 +55,7 @@ pub fn text(answer: &ValidationReport) -> Words {
 }
 
 /// What to look at first where all that left were to push something.
-const OBJECT_REMEDY: &str = "all of these push an object: look at its `weight`, `friction` and `radius_m` in the \
+const OBJECT_REMEDY: &str = "all of these have an object: look at its `weight`, `friction` and `radius_m` in the \
      world's file first; simulated robots that push it off its middle are not turned by it, as real ones are";
 
 fn headline(validation: &Validation) -> Words {
@@ -115,8 +115,8 @@ fn commands(validation: &Validation, tube: usize) -> String {
         }
     };
     match (of_object, pushes) {
-        (true, _) => format!("the object at {commands}"),
-        (false, true) => format!("the robot at {commands}"),
+        (true, _) => format!("{commands}, the object"),
+        (false, true) => format!("{commands}, the robot"),
         (false, false) => commands,
     }
 }
@@ -156,14 +156,17 @@ fn tube_of_one(validation: &Validation, index: usize) -> String {
 /// What left, the robot or its object, a line each.
 fn outside(place: &TrialPlace) -> String {
     let robot = format!("  {}, trial `{}`", place.robot, place.trial);
-    let object =
-        place.object.as_ref().map(|object| (format!("{robot}, the object"), &object.exits));
-    let bodies = [(robot, &place.exits)].into_iter().chain(object);
-    let lines = bodies.filter(|(_, exits)| !exits.is_empty()).map(|(who, exits)| left(&who, exits));
+    let object = format!("{robot}, the object");
+    let none = Vec::new();
+    let of_object = place.object.as_ref().map_or(&none, |object| &object.exits);
+    // Nobody tracks how an object turns.
+    let bodies = [(robot, &place.exits, true), (object, of_object, false)];
+    let bodies = bodies.into_iter().filter(|(_, exits, _)| !exits.is_empty());
+    let lines = bodies.map(|(who, exits, turns)| left(&who, exits, turns));
     lines.collect::<Vec<String>>().join("\n")
 }
 
-fn left(who: &str, exits: &[Exit]) -> String {
+fn left(who: &str, exits: &[Exit], turns: bool) -> String {
     let worst = exits
         .iter()
         .max_by(|left, right| distance_m(left).total_cmp(&distance_m(right)))
@@ -175,13 +178,17 @@ fn left(who: &str, exits: &[Exit]) -> String {
             (true, false) => "position",
             (false, _) => "heading",
         };
+    let ahead = side(worst.ahead_m, "m ahead", "m behind");
+    let beside = side(worst.left_m, "m to the left", "m to the right");
+    let turned = side(worst.turned_rad, "rad counterclockwise", "rad clockwise");
+    let off = if turns {
+        format!("{ahead}, {beside} and {turned}")
+    } else {
+        format!("{ahead} and {beside}")
+    };
     format!(
-        "{who}: by {by}, first after {:.1} s; after {:.1} s {}, {} and {} of the mean",
-        exits[0].time_s,
-        worst.time_s,
-        side(worst.ahead_m, "m ahead", "m behind"),
-        side(worst.left_m, "m to the left", "m to the right"),
-        side(worst.turned_rad, "rad counterclockwise", "rad clockwise"),
+        "{who}: by {by}, first after {:.1} s; after {:.1} s {off} of the mean",
+        exits[0].time_s, worst.time_s
     )
 }
 
@@ -315,6 +322,7 @@ pub fn write(
 fn draw(folder: &Path, validated: &Validated, style: PageStyle) -> anyhow::Result<()> {
     let Validated { case, answer, .. } = validated;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    remove_earlier(folder)?;
     for (index, tube) in answer.validation.tubes.iter().enumerate() {
         let trials = &answer.validation.trials;
         let mut exits = trials.iter().filter_map(|place| place.exits_of(index));
@@ -346,6 +354,24 @@ fn draw(folder: &Path, validated: &Validated, style: PageStyle) -> anyhow::Resul
     Ok(())
 }
 
+/// Removes the pictures of an earlier answer, which may have had more of them.
+fn remove_earlier(folder: &Path) -> anyhow::Result<()> {
+    let is_earlier = |name: &str| {
+        let (number, extension) = name.strip_prefix("reach_")?.rsplit_once('.')?;
+        let is_numbered = !number.is_empty() && number.bytes().all(|digit| digit.is_ascii_digit());
+        Some(is_numbered && ["svg", "png"].contains(&extension))
+    };
+    let cannot = |what: &Path| format!("cannot remove {}", what.display());
+    for entry in std::fs::read_dir(folder).with_context(|| cannot(folder))? {
+        let path = entry.with_context(|| cannot(folder))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if is_earlier(&name) == Some(true) {
+            std::fs::remove_file(&path).with_context(|| cannot(&path))?;
+        }
+    }
+    Ok(())
+}
+
 fn tube_svg(
     case: &Case,
     answer: &ValidationReport,
@@ -373,9 +399,10 @@ fn tube_svg(
             )
         ),
         subtitle: format!(
-            "{}; the regions hold {:.0} % of the simulated robots",
+            "{}; the regions hold {:.0} % of the simulated {}",
             commands(&answer.validation, index),
-            answer.validation.share * 100.0
+            answer.validation.share * 100.0,
+            if tube.of_object { "objects" } else { "robots" }
         ),
         theme: style.theme,
     })?)

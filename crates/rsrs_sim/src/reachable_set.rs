@@ -29,7 +29,7 @@ use rsrs_core::robot::harsher::NotHarsher;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::sensor::{Detects, SensorDetails};
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_core::trials::trial::DrivenTrial;
+use rsrs_core::trials::trial::{DrivenSample, DrivenTrial};
 use rsrs_core::trials::validation::Validation;
 use rsrs_core::world::{ObjectGroup, WorldFile};
 
@@ -116,6 +116,36 @@ pub enum ReachError {
         /// The trial.
         trial: String,
     },
+    /// An object that begins in the robot.
+    #[error(
+        "trial `{trial}` of {robot} begins with its object {apart_m:.3} m from the robot, expected the radii of both, \
+         {touching_m:.3} m, or more"
+    )]
+    Overlap {
+        /// The robot.
+        robot: String,
+        /// The trial.
+        trial: String,
+        /// How far apart the two centres are, in metres.
+        apart_m: f64,
+        /// At how much they touch, in metres.
+        touching_m: f64,
+    },
+    /// An object that goes where no robot pushes it.
+    #[error(
+        "the object of trial `{trial}` of {robot} goes {object_m:.3} m, and the robot {robot_m:.3} m, which cannot \
+         have pushed it"
+    )]
+    NotPushed {
+        /// The robot.
+        robot: String,
+        /// The trial.
+        trial: String,
+        /// How far the object is from its start, in metres.
+        object_m: f64,
+        /// How far the robot drives, in metres.
+        robot_m: f64,
+    },
     /// Objects to push, of which nobody knows which.
     #[error("the objects of the world are not all alike, and trials have one each")]
     ObjectsDiffer,
@@ -138,6 +168,13 @@ impl Help for ReachError {
         let help = match self {
             Self::NoObject { .. } => {
                 "name a world in the sweep whose `objects` are as that one, or leave these trials out"
+            }
+            Self::Overlap { .. } => {
+                "give the world's object its `radius_m`, and places of centres, in metres"
+            }
+            Self::NotPushed { .. } => {
+                "give all places in metres and in one frame, and leave trials out in which a tracker took the object \
+                 for another"
             }
             Self::ObjectsDiffer => {
                 "name a world in the sweep that has objects of one radius, friction and weight"
@@ -195,7 +232,7 @@ pub fn validate(
 ) -> Result<Validation, ReachError> {
     check(options)?;
     let (kinds, kind_of) = kinds(trials, options, robot.computation.period_s)?;
-    let conditions = conditions(robot, settings, trials)?;
+    let conditions = conditions(robot, settings, trials, options)?;
     let driver = drive::Driver::new(robot, &conditions, options);
     let mut simulated = Vec::with_capacity(2 * options.n_robots);
     for replicate in 0..2 * options.n_robots as u64 {
@@ -300,9 +337,10 @@ fn conditions(
     robot: &RobotProfile,
     settings: &Settings,
     trials: &[DrivenTrial],
+    options: &ReachOptions,
 ) -> Result<Conditions, ReachError> {
     let command = trials[0].samples[0].command;
-    let world = world(robot, settings, trials)?;
+    let world = world(robot, settings, trials, options)?;
     // Robots drive as the trials did, whatever their controller would do.
     let mut values = settings.values.clone();
     values.retain(|(axis, _)| !matches!(axis, Axis::Number(_)));
@@ -320,6 +358,7 @@ fn world(
     robot: &RobotProfile,
     settings: &Settings,
     trials: &[DrivenTrial],
+    options: &ReachOptions,
 ) -> Result<WorldFile, ReachError> {
     let Some(pushes) = trials.iter().find(|trial| trial.object_start_m().is_some()) else {
         return Ok(WorldFile::NOTHING);
@@ -336,7 +375,36 @@ fn world(
     if robot.body.contact == ContactModel::None {
         return Err(ReachError::PassesThrough);
     }
+    for trial in trials {
+        check_object(trial, robot.body.radius_m + group.radius_m, options)?;
+    }
     Ok(WorldFile { objects: vec![group], ..WorldFile::NOTHING })
+}
+
+/// Whether the object of a trial, if it has one, can be one that its robot pushes.
+fn check_object(
+    trial: &DrivenTrial,
+    touching_m: f64,
+    options: &ReachOptions,
+) -> Result<(), ReachError> {
+    let Some([ahead_m, left_m]) = trial.object_start_m() else { return Ok(()) };
+    let (robot, name) = (trial.robot.clone(), trial.trial.clone());
+    let apart_m = libm::hypot(ahead_m, left_m);
+    if apart_m < touching_m - 2.0 * options.tolerance_m {
+        return Err(ReachError::Overlap { robot, trial: name, apart_m, touching_m });
+    }
+    let apart = |one: [f64; 2], other: [f64; 2]| libm::hypot(one[0] - other[0], one[1] - other[1]);
+    let place = |sample: &DrivenSample| [sample.pose.x_m, sample.pose.y_m];
+    let robot_m: f64 =
+        trial.samples.windows(2).map(|pair| apart(place(&pair[0]), place(&pair[1]))).sum();
+    let start_m = trial.samples[0].object_m.unwrap_or_default();
+    let places_m = trial.samples.iter().filter_map(|sample| sample.object_m);
+    let object_m = places_m.map(|place_m| apart(place_m, start_m)).fold(0.0, f64::max);
+    // What rolls off goes on by a part of a radius.
+    if object_m > robot_m + touching_m {
+        return Err(ReachError::NotPushed { robot, trial: name, object_m, robot_m });
+    }
+    Ok(())
 }
 
 /// A robot that may be where nothing but robots is: its sensors, which move no robot that is driven, would be refused

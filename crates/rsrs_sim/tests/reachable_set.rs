@@ -332,6 +332,16 @@ fn objects_that_the_world_does_not_have_are_refused() {
     assert_eq!(none.to_string(), "trial `0` of robot_0 has an object, and the world has none");
     assert_eq!(refusal(&harsher(), &mixed), ReachError::ObjectsDiffer);
     assert_eq!(refusal(&ghost, &with_objects(1.0)), ReachError::PassesThrough);
+    let mut large = with_objects(1.0);
+    large.world.objects[0].radius_m = 0.3;
+    let inside = refusal(&harsher(), &large);
+    assert_eq!(
+        inside.to_string(),
+        "trial `0` of robot_0 begins with its object 0.300 m from the robot, expected the radii of both, 0.375 m, or more"
+    );
+    let in_millimetres = at_an_object(1, |robot_m| 0.3 + 1000.0 * robot_m);
+    let found = validate(&harsher(), &with_objects(1.0), &in_millimetres, &options());
+    assert!(matches!(found, Err(ReachError::NotPushed { .. })), "{found:?}");
 }
 
 #[test]

@@ -56,8 +56,8 @@ pub struct Arguments {
     /// How far measured headings may be off, in rad (default: 0.01).
     #[arg(long, value_name = "RAD")]
     tolerance_heading: Option<f64>,
-    /// Folder for validation.json and the pictures (default: the folder of the sweep, if it is one;
-    /// then its diagram shows it, too).
+    /// Folder for validation.json and the pictures, of drives whose command changes or that push an object only
+    /// those that left (default: the folder of the sweep, if it is one; then its diagram shows it, too).
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     #[command(flatten)]

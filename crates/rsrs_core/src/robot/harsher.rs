@@ -41,8 +41,7 @@ pub struct HarsherFactors {
     /// Times the time constant of the turning rate (default: 1.25 where there is one).
     #[serde(skip_serializing_if = "is_one")]
     pub yaw_lag_factor: f64,
-    /// Times the friction of bodies that push each other, which is at most 2 (default: 1, because what it does to a
-    /// swarm may be either).
+    /// Times the friction of bodies that push each other, 1 or more; what comes out is at most 2 (default: 1).
     #[serde(skip_serializing_if = "is_one")]
     pub friction_factor: f64,
 }

@@ -64,8 +64,9 @@ pub struct Body {
     /// moved by nobody; push each other, or pass through each other.
     #[serde(default, skip_serializing_if = "ContactModel::is_usual")]
     pub contact: ContactModel,
-    /// Coulomb's coefficient of the friction between two bodies that push each other, and between these and
-    /// walls along which robots slide (default: 0, they slide freely); dimensionless.
+    /// Coulomb's coefficient of the friction between two robots that push each other (`contact: push`), and along
+    /// walls at which these slide, from 0 to 2 (default: 0, they slide freely); objects have their own;
+    /// dimensionless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_friction: Option<f64>,
 }

@@ -144,7 +144,7 @@ pub fn driven_trials(file: &str, text: &str) -> Result<Vec<DrivenTrial>, TrialEr
         "commanded_m_s",
         "commanded_rad_s",
     ];
-    let mut table = Table::open(file, text, &required, &["object_x_m", "object_y_m"])?;
+    let mut table = Table::open(file, text, &required, &OBJECT)?;
     let mut trials: BTreeMap<(String, String), Vec<(u64, DrivenSample)>> = BTreeMap::new();
     while let Some(row) = table.next_row()? {
         let pose = Pose { x_m: row.number(3)?, y_m: row.number(4)?, heading_rad: row.number(5)? };
@@ -153,9 +153,13 @@ pub fn driven_trials(file: &str, text: &str) -> Result<Vec<DrivenTrial>, TrialEr
         let command = Command { speed_m_s: row.number(6)?, turn_rate_rad_s: row.number(7)? };
         row.below(6, command.speed_m_s, MAX_SPEED_M_S, "mm/s")?;
         row.below(7, command.turn_rate_rad_s, MAX_TURN_RATE_RAD_S, "degrees per second")?;
-        let object_m = match row.optional(8)? {
-            None => None,
-            Some(x_m) => Some([x_m, row.number(9)?]),
+        let object_m = match [row.optional(8)?, row.optional(9)?] {
+            [None, None] => None,
+            [Some(x_m), Some(y_m)] => Some([x_m, y_m]),
+            [x_m, _] => {
+                let column = OBJECT[usize::from(x_m.is_some())];
+                return Err(row.refuse(TrialProblem::HalfPlace { column }));
+            }
         };
         for (column, place_m) in (8..).zip(object_m.into_iter().flatten()) {
             row.below(column, place_m, MAX_PLACE_M, "mm")?;
@@ -176,6 +180,9 @@ pub fn driven_trials(file: &str, text: &str) -> Result<Vec<DrivenTrial>, TrialEr
     let in_order = |((robot, trial), samples)| in_order(file, robot, trial, samples);
     trials.into_iter().map(in_order).collect()
 }
+
+/// The columns of the place of an object.
+const OBJECT: [&str; 2] = ["object_x_m", "object_y_m"];
 
 /// No arena is larger.
 const MAX_PLACE_M: f64 = 500.0;

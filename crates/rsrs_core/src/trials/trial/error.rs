@@ -150,6 +150,12 @@ pub enum TrialProblem {
         /// The trial.
         trial: String,
     },
+    /// One coordinate of the place of an object.
+    #[error("{column} is not there, and the other coordinate of the object is")]
+    HalfPlace {
+        /// The column.
+        column: &'static str,
+    },
     /// A trajectory of which an object is known in some rows only.
     #[error("trial `{trial}` of {robot} has an object in some of its rows only")]
     ObjectAtTimes {
@@ -171,6 +177,9 @@ impl Help for TrialError {
                  FLEET --plan DIR`; `rsrs measure plan` writes the rest"
                     .to_owned(),
             ),
+            TrialProblem::HalfPlace { .. } => {
+                Some("give `object_x_m` and `object_y_m`, or neither".to_owned())
+            }
             TrialProblem::ObjectAtTimes { .. } => Some(
                 "give the place of the object in every row, or two trials: without it, and with it".to_owned(),
             ),

@@ -153,7 +153,7 @@ impl Row<'_, '_> {
         self.table.places[column].map_or("", |place| self.table.fields[place])
     }
 
-    fn refuse(&self, problem: TrialProblem) -> TrialError {
+    pub fn refuse(&self, problem: TrialProblem) -> TrialError {
         TrialError { file: self.table.file.to_owned(), line: self.line, problem }
     }
 
