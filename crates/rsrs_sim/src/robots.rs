@@ -1,6 +1,7 @@
 //! The robots of a world: one entry for each in every column.
 
 use rsrs_core::conditions::{Conditions, GainDistribution, SimulatedRobot};
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::contact::{Blocked, Border, Borders, Contact};
@@ -43,7 +44,10 @@ impl WorldParameters {
             view: FieldOfView::new(robot),
             contact: Contact::new(robot),
             border: Borders::new(conditions).of(robot.radius_m),
-            friction: robot.contact_friction,
+            friction: match robot.contact {
+                ContactModel::Push => robot.contact_friction,
+                ContactModel::Stop | ContactModel::None => 0.0,
+            },
             true_positive: threshold(robot.true_positive),
             false_positive: threshold(robot.false_positive),
             rotates_while_blocked: robot.rotates_while_blocked,

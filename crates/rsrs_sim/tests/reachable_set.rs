@@ -282,7 +282,7 @@ fn an_object_is_held_against_one_that_simulated_robots_push() {
 
     let found = held(&at_an_object(4, pushed));
     let passed = held(&at_an_object(4, |_| 0.3));
-    let kicked = held(&at_an_object(4, |robot_m| pushed(robot_m) + f64::from(robot_m > 0.3)));
+    let kicked = held(&at_an_object(4, |robot_m| pushed(robot_m) + 0.1 * f64::from(robot_m > 0.3)));
 
     assert!(found.is_contained && found.n_inside == 4, "{:?}", found.trials);
     assert_eq!(
