@@ -159,14 +159,16 @@ fn outside(place: &TrialPlace) -> String {
     let object = format!("{robot}, the object");
     let none = Vec::new();
     let of_object = place.object.as_ref().map_or(&none, |object| &object.exits);
-    // Nobody tracks how an object turns.
-    let bodies = [(robot, &place.exits, true), (object, of_object, false)];
+    let bodies = [
+        (robot, &place.exits, robot_off as fn(&Exit) -> String),
+        (object, of_object, object_off as fn(&Exit) -> String),
+    ];
     let bodies = bodies.into_iter().filter(|(_, exits, _)| !exits.is_empty());
-    let lines = bodies.map(|(who, exits, turns)| left(&who, exits, turns));
+    let lines = bodies.map(|(who, exits, off)| left(&who, exits, off));
     lines.collect::<Vec<String>>().join("\n")
 }
 
-fn left(who: &str, exits: &[Exit], turns: bool) -> String {
+fn left(who: &str, exits: &[Exit], off: fn(&Exit) -> String) -> String {
     let worst = exits
         .iter()
         .max_by(|left, right| distance_m(left).total_cmp(&distance_m(right)))
@@ -178,18 +180,30 @@ fn left(who: &str, exits: &[Exit], turns: bool) -> String {
             (true, false) => "position",
             (false, _) => "heading",
         };
-    let ahead = side(worst.ahead_m, "m ahead", "m behind");
-    let beside = side(worst.left_m, "m to the left", "m to the right");
-    let turned = side(worst.turned_rad, "rad counterclockwise", "rad clockwise");
-    let off = if turns {
-        format!("{ahead}, {beside} and {turned}")
-    } else {
-        format!("{ahead} and {beside}")
-    };
     format!(
-        "{who}: by {by}, first after {:.1} s; after {:.1} s {off} of the mean",
-        exits[0].time_s, worst.time_s
+        "{who}: by {by}, first after {:.1} s; after {:.1} s {} of the mean",
+        exits[0].time_s,
+        worst.time_s,
+        off(worst)
     )
+}
+
+fn robot_off(exit: &Exit) -> String {
+    let [ahead, beside] = sides(exit);
+    let turned = side(exit.turned_rad, "rad counterclockwise", "rad clockwise");
+    format!("{ahead}, {beside} and {turned}")
+}
+
+/// Nobody tracks how an object turns.
+fn object_off(exit: &Exit) -> String {
+    sides(exit).join(" and ")
+}
+
+fn sides(exit: &Exit) -> [String; 2] {
+    [
+        side(exit.ahead_m, "m ahead", "m behind"),
+        side(exit.left_m, "m to the left", "m to the right"),
+    ]
 }
 
 fn distance_m(exit: &Exit) -> f64 {

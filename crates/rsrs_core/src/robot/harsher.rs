@@ -491,7 +491,7 @@ mod tests {
         };
 
         assert_eq!(
-            [r#"{}"#, r#""none""#, r#"{"friction_factor": 1}"#].map(|it| friction(read(it))),
+            ["{}", r#""none""#, r#"{"friction_factor": 1}"#].map(|it| friction(read(it))),
             [40; 3]
         );
         assert_eq!(friction(read(r#"{"friction_factor": 2}"#)), 80);
