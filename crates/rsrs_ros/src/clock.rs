@@ -21,24 +21,12 @@ pub struct ClockPublisher {
 
 impl ClockPublisher {
     /// Starts to publish `/clock`.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError`].
     pub fn new(session: &Session, node: &NodeHandle) -> Result<Self, SessionError> {
         let publisher = session.publish_on(node, topics::CLOCK.name, topics::CLOCK.qos)?;
         Ok(Self { publisher })
     }
 
-    /// Sets the time.
-    ///
-    /// # Arguments
-    ///
-    /// * `time_ns` — nanoseconds since the start of the simulation.
-    ///
-    /// # Errors
-    ///
-    /// [`PublishError`].
+    /// Sets the time, in nanoseconds since the start of the simulation.
     pub async fn publish(&self, time_ns: u64) -> Result<(), PublishError> {
         self.publisher.publish(Clock { clock: Time::from_nanos(time_ns) }).await
     }
@@ -52,10 +40,6 @@ pub struct ClockFollower {
 
 impl ClockFollower {
     /// Starts to follow `/clock`.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError`].
     pub fn new(session: &Session, node: &NodeHandle) -> Result<Self, SessionError> {
         let (sender, time_ns) = watch::channel(None);
         let deliver = move |received: Received<Clock>| {

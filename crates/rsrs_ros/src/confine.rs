@@ -98,8 +98,8 @@ impl ConfineError {
 ///
 /// # Errors
 ///
-/// [`ConfineError`]; after [`ConfineError::Forbidden`] and [`ConfineError::SeveralThreads`] the
-/// process is where it was.
+/// After [`ConfineError::Forbidden`] and [`ConfineError::SeveralThreads`] the process is where it
+/// was.
 pub fn into_own_network() -> Result<Confinement, ConfineError> {
     let n_threads = kernel::n_threads().map_err(|source| ConfineError::Kernel { source })?;
     if n_threads != 1 {
@@ -112,12 +112,9 @@ pub fn into_own_network() -> Result<Confinement, ConfineError> {
     Ok(Confinement { pid: std::process::id(), user_namespace })
 }
 
-/// Moves this thread, and all threads and processes that it starts from now on, into a network of its
-/// own; the other threads of this process stay where they are.
-///
-/// # Errors
-///
-/// [`ConfineError`]. Where this process is in a network of its own already, it may make others.
+/// Moves this thread, and all threads and processes that it starts from now on, into a network of
+/// its own; the other threads of this process stay where they are. A process that is in a network
+/// of its own already may make others.
 pub fn thread_into_own_network() -> Result<(), ConfineError> {
     Steps::of_the_kernel().enter().map(drop).map_err(ConfineError::of)
 }
@@ -133,10 +130,6 @@ pub fn start_in_own_network(command: &mut Command) -> &mut Command {
 }
 
 /// Whether this process sees no interface but `lo`.
-///
-/// # Errors
-///
-/// If `/proc` is not readable.
 pub fn is_confined() -> io::Result<bool> {
     // The thread's own view; sysfs would show the network in which it was mounted.
     Ok(lists_only_loopback(&std::fs::read_to_string("/proc/thread-self/net/dev")?))
@@ -156,10 +149,6 @@ fn lists_only_loopback(device_table: &str) -> bool {
 /// The second-best choice, for machines where [`into_own_network`] is forbidden: on the loopback
 /// interface in such a domain, no process of this machine listens, and packets stay on the machine
 /// unless one comes later.
-///
-/// # Errors
-///
-/// If `/proc/net/udp` is not readable.
 pub fn free_loopback_domain() -> io::Result<Option<u16>> {
     let mut bound = BTreeSet::new();
     for table in ["/proc/net/udp", "/proc/net/udp6"] {

@@ -39,15 +39,8 @@ pub struct EStopSubscriptions {
 }
 
 impl EStopSubscriptions {
-    /// Subscribes.
-    ///
-    /// # Arguments
-    ///
-    /// * `deliver` — takes every message; a cause that there is not is logged, and its message left out.
-    ///
-    /// # Errors
-    ///
-    /// If a subscription cannot be made.
+    /// Subscribes, and hands every message to `deliver`, except those with a cause that there is
+    /// not, which are logged.
     pub fn new(
         session: &Session,
         node: &NodeHandle,
@@ -108,10 +101,6 @@ pub struct LocksPublisher {
 
 impl LocksPublisher {
     /// Nothing is locked, and nothing was received.
-    ///
-    /// # Errors
-    ///
-    /// If the topic cannot be made.
     pub fn new(session: &Session, node: &NodeHandle) -> Result<Self, SessionError> {
         let topic = topics::E_STOP_LOCKS;
         let publisher = session.publish_on(node, topic.name, topic.qos)?;
@@ -119,10 +108,6 @@ impl LocksPublisher {
     }
 
     /// Publishes what is locked now, if it is something else than before.
-    ///
-    /// # Errors
-    ///
-    /// [`PublishError`].
     pub async fn publish(&mut self, locks: Locks) -> Result<(), PublishError> {
         if locks == self.given {
             return Ok(());

@@ -47,10 +47,6 @@ impl Environment {
     }
 
     /// Refuses values that cannot be read: who set one does not want to go without it.
-    ///
-    /// # Errors
-    ///
-    /// [`NoText`].
     pub fn check(&self) -> Result<(), NoText> {
         match self.no_text.first() {
             Some(variable) => Err(NoText { variable: variable.clone() }),

@@ -81,10 +81,6 @@ fn listed(interfaces: &[Interface]) -> String {
 }
 
 /// The interfaces that are up and have an IPv4 address, which is what the middleware can use.
-///
-/// # Errors
-///
-/// [`InterfaceError::Kernel`].
 pub fn list() -> Result<Vec<Interface>, InterfaceError> {
     let addresses =
         kernel::interface_addresses().map_err(|source| InterfaceError::Kernel { source })?;
@@ -106,10 +102,6 @@ pub(crate) fn wanted<'a>(flags: &'a [String], variable: Option<&'a str>) -> Vec<
 }
 
 /// The addresses of the interfaces that a person chose by names or addresses, each once.
-///
-/// # Errors
-///
-/// [`InterfaceError`], with the interfaces that there are.
 pub(crate) fn chosen(wanted: &[&str]) -> Result<Vec<IpAddr>, InterfaceError> {
     choose(wanted, list()?)
 }

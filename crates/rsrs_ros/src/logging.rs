@@ -80,14 +80,10 @@ const MIDDLEWARE: [(&str, LevelFilter); 11] = [
     ("ros2_client::rosout", LevelFilter::Off),
 ];
 
-/// Sends log lines of `level` and worse to stderr; `RUST_LOG` overrides it for developers.
+/// Sends log lines of our own crates to stderr, those of `level` and worse; the contents of
+/// `RUST_LOG`, if it is set, override that for developers.
 ///
 /// A second call in one process changes nothing.
-///
-/// # Arguments
-///
-/// * `level` — for our own crates.
-/// * `developer_filter` — contents of `RUST_LOG`, if set.
 pub fn init(level: Level, developer_filter: Option<&str>) {
     install(builder(level, developer_filter));
 }

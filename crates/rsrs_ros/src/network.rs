@@ -32,18 +32,11 @@ impl Help for NetworkError {
 }
 
 impl RosArgs {
-    /// The network to join: through the interfaces that were chosen, unless the environment keeps this
-    /// program on this machine; and secured, if the environment demands it.
+    /// The network to join: through the interfaces that were chosen by name or address, unless the
+    /// environment keeps this program on this machine; and secured, if the environment demands it,
+    /// in the enclave of `member` where none is named.
     ///
-    /// # Arguments
-    ///
-    /// * `flags` — values of `--interface`, each a name or an address.
-    /// * `member` — whose enclave it is where none is named.
-    ///
-    /// # Errors
-    ///
-    /// [`NetworkError`] if no interface is chosen and ROS 2 is not set to stay on this machine, or if
-    /// what is to be secured cannot be.
+    /// If no interface is chosen and ROS 2 is not set to stay on this machine, that is an error.
     pub fn network(
         &mut self,
         flags: &[String],

@@ -97,19 +97,8 @@ ROS_SECURITY_ENCLAVE_OVERRIDE and -e NAME (--enclave) mean what they mean in ROS
 does ROS_AUTOMATIC_DISCOVERY_RANGE except OFF, which is not supported; LOCALHOST stays on the loopback \
 interface, whatever interface is chosen.";
 
-/// Prints a node's help, if the arguments ask for it.
-///
-/// # Arguments
-///
-/// * `arguments` — those of the process, without its name.
-///
-/// # Returns
-///
-/// Whether they asked: then there is nothing else to do.
-///
-/// # Errors
-///
-/// If standard output cannot be written.
+/// Prints a node's help, if the arguments (without the name of the process) ask for it, and says
+/// whether they do: then there is nothing else to do.
 pub fn has_helped<F: CommandFactory>(arguments: &[String]) -> io::Result<bool> {
     let mut own = arguments.iter().take_while(|argument| *argument != START);
     let is_asked = own.any(|argument| argument == "-h" || argument == "--help");
@@ -120,10 +109,6 @@ pub fn has_helped<F: CommandFactory>(arguments: &[String]) -> io::Result<bool> {
 }
 
 /// Separates a node's own flags from those for ROS 2.
-///
-/// # Errors
-///
-/// [`NodeArgumentsError::Ros`] and [`NodeArgumentsError::Flags`].
 pub fn split<F: Parser>(
     arguments: &[String],
     environment: &Environment,
@@ -140,10 +125,6 @@ pub fn split<F: Parser>(
 impl NodeArguments {
     /// What a process does as its flags and ROS 2 have it. Without `--robots` the namespace names the
     /// one robot.
-    ///
-    /// # Errors
-    ///
-    /// [`NodeArgumentsError`].
     ///
     /// # Panics
     ///

@@ -46,16 +46,7 @@ impl Counts {
 }
 
 impl<T: Send + 'static> Printer<T> {
-    /// Starts the thread.
-    ///
-    /// # Arguments
-    ///
-    /// * `room` — things that wait, at most.
-    /// * `make` — called in the thread, and makes what prints there.
-    ///
-    /// # Errors
-    ///
-    /// If there is no thread.
+    /// Starts the thread, and in it calls `make` for what prints there. At most `room` things wait.
     pub fn start<P: FnMut(Printed<T>)>(
         room: usize,
         make: impl FnOnce() -> P + Send + 'static,

@@ -59,15 +59,8 @@ pub struct RosArgs {
 }
 
 impl RosArgs {
-    /// Understands the arguments of a process, without its name, and its environment.
-    ///
-    /// # Returns
-    ///
-    /// The ROS arguments, and those that are not meant for ROS.
-    ///
-    /// # Errors
-    ///
-    /// [`RosArgsError`].
+    /// Understands the arguments of a process, without its name, and its environment. Arguments
+    /// that are not meant for ROS are given back.
     pub fn parse(
         arguments: &[String],
         environment: &Environment,
@@ -102,11 +95,7 @@ impl RosArgs {
         Ok((parsed, rest))
     }
 
-    /// Takes a flag that has no value.
-    ///
-    /// # Returns
-    ///
-    /// Whether it is one.
+    /// Takes a flag that has no value; `false` if it is none.
     fn take_switch(&mut self, flag: &str) -> bool {
         match flag {
             "--enable-rosout-logs" => self.to_rosout = true,
@@ -160,11 +149,8 @@ impl RosArgs {
         Ok(())
     }
 
-    /// Sends log lines where they are wanted.
-    ///
-    /// # Arguments
-    ///
-    /// * `level` — from which level on; information and worse if none is given.
+    /// Sends log lines where they are wanted, from `level` on; information and worse if none is
+    /// given.
     pub fn start_logging(&self, level: Option<Level>) {
         if self.to_stderr {
             let level = level.unwrap_or(Level::Info);
@@ -179,12 +165,8 @@ impl RosArgs {
         }
     }
 
-    /// Refuses rules for names that a program would have to ignore.
-    ///
-    /// # Arguments
-    ///
-    /// * `nodes` — names of its nodes, by which others find them.
-    /// * `topics` — whether its topics can have other names.
+    /// Refuses rules that a program would have to ignore: for a name of one of its `nodes`, by
+    /// which others find it, and for a topic, where its topics cannot have other names.
     ///
     /// # Errors
     ///
@@ -193,39 +175,26 @@ impl RosArgs {
         self.remaps.check(nodes, topics)
     }
 
-    /// Namespace and name of a node, after `__ns` and `__node`.
-    ///
-    /// # Arguments
-    ///
-    /// * `namespace`, `name` — what the node would be called otherwise.
+    /// Namespace and name of a node, after `__ns` and `__node` have replaced the given ones.
     pub fn node(&self, namespace: &str, name: &str) -> (String, String) {
         self.remaps.node(namespace, name)
     }
 
-    /// The full name of a topic, after remapping.
-    ///
-    /// # Arguments
-    ///
-    /// * `node` — namespace and name of the node, as [`RosArgs::node`] returned them.
-    /// * `topic` — relative (`cmd_vel`), private (`~/status`) or absolute (`/clock`).
+    /// The full name, after remapping, of a topic that is relative (`cmd_vel`), private
+    /// (`~/status`) or absolute (`/clock`). Namespace and name of the node are as [`RosArgs::node`]
+    /// returned them.
     pub fn topic(&self, node: (&str, &str), topic: &str) -> String {
         self.remaps.topic(node, topic)
     }
 
-    /// The values that parameters of a node were given; the last one counts.
-    ///
-    /// # Arguments
-    ///
-    /// * `node` — its full name, such as `/robot_3/controller`.
+    /// The values that parameters of a node, such as `/robot_3/controller`, were given; the last
+    /// one counts.
     pub fn parameters(&self, node: &str) -> BTreeMap<String, ParameterValue> {
         self.overrides.of(node)
     }
 
-    /// Severity from which on to log; `None` if none is given.
-    ///
-    /// # Arguments
-    ///
-    /// * `logger` — such as `robot_3.controller`.
+    /// Severity from which on a logger, such as `robot_3.controller`, is to log; `None` if none is
+    /// given.
     pub fn log_level(&self, logger: &str) -> Option<Level> {
         let last = |wanted: Option<&str>| {
             let mut levels = self.log_levels.iter().rev();

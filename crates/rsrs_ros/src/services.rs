@@ -33,20 +33,11 @@ impl<R> Responder<R> {
     }
 }
 
-/// Offers a service of a node.
+/// Offers a service of a node, with a name below the node's, such as `step_simulation`.
 ///
-/// Every request is answered unless `deliver` drops its responder. One that cannot be understood, as of
-/// another version of the service, is answered with the default of the response, which by its type means
-/// that it was refused.
-///
-/// # Arguments
-///
-/// * `name` — below the node's, such as `step_simulation`.
-/// * `deliver` — gets each request; must not block. If it drops the responder, the client waits in vain.
-///
-/// # Errors
-///
-/// [`SessionError::Name`] and [`SessionError::Endpoint`].
+/// Every request is answered unless `deliver`, which must not block, drops its responder; then the
+/// client waits in vain. A request that cannot be understood, as of another version of the service,
+/// is answered with the default of the response, which by its type means that it was refused.
 ///
 /// # Panics
 ///
@@ -62,10 +53,6 @@ pub fn offer<Q: RosMessage, R: RosMessage + Default>(
 }
 
 /// As [`offer`], for a service whose requests are shorter in an older version of its package.
-///
-/// # Errors
-///
-/// As [`offer`].
 ///
 /// # Panics
 ///
@@ -154,15 +141,8 @@ pub struct ServiceClient<'a, Q: RosMessage, R: RosMessage> {
 }
 
 impl<'a, Q: RosMessage, R: RosMessage> ServiceClient<'a, Q, R> {
-    /// A client in the name of one of the session's nodes.
-    ///
-    /// # Arguments
-    ///
-    /// * `service` — full name, such as `/simulator/step_simulation`.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError::Name`] and [`SessionError::Endpoint`].
+    /// A client in the name of one of the session's nodes, for a service such as
+    /// `/simulator/step_simulation`.
     ///
     /// # Panics
     ///
@@ -178,10 +158,6 @@ impl<'a, Q: RosMessage, R: RosMessage> ServiceClient<'a, Q, R> {
     }
 
     /// Asks, and waits for the answer.
-    ///
-    /// # Errors
-    ///
-    /// [`CallError`].
     pub async fn call(&self, request: &Q, timeout: Duration) -> Result<R, CallError> {
         let start = Instant::now();
         let service = || self.service.clone();

@@ -108,11 +108,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Joins a network.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError`], among others if this is not called within a tokio runtime.
+    /// Joins a network. It must be called within a tokio runtime, else it is an error.
     pub fn open(options: &SessionOptions) -> Result<Self, SessionError> {
         if options.interfaces.is_empty() {
             return Err(SessionError::NoInterface);
@@ -157,10 +153,6 @@ impl Session {
 
     /// Joins a network, with other names for topics of nodes, and without `/rosout`, where that was
     /// requested of ROS 2. Raw topics belong to no node and keep their names.
-    ///
-    /// # Errors
-    ///
-    /// As [`Session::open`].
     pub fn open_with(options: &SessionOptions, arguments: &RosArgs) -> Result<Self, SessionError> {
         Ok(Self { arguments: Some(arguments.clone()), ..Self::open(options)? })
     }
@@ -178,19 +170,11 @@ impl Session {
         arguments.topic((namespace, name), topic)
     }
 
-    /// A node by its full name, made at the first call.
+    /// A node by its absolute namespace, such as `/robot_3` or `/`, and its name, made at the first
+    /// call.
     ///
     /// It logs to `/rosout` and has no parameter services; see
     /// [`ParameterServer`](crate::parameters::ParameterServer).
-    ///
-    /// # Arguments
-    ///
-    /// * `namespace` — absolute, such as `/robot_3` or `/`.
-    /// * `name` — such as `controller`.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError::Name`] if ROS 2 does not allow the name.
     pub fn node(&self, namespace: &str, name: &str) -> Result<NodeHandle, SessionError> {
         let full_name =
             if namespace == "/" { format!("/{name}") } else { format!("{namespace}/{name}") };
@@ -223,15 +207,7 @@ impl Session {
         Ok(handle)
     }
 
-    /// Starts to publish.
-    ///
-    /// # Arguments
-    ///
-    /// * `topic` — absolute, such as `/robot_3/detection`.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError::Name`] and [`SessionError::Endpoint`].
+    /// Starts to publish on an absolute topic, such as `/robot_3/detection`.
     pub fn publish_on<M: RosMessage>(
         &self,
         node: &NodeHandle,
@@ -269,10 +245,6 @@ impl Session {
     }
 
     /// Starts to publish bytes of any type.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError::Name`] and [`SessionError::Endpoint`].
     pub fn publish_raw(
         &self,
         topic: &str,

@@ -23,10 +23,6 @@ pub enum Request {
 ///
 /// From the first poll on, neither signal kills the process any more; a node that died of one would
 /// be taken for alive by its peers for the better part of a minute.
-///
-/// # Errors
-///
-/// If the signals cannot be caught.
 pub async fn requested() -> io::Result<Request> {
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;
@@ -36,11 +32,7 @@ pub async fn requested() -> io::Result<Request> {
     }
 }
 
-/// Asks another process to end, with `SIGTERM`.
-///
-/// # Errors
-///
-/// If there is no such process, or it belongs to another user.
+/// Asks another process, of the same user, to end, with `SIGTERM`.
 pub fn terminate(pid: u32) -> io::Result<()> {
     kernel::terminate(pid)
 }
@@ -70,12 +62,8 @@ pub enum ParentError {
 /// Has the kernel send this process `SIGTERM` when its parent ends, however it ends.
 ///
 /// The kernel watches the *thread* that started this process: start children from a thread that
-/// stays.
-///
-/// # Arguments
-///
-/// * `parent` — the process that started this one, by its own argument; a process that asked for its
-///   own parent could already have been adopted by another.
+/// stays. The parent is named by an argument that it gave this process; a process that asked for
+/// its own parent could already have been adopted by another.
 ///
 /// # Errors
 ///

@@ -125,15 +125,8 @@ impl<'a> ParameterClient<'a> {
         Self { session, node, options, endpoints: Mutex::default(), at_once }
     }
 
-    /// The values of parameters, in the order of their names.
-    ///
-    /// # Arguments
-    ///
-    /// * `node` — full name, such as `/robot_3/controller`.
-    ///
-    /// # Errors
-    ///
-    /// [`ParameterClientError`].
+    /// The values of parameters of a node, such as `/robot_3/controller`, in the order of their
+    /// names.
     pub async fn get(
         &self,
         node: &str,
@@ -157,8 +150,8 @@ impl<'a> ParameterClient<'a> {
     ///
     /// # Errors
     ///
-    /// [`ParameterClientError`]; among others [`ParameterClientError::Count`], because some nodes answer
-    /// nothing at all if they lack one of them.
+    /// [`ParameterClientError::Count`] among others, because some nodes answer nothing at all if
+    /// they lack one of them.
     pub async fn get_known(
         &self,
         node: &str,
@@ -181,7 +174,7 @@ impl<'a> ParameterClient<'a> {
     ///
     /// # Errors
     ///
-    /// [`ParameterClientError`], among others [`ParameterClientError::Refused`].
+    /// [`ParameterClientError::Refused`] among others, with the node's reason.
     pub async fn set_atomically(
         &self,
         node: &str,
@@ -203,10 +196,6 @@ impl<'a> ParameterClient<'a> {
     }
 
     /// The names of all parameters, in the order of the node.
-    ///
-    /// # Errors
-    ///
-    /// [`ParameterClientError`].
     pub async fn list(&self, node: &str) -> Result<Vec<String>, ParameterClientError> {
         let request = wire::ListParametersRequest::default();
         let response: wire::ListParametersResponse =
@@ -215,10 +204,6 @@ impl<'a> ParameterClient<'a> {
     }
 
     /// What parameters mean, in the order of their names.
-    ///
-    /// # Errors
-    ///
-    /// [`ParameterClientError`].
     pub async fn describe(
         &self,
         node: &str,

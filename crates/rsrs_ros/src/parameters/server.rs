@@ -75,10 +75,6 @@ pub struct ParameterServer {
 impl ParameterServer {
     /// Starts to answer for a node that has no parameters: tools that list those of all nodes wait for
     /// each that does not answer.
-    ///
-    /// # Errors
-    ///
-    /// [`ParameterServerError`].
     pub fn without_parameters(
         session: &Session,
         node: &NodeHandle,
@@ -89,20 +85,14 @@ impl ParameterServer {
         Self::start(session, vec![node], |_, _| Ok(()))
     }
 
-    /// Declares parameters and starts to answer.
+    /// Declares parameters and starts to answer, for nodes that are made if the session does not
+    /// have them.
+    ///
+    /// Before changes that the descriptors allow are made, `validator` is asked, with the full name
+    /// of the node; it must not call this server.
     ///
     /// `use_sim_time` is not declared: nodes of ours follow `/clock` in lockstep or not at all, and
     /// a foreign tool that switched it would stop their timers.
-    ///
-    /// # Arguments
-    ///
-    /// * `nodes` — each is made if the session does not have it.
-    /// * `validator` — is asked, with the full name of the node, before changes that the
-    ///   descriptors allow are made; must not call this server.
-    ///
-    /// # Errors
-    ///
-    /// [`ParameterServerError`].
     pub fn start(
         session: &Session,
         nodes: Vec<NodeParameters>,
@@ -152,11 +142,6 @@ impl ParameterServer {
     /// Sets a parameter in the name of its node, which may set what others may only read.
     ///
     /// The validator is not asked.
-    ///
-    /// # Errors
-    ///
-    /// [`ParameterServerError::NoSuchNode`], and [`ParameterServerError::Declaration`] if the value
-    /// breaks the descriptor.
     pub fn set_local(
         &self,
         node: &str,
@@ -175,10 +160,6 @@ impl ParameterServer {
     }
 
     /// Locks the parameters of an armed robot, or unlocks them.
-    ///
-    /// # Errors
-    ///
-    /// [`ParameterServerError::NoSuchNode`].
     pub fn set_arming(&self, node: &str, arming: Arming) -> Result<(), ParameterServerError> {
         lock(&self.state).store(node)?.arming = arming;
         Ok(())

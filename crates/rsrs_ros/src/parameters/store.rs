@@ -111,10 +111,6 @@ pub struct Store {
 
 impl Store {
     /// Adds a parameter.
-    ///
-    /// # Errors
-    ///
-    /// [`Refusal::DeclaredTwice`], or why the value breaks its own descriptor.
     pub fn declare(
         &mut self,
         descriptor: Descriptor,
@@ -147,10 +143,8 @@ impl Store {
     /// Names of parameters, and the parts of them before the last dot, as `list_parameters` wants
     /// them.
     ///
-    /// # Arguments
-    ///
-    /// * `prefixes` — names or parts of names up to a dot; empty for all.
-    /// * `depth` — how many dots may follow, counted from the prefix; 0 for any number.
+    /// `prefixes` are names or parts of names up to a dot, none for all parameters. After a prefix,
+    /// `depth` dots may follow; 0 stands for any number.
     ///
     /// # Source
     ///

@@ -72,21 +72,14 @@ pub struct SecurityRequest {
 }
 
 impl SecurityRequest {
-    /// Reads `ROS_SECURITY_ENABLE`, `ROS_SECURITY_KEYSTORE`, `ROS_SECURITY_STRATEGY` and
-    /// `ROS_SECURITY_ENCLAVE_OVERRIDE`.
-    ///
-    /// # Arguments
-    ///
-    /// * `flag` — value of `--enclave`.
-    ///
-    /// # Returns
-    ///
-    /// `None` if protection is not asked for.
+    /// Reads `--enclave` (`flag`), `ROS_SECURITY_ENABLE`, `ROS_SECURITY_KEYSTORE`,
+    /// `ROS_SECURITY_STRATEGY` and `ROS_SECURITY_ENCLAVE_OVERRIDE`; `None` if protection is not
+    /// asked for.
     ///
     /// # Errors
     ///
-    /// [`SecurityError`]. ROS 2 takes every value of `ROS_SECURITY_ENABLE` but `true` for `false`; here
-    /// a value that is neither is an error, because who wrote `True` wants to be protected.
+    /// ROS 2 takes every value of `ROS_SECURITY_ENABLE` but `true` for `false`; here a value that
+    /// is neither is an error, because who wrote `True` wants to be protected.
     pub fn read(
         environment: &Environment,
         flag: Option<&str>,
@@ -106,10 +99,6 @@ impl SecurityRequest {
     }
 
     /// Whether protection is asked for.
-    ///
-    /// # Errors
-    ///
-    /// [`SecurityError::Enable`].
     pub fn is_made(environment: &Environment) -> Result<bool, SecurityError> {
         match environment.variable("ROS_SECURITY_ENABLE").unwrap_or_default() {
             "" | "false" => Ok(false),
@@ -118,19 +107,10 @@ impl SecurityRequest {
         }
     }
 
-    /// The enclave of a process, after a look at its files.
+    /// The enclave of a process, after a look at its files; `None` if there is none and the
+    /// strategy allows it. The time `now` is since 1970.
     ///
-    /// # Arguments
-    ///
-    /// * `now` — since 1970.
-    ///
-    /// # Returns
-    ///
-    /// `None` if there is none and the strategy allows it.
-    ///
-    /// # Errors
-    ///
-    /// [`SecurityError`]; among others where this program cannot be secured at all.
+    /// If this program cannot be secured at all, that is an error as well.
     pub fn enclave(
         &self,
         member: Member<'_>,

@@ -46,15 +46,11 @@ impl Mapping {
     }
 }
 
-/// Understands bytes in the mapping that the vendor suggests, else in the other one.
+/// Understands the bytes of a request in the mapping that the vendor (the first two bytes of the
+/// client's GUID) suggests, else in the other one. `decode` gets them without a header.
 ///
 /// Both are tried because some programs over Cyclone DDS send no header; a request of one mapping
 /// does not decode in the other, where it would have 16 bytes too many or too few.
-///
-/// # Arguments
-///
-/// * `vendor` — first two bytes of the client's GUID.
-/// * `decode` — understands a request without a header.
 pub(crate) fn understood<Q>(
     vendor: [u8; 2],
     bytes: &[u8],

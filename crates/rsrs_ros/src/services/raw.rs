@@ -18,11 +18,7 @@ pub(crate) type RawServer = Server<Bytes, Bytes>;
 /// The end that asks.
 pub(crate) type RawClient = Client<Bytes, Bytes>;
 
-/// Makes the end of a service that answers.
-///
-/// # Arguments
-///
-/// * `service` — full name, such as `/simulator/step_simulation`.
+/// Makes the end that answers of a service such as `/simulator/step_simulation`.
 pub(crate) fn server(
     session: &Session,
     node: &NodeHandle,
@@ -39,11 +35,7 @@ pub(crate) fn server(
     })
 }
 
-/// Makes the end of a service that asks.
-///
-/// # Arguments
-///
-/// * `service` — full name, such as `/simulator/step_simulation`.
+/// Makes the end that asks of a service such as `/simulator/step_simulation`.
 pub(crate) fn client(
     session: &Session,
     node: &NodeHandle,
@@ -63,15 +55,10 @@ pub(crate) fn client(
     })
 }
 
-/// Answers one request after the other.
+/// Answers one request after the other; `service` stands in the log.
 ///
-/// # Arguments
-///
-/// * `service` — full name, for the log.
-/// * `decode` — understands a request without a header.
-/// * `refusal` — the body of the answer to a request that cannot be understood; `None` if there is
-///   none.
-/// * `answer` — the body of the answer; `None` if there is none.
+/// `decode` understands a request without a header. `answer` makes the body of the answer, and
+/// `refusal` that for a request that cannot be understood; where they make `None`, nothing is sent.
 pub(crate) async fn answer_all<Q, A>(
     service: String,
     server: RawServer,

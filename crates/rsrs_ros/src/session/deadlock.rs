@@ -40,11 +40,7 @@ pub(super) struct Watchdog {
 }
 
 impl Watchdog {
-    /// Begins to watch.
-    ///
-    /// # Arguments
-    ///
-    /// * `threads` — those of the middleware.
+    /// Begins to watch the threads of the middleware.
     pub(super) fn of(threads: BTreeSet<u32>) -> Self {
         Self::with(threads, (LOOK, give_up))
     }

@@ -37,11 +37,7 @@ pub(super) struct EndpointCreation {
 }
 
 impl EndpointCreation {
-    /// Nothing is made so far.
-    ///
-    /// # Arguments
-    ///
-    /// * `threads` — of the middleware.
+    /// Nothing is made so far; `threads` are those of the middleware.
     pub(super) fn new(threads: BTreeSet<u32>) -> Self {
         Self { n_endpoints: AtomicUsize::new(0), watchdog: Watchdog::of(threads) }
     }

@@ -84,12 +84,10 @@ impl GraphUpdate {
 }
 
 impl Graph {
-    /// Takes the word of a participant, as bytes with encapsulation.
+    /// Takes the word of a participant, as bytes with encapsulation. The `writer` is who published
+    /// it: what it names as its own GID is anybody's.
     ///
-    /// # Arguments
-    ///
-    /// * `writer` — who published it: what it names as its own GID is anybody's.
-    /// * `participants` — those that are there now: when there is no room, others are forgotten.
+    /// When there is no room, participants that are not there any more are forgotten.
     pub(super) fn update(
         &self,
         writer: Prefix,

@@ -48,12 +48,8 @@ impl Hub {
 pub(super) struct LocalDelivery(Mutex<BTreeMap<String, Arc<Hub>>>);
 
 impl LocalDelivery {
-    /// Subscribes to a topic.
-    ///
-    /// # Arguments
-    ///
-    /// * `make_reader` — makes the one reader of the topic, which delivers into the hub; called at the
-    ///   first subscription.
+    /// Subscribes to a topic. At the first subscription, `make_reader` makes the one reader of the
+    /// topic, which delivers into the hub.
     pub(super) fn subscribe(
         &self,
         dds_topic: &str,
@@ -110,11 +106,8 @@ impl LocalPublisher {
         Self { topics: Arc::clone(topics), dds_topic, writer, n_published: AtomicU64::new(0) }
     }
 
-    /// Hands on what was published.
-    ///
-    /// # Arguments
-    ///
-    /// * `message` — the message with its encapsulation; asked for if somebody has subscribed.
+    /// Hands on what was published, with its encapsulation; the message is made only if somebody
+    /// has subscribed.
     pub(super) fn deliver(&self, message: impl FnOnce() -> Vec<u8>) {
         let sequence = self.n_published.fetch_add(1, Ordering::Relaxed) + 1;
         let hub = lock(&self.topics.0).get(&self.dds_topic).cloned();

@@ -6,10 +6,6 @@ use super::{EndpointKind, NotMatched, POLL, Session, endpoint};
 
 impl Session {
     /// Waits until at least so many subscribers of a topic are known.
-    ///
-    /// # Errors
-    ///
-    /// [`NotMatched`] after `timeout`.
     pub async fn wait_for_readers(
         &self,
         topic: &str,
@@ -20,10 +16,6 @@ impl Session {
     }
 
     /// Waits until at least so many publishers of a topic are known.
-    ///
-    /// # Errors
-    ///
-    /// [`NotMatched`] after `timeout`.
     pub async fn wait_for_writers(
         &self,
         topic: &str,

@@ -42,7 +42,7 @@ impl<M: RosMessage> Publisher<M> {
     ///
     /// # Errors
     ///
-    /// [`PublishError::Full`] after 5 s, and [`PublishError::Middleware`].
+    /// [`PublishError::Full`] after 5 s.
     pub async fn publish(&self, message: M) -> Result<(), PublishError> {
         let TypedWriter { topic, writer, local } = &*self.0;
         let copy = local.as_ref().map(|local| (local, cdr::encode(&message)));

@@ -46,11 +46,8 @@ struct Watched {
 }
 
 impl Watch {
-    /// Watches a topic that is subscribed reliably.
-    ///
-    /// # Returns
-    ///
-    /// What its best-effort publishers send, and nothing of others.
+    /// Watches a topic that is subscribed reliably, for what its best-effort publishers send and
+    /// nothing of others.
     pub(super) fn samples(
         &self,
         names: DdsNames,

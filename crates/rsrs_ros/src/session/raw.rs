@@ -260,16 +260,12 @@ impl RawPublisher {
         &self.0.topic
     }
 
-    /// Sends a message; waits while 8,192 of them are not acknowledged by a reliable subscriber.
-    ///
-    /// # Arguments
-    ///
-    /// * `message` — with 4 bytes of encapsulation in front, little-endian.
+    /// Sends a message, with 4 bytes of little-endian encapsulation in front; waits while 8,192 of
+    /// them are not acknowledged by a reliable subscriber.
     ///
     /// # Errors
     ///
-    /// [`PublishError::Encapsulation`]; [`PublishError::Full`] after 5 s;
-    /// [`PublishError::Middleware`].
+    /// [`PublishError::Full`] after 5 s, and [`PublishError::Encapsulation`].
     pub async fn publish(&self, message: &[u8]) -> Result<(), PublishError> {
         let Some(body) = message.strip_prefix(&ENCAPSULATION) else {
             let found = message.iter().take(ENCAPSULATION.len()).copied().collect();
@@ -295,7 +291,7 @@ impl RawPublisher {
     ///
     /// # Errors
     ///
-    /// [`PublishError::Full`] after 5 s; [`PublishError::Middleware`].
+    /// [`PublishError::Full`] after 5 s.
     pub async fn acknowledged(&self) -> Result<(), PublishError> {
         let waiting = async {
             let waited = self.0.writer.async_wait_for_acknowledgments().await;

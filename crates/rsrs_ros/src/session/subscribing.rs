@@ -17,19 +17,11 @@ use super::{
 };
 
 impl Session {
-    /// Subscribes; every sample is handed to `deliver` in a task of its own. Where `qos` is
-    /// reliable, samples of best-effort publishers are delivered as well.
+    /// Subscribes to an absolute topic, such as `/robot_3/detection`; every sample is handed to
+    /// `deliver` in a task of its own, which must not block because all tasks may share one thread.
+    /// Where `qos` is reliable, samples of best-effort publishers are delivered as well.
     ///
     /// Samples that do not decode are counted and logged, because another program sent them.
-    ///
-    /// # Arguments
-    ///
-    /// * `topic` — absolute, such as `/robot_3/detection`.
-    /// * `deliver` — must not block: all tasks may share one thread.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError::Name`] and [`SessionError::Endpoint`].
     pub fn subscribe<M: RosMessage>(
         &self,
         node: &NodeHandle,
@@ -59,16 +51,8 @@ impl Session {
         Ok(self.tasks.deliver(topic, futures::stream::select(samples, best_effort), deliver))
     }
 
-    /// Subscribes to bytes of any type; they keep their 4 bytes of encapsulation, as in a bag.
-    ///
-    /// # Arguments
-    ///
-    /// * `topic` — absolute, such as `/robot_3/detection`.
-    /// * `type_name` — such as `std_msgs/msg/Bool`.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError::Name`] and [`SessionError::Endpoint`].
+    /// Subscribes to bytes of any type, such as `std_msgs/msg/Bool`, on an absolute topic; they
+    /// keep their 4 bytes of encapsulation, as in a bag.
     pub fn subscribe_raw(
         &self,
         topic: &str,

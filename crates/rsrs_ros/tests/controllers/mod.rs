@@ -2,11 +2,7 @@
 
 use rsrs_ros::parameters::{Descriptor, NodeParameters, ParameterKind, ParameterValue};
 
-/// The node and its two parameters.
-///
-/// # Arguments
-///
-/// * `robot` — which robot, from 1.
+/// The node of a robot, counted from 1, and its two parameters.
 pub fn controller(robot: usize, speed_m_s: f64, turn_rate_rad_s: f64) -> NodeParameters {
     let mut speed = Descriptor::new("speed", ParameterKind::Double, "Forward speed, in m/s.");
     speed.range = Some((0.0, 0.3));
