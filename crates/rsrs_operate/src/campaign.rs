@@ -23,10 +23,6 @@ pub struct Campaign {
 }
 
 /// Reads a campaign file and all files that it names.
-///
-/// # Errors
-///
-/// If a file cannot be read or is wrong.
 pub fn read(
     path: &Path,
     backend: record::Backend,

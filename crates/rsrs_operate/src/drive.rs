@@ -99,20 +99,9 @@ pub struct SingleTrial<'a> {
     pub asks: bool,
 }
 
-/// Makes one trial.
+/// Makes one trial; `None` if the operator does not want it.
 ///
-/// # Arguments
-///
-/// * `enter` — enters the network; it is called before the first thread is started.
-///
-/// # Returns
-///
-/// `None` if the operator does not want it.
-///
-/// # Errors
-///
-/// If a file is wrong, something is missing at preflight, the run was not completed, or nobody
-/// measures what the robot did.
+/// `enter` enters the network, before the first thread is started.
 pub fn drive(
     options: &DriveOptions,
     single: SingleTrial<'_>,

@@ -217,7 +217,6 @@ async fn play(
     Ok(Played { n_messages: player.n_messages, took: began.elapsed(), late: player.late })
 }
 
-/// Plays a bag.
 struct Player<'a> {
     publishers: BTreeMap<&'a str, RawPublisher>,
     /// The clock, and the parameter services of its node.

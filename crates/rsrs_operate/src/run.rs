@@ -97,10 +97,6 @@ impl RunSummary {
 
 /// Runs a plan against a simulated fleet that is there already. Nodes of a run that was not completed are
 /// started anew first: it may be one of them that it was not completed for.
-///
-/// # Errors
-///
-/// If the network cannot be used, or a node can neither be ended nor started.
 pub async fn on_simulated_fleet(
     plan: &Plan,
     network: &OwnNetwork,
@@ -122,10 +118,6 @@ pub async fn on_simulated_fleet(
 }
 
 /// Runs a plan, and shows how far it is.
-///
-/// # Errors
-///
-/// If the network cannot be used.
 pub async fn watched(
     plan: &Plan,
     network: &SessionOptions,

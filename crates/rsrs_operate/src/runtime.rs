@@ -3,10 +3,6 @@
 use anyhow::Context;
 
 /// A runtime on this thread, by whose end the nodes notice that of this process.
-///
-/// # Errors
-///
-/// If the system has no resources for it.
 pub fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
     tokio::runtime::Builder::new_current_thread()
         .enable_all()

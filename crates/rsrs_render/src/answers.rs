@@ -88,7 +88,6 @@ pub fn text(answers: &Answers) -> Words {
     lines.into_iter().fold(first, Words::below)
 }
 
-/// The range of a quantity in words.
 fn range(quantity: &Quantity, verb: Verb) -> String {
     let has = named(quantity.axis, quantity.recommended);
     let range = match &quantity.range {

@@ -227,7 +227,6 @@ pub fn as_measured(choice: &Choice) -> Option<String> {
 /// From such a share on, the others still do what is wanted of them now and then.
 const NOW_AND_THEN: f64 = 0.1;
 
-/// What the loss of a robot comes to.
 fn losing_one(less: &OtherNumber, wanted: f64, verb: Verb) -> String {
     if less.b_s < NOW_AND_THEN {
         return "losing one robot ends it".to_owned();

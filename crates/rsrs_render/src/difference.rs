@@ -45,16 +45,7 @@ pub fn text(difference: &SweepDifference) -> String {
     lines.join("\n")
 }
 
-/// The map of the differences, as SVG.
-///
-/// # Arguments
-///
-/// * `common` — the second sweep, with the cells that both have.
-/// * `options` — how it is drawn.
-///
-/// # Errors
-///
-/// If it cannot be drawn.
+/// The map of the differences, as SVG; `common` is the second sweep, with the cells that both have.
 pub fn svg(
     difference: &SweepDifference,
     common: &SweepResult,

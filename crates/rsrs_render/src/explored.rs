@@ -160,10 +160,6 @@ fn no_sweep() -> String {
 
 /// Draws one run of each controller, as `gallery.svg`, `gallery.png` and `gallery.html` in the folder of the
 /// search.
-///
-/// # Errors
-///
-/// If a file cannot be written.
 pub fn draw(explored: &Explored) -> anyhow::Result<()> {
     let Explored { folder, found, walls, arena_m, .. } = explored;
     let has_walls = *walls != Walls::None;

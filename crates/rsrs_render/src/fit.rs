@@ -13,12 +13,8 @@ use rsrs_view::sensor::{self, SensorPicture};
 use crate::columns::columns;
 use crate::picture_file::{PageStyle, write_svg_and_png};
 
-/// All of a fit.
-///
-/// # Arguments
-///
-/// * `name` — the kind of robot.
-/// * `lost` — what the default factors of a sweep would leave next to nothing of.
+/// All of a fit of the kind of robot `name`, and the capabilities that the default factors of a
+/// sweep would all but lose.
 pub fn text(name: &str, files: &FittedFiles, lost: &[LostCapability]) -> String {
     let fitted = &files.fit;
     let details = &fitted.details;
@@ -60,16 +56,8 @@ pub fn text(name: &str, files: &FittedFiles, lost: &[LostCapability]) -> String 
     blocks.join("\n\n")
 }
 
-/// Draws the speeds of each robot, and the sensor, as SVG and PNG.
-///
-/// # Arguments
-///
-/// * `name` — of the kind of robot.
-/// * `radius_m` — of its body, in metres.
-///
-/// # Errors
-///
-/// If the folder cannot be made or written.
+/// Draws the speeds of each robot, and the sensor, as SVG and PNG, for the kind of robot `name`,
+/// whose body has a radius of `radius_m` metres.
 pub fn draw(
     folder: &Path,
     files: &FittedFiles,

@@ -23,10 +23,6 @@ pub fn is_tex(path: &Path) -> bool {
 }
 
 /// Refuses a file that does not end in `.tex`.
-///
-/// # Errors
-///
-/// With a name that does.
 pub fn check(path: &Path) -> anyhow::Result<()> {
     if is_tex(path) {
         return Ok(());
@@ -39,10 +35,6 @@ pub fn check(path: &Path) -> anyhow::Result<()> {
 
 /// Every cell of a sweep: its values, the most frequent phase, the share of the wanted one with its 95 %
 /// interval, and the number of runs.
-///
-/// # Errors
-///
-/// If the sweep does not hold the world.
 pub fn cells(result: &SweepResult, world: World) -> anyhow::Result<String> {
     let diagram = result.of_world(world)?;
     let source = &result.source;
@@ -169,7 +161,6 @@ fn tabular(comment: &str, head: &[String], rows: &[Vec<String>], below: &[String
     lines.join("\n")
 }
 
-/// A text as LaTeX sets it.
 fn escaped(text: &str) -> String {
     let mut all = String::new();
     for character in text.chars() {

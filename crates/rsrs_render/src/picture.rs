@@ -98,10 +98,6 @@ impl Worlds {
 pub const MOST_PANELS: usize = 12;
 
 /// Draws the diagram of a sweep into its folder, as `diagram.svg` and `diagram.png`, with the answer of `rsrs validate` if it is there.
-///
-/// # Errors
-///
-/// If it cannot be drawn or written.
 pub fn into_folder(folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
     let validation = validation(folder, &result.source)?;
     let svg = of_sweep(result, &DiagramOptions { validation, ..DiagramOptions::default() })?;
@@ -119,10 +115,6 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
 }
 
 /// As [`of_sweep`], with where the cells lie.
-///
-/// # Errors
-///
-/// As [`of_sweep`].
 pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<DrawnDiagram> {
     let diagram = result.of_world(options.worlds.first())?;
     let mut unused =
@@ -186,10 +178,6 @@ fn fitted_to_others(source: &ResolvedSweep) -> impl Iterator<Item = String> {
 }
 
 /// The result of `rsrs validate` that is kept in the folder of a sweep, in words; `None` if there is none.
-///
-/// # Errors
-///
-/// If there is a file that is no answer.
 pub fn validation(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Option<String>> {
     Ok(stored(folder, source)?.as_ref().map(validated))
 }
@@ -345,11 +333,8 @@ impl<'a> Drawn<'a> {
     }
 }
 
-/// The slices of a diagram: its values on the axes beyond the first two, in the order of its cells.
-///
-/// # Returns
-///
-/// One without values for a diagram of at most two axes.
+/// The slices of a diagram: its values on the axes beyond the first two, in the order of its cells;
+/// one slice without values for a diagram of at most two axes.
 pub fn slices(diagram: &PhaseDiagram) -> Vec<Vec<(Axis, f64)>> {
     let further = diagram.axes.get(2..).unwrap_or_default();
     slices_beyond(diagram, |axis| further.contains(&axis))
@@ -375,15 +360,8 @@ fn slices_beyond(
     slices
 }
 
-/// Which values further axes have in a picture.
-///
-/// # Arguments
-///
-/// * `x`, `y` — the axes of the picture.
-///
-/// # Returns
-///
-/// What was requested, and for every other axis with several values a value too.
+/// Which values the axes beside `x` and `y` have in a picture: those that were requested, and one
+/// for every other axis with several values.
 fn slice(
     diagram: &PhaseDiagram,
     x: Axis,

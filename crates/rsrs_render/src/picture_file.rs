@@ -27,11 +27,7 @@ enum Format {
 }
 
 impl<'a> PictureFile<'a> {
-    /// The file at a path.
-    ///
-    /// # Errors
-    ///
-    /// If its extension is none of `svg`, `png` and `pdf`.
+    /// The file at a path that ends in `.svg`, `.png` or `.pdf`.
     pub fn new(path: &'a Path) -> anyhow::Result<Self> {
         let format = match path.extension().and_then(|ending| ending.to_str()) {
             Some("svg") => Format::Svg,
@@ -64,15 +60,7 @@ impl<'a> PictureFile<'a> {
         self.path
     }
 
-    /// Writes a picture.
-    ///
-    /// # Arguments
-    ///
-    /// * `svg` — the picture as text.
-    ///
-    /// # Errors
-    ///
-    /// If the file cannot be written.
+    /// Writes a picture that is given as SVG.
     pub fn write(self, svg: &str) -> anyhow::Result<()> {
         let svg = &*self.style.fitted(svg);
         let drawn;
@@ -91,11 +79,7 @@ impl<'a> PictureFile<'a> {
     }
 }
 
-/// Writes a picture as `NAME.svg` and as `NAME.png`.
-///
-/// # Errors
-///
-/// If it cannot be rasterised, or a file not be written.
+/// Writes an SVG as `NAME.svg` and as `NAME.png`.
 pub fn write_svg_and_png(
     folder: &Path,
     name: &str,

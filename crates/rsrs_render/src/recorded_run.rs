@@ -38,10 +38,6 @@ pub(crate) struct DrawnRun {
 
 impl DrawnRun {
     /// Reads a bag, and judges it if it can be.
-    ///
-    /// # Errors
-    ///
-    /// As [`read_run`].
     pub fn read(bag: &Path, options: LabelOptions) -> anyhow::Result<Self> {
         Ok(Self { bag: bag.to_path_buf(), run: read_run(bag, options)? })
     }
@@ -109,12 +105,7 @@ impl DrawnRun {
         self.run.backend.and_then(Backend::mark)
     }
 
-    /// Its order parameters.
-    ///
-    /// # Arguments
-    ///
-    /// * `blocks` — those of [`Self::blocks`].
-    /// * `rules` — those of [`Self::rules`].
+    /// Its order parameters, with its [`Self::blocks`] and [`Self::rules`].
     pub fn order<'a>(
         &self,
         blocks: &'a [(f64, OrderParameters)],
@@ -202,15 +193,8 @@ impl DrawnRun {
     }
 }
 
-/// Draws a run from above, with its order parameters over time and why it has its phase, or none.
-///
-/// # Returns
-///
-/// The picture as SVG.
-///
-/// # Errors
-///
-/// As [`read_run`].
+/// Draws a run from above as SVG, with its order parameters over time and why it has its phase, or
+/// none.
 pub fn svg(bag: &Path, options: LabelOptions, theme: Theme) -> anyhow::Result<String> {
     let run = DrawnRun::read(bag, options)?;
     // The label itself is above the run.
@@ -245,20 +229,10 @@ pub struct FilmOptions {
     pub behaviour: Option<Behaviour>,
 }
 
-/// Makes a film of a run.
+/// Makes a film of a run, and returns the bytes of its file.
 ///
-/// # Arguments
-///
-/// * `show` — called with the number of frames that are done, and that of all; the film is called off
-///   once it returns false.
-///
-/// # Returns
-///
-/// The bytes of the film.
-///
-/// # Errors
-///
-/// As [`read_run`], and if a number is out of range, or it is called off.
+/// `show` is called with the number of frames that are done, and that of all; the film is called
+/// off, with an error, once it returns false.
 pub fn film(
     bag: &Path,
     kind: Kind,
@@ -288,10 +262,6 @@ pub fn film(
 }
 
 /// The format of a film, by the extension of its file: `gif`, or `png` and `apng` for an animated PNG.
-///
-/// # Errors
-///
-/// If the extension is another.
 pub fn kind(path: &Path) -> anyhow::Result<Kind> {
     match path.extension().and_then(|ending| ending.to_str()) {
         Some("gif") => Ok(Kind::Gif),

@@ -21,20 +21,9 @@ use crate::comparison::{self as comparing, ComparedBag, Report as Comparison, wo
 use crate::picture::{self, DiagramOptions};
 use crate::wording::{capitalised, quantity, robot_names};
 
-/// Compares runs with a sweep, if there are some, and shows both on a page: a diagram whose cells respond with their
-/// numbers and one of their runs in motion, and every real run in motion beside its order parameters.
-///
-/// # Arguments
-///
-/// * `folder` — that of the sweep.
-///
-/// # Returns
-///
-/// The page, which needs no other file, and the comparison, if runs were compared.
-///
-/// # Errors
-///
-/// As [`compare()`].
+/// Compares runs with the sweep of a folder, if there are some, and shows both on a page that needs
+/// no other file: a diagram whose cells respond with their numbers and one of their runs in motion,
+/// and every real run in motion beside its order parameters.
 pub fn html(folder: &Path, runs: Option<&Options>) -> anyhow::Result<(String, Option<Comparison>)> {
     let result = folder::read(folder)?;
     let choice = folder::read_choice(folder)?;

@@ -18,11 +18,8 @@ pub fn text(settling: &Settling) -> String {
     format!("not settled: {changes}; with a longer `duration_s`, B_s may be another")
 }
 
-/// The note on a sweep whose edge is not settled.
-///
-/// # Arguments
-///
-/// * `n_edge`, `unsettled` — as from [`at_edge`](rsrs_pipeline::sweep::settling::at_edge).
+/// The note on a sweep of whose cells [`at_edge`](rsrs_pipeline::sweep::settling::at_edge) found
+/// some that are not settled.
 pub fn warning(
     (folder, behaviour): (&Path, Behaviour),
     n_edge: usize,

@@ -51,10 +51,6 @@ struct Endings {
 
 impl SweepReport {
     /// Reports a finished sweep.
-    ///
-    /// # Arguments
-    ///
-    /// * `folder` — where it is.
     pub fn of(folder: &Path, result: &SweepResult) -> Self {
         let sweep = &result.source.sweep;
         let runs = || result.diagram.cells.iter().map(|entry| PhaseCounts::total(&entry.counts));

@@ -259,7 +259,6 @@ fn turned(turning: &Turning) -> String {
     )
 }
 
-/// The factors that differ.
 fn changed(from: &HarsherFactors, to: &HarsherFactors) -> String {
     let [from, to] = [*from, *to].map(Harsher::from);
     let texts: Vec<String> = from
@@ -303,17 +302,8 @@ fn listed(head: &str, violations: impl Iterator<Item = String>) -> Words {
     violations.fold(head, |words, violation| words.below(format!("  {violation}")))
 }
 
-/// Writes `validation.json` and its pictures.
-///
-/// # Arguments
-///
-/// * `sweep` — the sweep file, or the folder of the sweep.
-/// * `output` — the folder for them; `None` takes that of the sweep, if it is one, whose diagram then notes
-///   the answer, too.
-///
-/// # Errors
-///
-/// If a folder cannot be made or written.
+/// Writes `validation.json` and its pictures into `output`; without it, into that of the sweep, if
+/// `sweep` is a folder, whose diagram then notes the answer, too.
 pub fn write(
     validated: &Validated,
     sweep: &Path,

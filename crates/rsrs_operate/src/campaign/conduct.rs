@@ -40,16 +40,8 @@ pub enum RunTarget {
 
 /// Whoever places the robots of a fleet before each run.
 pub trait Placer {
-    /// Has the robots placed.
-    ///
-    /// # Arguments
-    ///
-    /// * `text` — the experiment, and where its robots start.
-    /// * `wanted` — the same for a program.
-    ///
-    /// # Errors
-    ///
-    /// If they were not placed.
+    /// Has the robots placed: `text` has the experiment and where its robots start, `wanted` the
+    /// same for a program.
     fn place<'a>(
         &'a mut self,
         text: &'a str,
@@ -100,10 +92,8 @@ pub struct Conductor<'a, P> {
 impl<'a, P: Placer> Conductor<'a, P> {
     /// Conducts the campaign of a folder.
     ///
-    /// # Arguments
-    ///
-    /// * `placer` — puts the robots of a fleet where a run starts.
-    /// * `operator` — asked before a run, and shown how it goes.
+    /// The placer puts the robots of a fleet where a run starts; the operator is asked before a
+    /// run, and shown how it goes.
     pub fn new(
         folder: &'a CampaignFolder,
         target: RunTarget,
@@ -127,8 +117,8 @@ impl<'a, P: Placer> Conductor<'a, P> {
     ///
     /// # Errors
     ///
-    /// If a file of a finished experiment was changed, or a run was not completed; what was finished
-    /// until then stays.
+    /// If a file of a finished experiment was changed, or a run was not completed; what was
+    /// finished until then stays.
     pub async fn conduct(mut self, items: &[Item]) -> anyhow::Result<()> {
         let mut open = Vec::new();
         for item in items {

@@ -59,11 +59,8 @@ struct Job {
     todo: Todo,
 }
 
-/// Fills in one table, row by row; what is filled in already stays.
-///
-/// # Errors
-///
-/// If the table or the fleet file is wrong, or a trial was not completed; rows before it are kept.
+/// Fills in one table, row by row; what is filled in already stays, also if a later trial is not
+/// completed.
 pub fn fill_table(
     options: &DriveOptions,
     path: &Path,
@@ -82,10 +79,6 @@ pub fn fill_table(
 }
 
 /// Fills in all tables in the folder of a plan.
-///
-/// # Errors
-///
-/// As [`fill_table`]; if the folder has no table.
 pub fn fill_plan(
     options: &DriveOptions,
     folder: &Path,

@@ -20,11 +20,7 @@ pub struct PeriodTable {
 }
 
 impl PeriodTable {
-    /// Reads it as `rsrs measure plan` makes it.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be read, has another header, or another process fills it in.
+    /// Reads it as `rsrs measure plan` makes it, and refuses it while another process fills it in.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let lock = TableLock::take(path, table_file::TIMEOUT)?;
         let mut lines: Vec<String> = read_text(path)?.lines().map(str::to_owned).collect();
@@ -50,10 +46,6 @@ impl PeriodTable {
     }
 
     /// Fills in the rows of a robot that are still empty, on disk at once.
-    ///
-    /// # Errors
-    ///
-    /// If the table cannot be written.
     pub fn fill(
         &mut self,
         robot: &str,

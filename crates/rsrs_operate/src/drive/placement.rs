@@ -7,10 +7,6 @@ use rsrs_experiment_runner::plan::Trial;
 use crate::run::place_command::{PlacedRobot, WantedPlacement};
 
 /// The robot in the middle of the floor, and where another is to be sensed, the next one of the fleet.
-///
-/// # Errors
-///
-/// If the fleet has no other robot.
 pub fn wanted(robot: &str, robots: &[String], trial: &Trial) -> anyhow::Result<WantedPlacement> {
     let at = |name: &str, x_m: f64, y_m: f64| PlacedRobot {
         name: name.to_owned(),

@@ -113,25 +113,12 @@ pub fn backend(plan: &Plan) -> TrialBackend {
 }
 
 /// Refuses, before anything moves, a table to which the result could not be added.
-///
-/// # Errors
-///
-/// If the table is of another kind, holds trials that were moved by something else, or another process
-/// fills it in.
 pub fn check_table(path: &Path, trial: &Trial, plan: &Plan) -> anyhow::Result<()> {
     TrialTable::open_for(path, Kind::of(trial))?.check_mixture(backend(plan))
 }
 
 impl TrialResult {
-    /// Reads the result out of the recorded poses.
-    ///
-    /// # Returns
-    ///
-    /// `None` if the bag has no poses.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be read, or its poses are no drive.
+    /// Reads the result out of the recorded poses; `None` if the bag has no poses.
     pub fn of_bag(bag: &Path, plan: &Plan) -> anyhow::Result<Option<Self>> {
         let opened = recorded_run::open(bag)?;
         let poses = PosesOfRun::of(&opened, Some(&plan.record), None)?;
@@ -166,10 +153,6 @@ impl TrialResult {
     }
 
     /// Looks into the bag whether commands paused; in lockstep none can.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be read.
     pub fn read_rhythm(&mut self, time: Time) -> anyhow::Result<()> {
         let rhythm = command_rhythm::read(&self.bag, &self.robot)?;
         self.paused_s = rhythm.paused_s.filter(|_| time == Time::RealTime);
@@ -238,10 +221,6 @@ impl TrialResult {
     }
 
     /// Adds the row to a table.
-    ///
-    /// # Errors
-    ///
-    /// If the table cannot be read or written.
     pub fn append_to(&self, path: &Path) -> anyhow::Result<()> {
         TrialTable::open_for(path, self.kind())?.append(self.row())
     }

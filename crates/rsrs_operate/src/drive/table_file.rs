@@ -22,15 +22,7 @@ pub struct TableLock {
 }
 
 impl TableLock {
-    /// Takes the right to write a table.
-    ///
-    /// # Arguments
-    ///
-    /// * `timeout` — how long to wait for another process.
-    ///
-    /// # Errors
-    ///
-    /// If another process has it all the while, or its folder is not writable.
+    /// Takes the right to write a table, and waits up to `timeout` for another process that has it.
     pub fn take(table: &Path, timeout: Duration) -> anyhow::Result<Self> {
         // `.speed.csv.lock` beside `speed.csv`.
         let name = table.file_name().unwrap_or_default().to_string_lossy();
@@ -52,12 +44,8 @@ impl TableLock {
         }
     }
 
-    /// Replaces the table by a text, on disk at once: there is the whole old one or the whole new one,
-    /// whatever happens meanwhile.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be written, as on a full disk; then the old one is there.
+    /// Replaces the table by a text, on disk at once: there is the whole old one or the whole new
+    /// one, whatever happens meanwhile, a full disk included.
     pub fn replace(&self, text: &str) -> anyhow::Result<()> {
         // What a link points to is replaced, and not the link.
         let table = self.table.canonicalize().unwrap_or_else(|_| self.table.clone());

@@ -41,16 +41,10 @@ enum Processes<'a> {
 }
 
 impl<'a> TrialNodes<'a> {
-    /// Starts the processes.
+    /// Starts the processes for a series of trials.
     ///
-    /// # Arguments
-    ///
-    /// * `plan` — one of the trials, with all robots that take part in any of them; on a real floor,
-    ///   with the one that is measured.
-    ///
-    /// # Errors
-    ///
-    /// If a process cannot be started.
+    /// The plan is that of one of them, with all robots that take part in any; on a real floor,
+    /// with the one that is measured.
     pub fn start(
         floor: &'a RunTarget,
         plan: &Plan,
@@ -85,10 +79,6 @@ impl<'a> TrialNodes<'a> {
     }
 
     /// Runs one trial to its end.
-    ///
-    /// # Errors
-    ///
-    /// If the network cannot be used, or the run was not completed.
     pub async fn conduct(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
         let operator = self.operator;
         let summary = match &mut self.processes {
@@ -110,10 +100,6 @@ impl<'a> TrialNodes<'a> {
     }
 
     /// Ends the processes.
-    ///
-    /// # Errors
-    ///
-    /// If one can neither be asked nor killed.
     pub async fn stop(self) -> anyhow::Result<()> {
         match self.processes {
             Processes::Simulated(_, mut fleet) => fleet.stop().await,

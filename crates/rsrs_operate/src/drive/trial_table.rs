@@ -106,11 +106,8 @@ pub enum RowState {
 }
 
 impl TrialTable {
-    /// Reads a table as `rsrs measure plan` makes it.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be read, has another header, or another process fills it in.
+    /// Reads a table as `rsrs measure plan` makes it, and refuses it while another process fills it
+    /// in.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         // Without a table there is nothing to lock.
         read_text(path)?;
@@ -120,10 +117,6 @@ impl TrialTable {
     }
 
     /// Reads a table for one more row; one that is not there is empty.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be read, is of another kind, or another process fills it in.
     pub fn open_for(path: &Path, kind: Kind) -> anyhow::Result<Self> {
         let lock = TableLock::take(path, table_file::TIMEOUT)?;
         if !path.exists() {
@@ -186,24 +179,13 @@ impl TrialTable {
     }
 
     /// The rows without a result, and those in which commands paused, in their order.
-    ///
-    /// # Errors
-    ///
-    /// If a row is no trial, with its line.
     pub fn todo(&self) -> anyhow::Result<Vec<Todo>> {
         let open = self.rows()?.into_iter().filter(|(_, row)| *row == RowState::Open);
         Ok(open.map(|(todo, _)| todo).collect())
     }
 
-    /// Refuses to add trials of the simulator to those of robots, or the other way round.
-    ///
-    /// # Arguments
-    ///
-    /// * `adds` — what moves the robots of the trials that are to be added.
-    ///
-    /// # Errors
-    ///
-    /// The first row that was moved by the other, with its line.
+    /// Refuses to add trials of the simulator to those of robots, or the other way round, with the
+    /// line of the first row that does not match.
     pub fn check_mixture(&self, adds: TrialBackend) -> anyhow::Result<()> {
         let rows = self.rows()?;
         let is_other = |state: RowState| match (state, adds) {
@@ -229,10 +211,6 @@ impl TrialTable {
     }
 
     /// All trials of the table, and how far each is.
-    ///
-    /// # Errors
-    ///
-    /// If a row that is not done is no trial, with its line.
     pub fn rows(&self) -> anyhow::Result<Vec<(Todo, RowState)>> {
         let rows = self.lines.iter().enumerate().skip(1);
         let rows = rows.filter(|(_, row)| !row.trim().is_empty());
@@ -277,15 +255,8 @@ impl TrialTable {
         Ok((Todo { line, robot, trial }, state))
     }
 
-    /// Fills in a row, on disk at once: what was measured is kept whatever comes next.
-    ///
-    /// # Arguments
-    ///
-    /// * `found` — the fields behind those of the trial.
-    ///
-    /// # Errors
-    ///
-    /// If the table cannot be written.
+    /// Fills in the fields behind those of the trial, on disk at once: what was measured is kept
+    /// whatever comes next.
     pub fn fill(&mut self, todo: &Todo, found: &str) -> anyhow::Result<()> {
         let row = &mut self.lines[todo.line - 1];
         // Readings that came may be fewer than were planned, so that their number is a result.
@@ -295,10 +266,6 @@ impl TrialTable {
     }
 
     /// Adds a row, on disk at once.
-    ///
-    /// # Errors
-    ///
-    /// If the table cannot be written.
     pub fn append(&mut self, row: String) -> anyhow::Result<()> {
         self.lines.push(row);
         self.write(self.lines.len() - 1)

@@ -35,18 +35,10 @@ fn this_program() -> anyhow::Result<Command> {
 }
 
 impl NodeProcess {
-    /// Starts a node.
+    /// Starts the node that `rsrs node` calls by this name, which stands for these robots.
     ///
-    /// # Arguments
-    ///
-    /// * `name` — what `rsrs node` calls it.
-    /// * `robots` — the robots that it stands for.
-    /// * `parameters` — ROS arguments besides the log level, such as `-p speed:=0.1`.
-    /// * `network` — the network of the process.
-    ///
-    /// # Errors
-    ///
-    /// If the process cannot be started.
+    /// The parameters are ROS arguments besides the log level, such as `-p speed:=0.1`; `network`
+    /// sets the network of the process.
     pub fn start(
         name: &'static str,
         robots: &[String],
@@ -68,11 +60,8 @@ impl NodeProcess {
         Ok(Self { name, child })
     }
 
-    /// Waits until the node ends, which it should not.
-    ///
-    /// # Returns
-    ///
-    /// Which one, and how.
+    /// Waits until the node ends, which it should not, and returns which one it was, and how it
+    /// ended.
     pub async fn ended(&mut self) -> String {
         let name = self.name;
         let status: std::io::Result<ExitStatus> = self.child.wait().await;
@@ -83,10 +72,6 @@ impl NodeProcess {
     }
 
     /// Asks the node to end.
-    ///
-    /// # Errors
-    ///
-    /// If the process cannot be asked.
     pub fn ask_to_end(&self) -> anyhow::Result<()> {
         match self.child.id() {
             Some(pid) => rsrs_ros::shutdown::terminate(pid).context("ending a node"),
@@ -95,10 +80,6 @@ impl NodeProcess {
     }
 
     /// Asks the node to end, and waits for it.
-    ///
-    /// # Errors
-    ///
-    /// If the process can neither be asked nor killed.
     pub async fn stop(&mut self) -> anyhow::Result<()> {
         self.ask_to_end()?;
         if tokio::time::timeout(TIMEOUT, self.child.wait()).await.is_err() {

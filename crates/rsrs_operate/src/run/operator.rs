@@ -9,11 +9,7 @@ pub trait Operator {
     /// Is informed of something while a run goes on.
     fn note(&self, text: &str);
 
-    /// Is shown a run; what is returned is called with each step of it.
-    ///
-    /// # Arguments
-    ///
-    /// * `name` — of the run.
+    /// Is shown the run of this name; what is returned is called with each step of it.
     fn watch_run(&self, name: &str, verbosity: Verbosity) -> Box<dyn FnMut(Progress) + '_>;
 
     /// Completes when runs are to be stopped, with the reason.

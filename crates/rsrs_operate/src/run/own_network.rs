@@ -35,14 +35,10 @@ const NOT_IN_HERE: [&str; 4] = [
 ];
 
 impl OwnNetwork {
-    /// Moves this process into a network of its own; where that is forbidden, picks a domain of the
-    /// loopback interface in an unused domain.
+    /// Moves this process into a network of its own; where that is forbidden, picks an unused
+    /// domain on the loopback interface.
     ///
     /// Call this before any thread is started.
-    ///
-    /// # Errors
-    ///
-    /// If there is neither, or if it is not clear whether this program is to be secured.
     pub fn enter() -> anyhow::Result<Self> {
         let environment = Environment::of_this_process();
         environment.check()?;
@@ -69,10 +65,6 @@ impl OwnNetwork {
     }
 
     /// Moves this thread, and what it starts from now on, into another network of the same kind.
-    ///
-    /// # Errors
-    ///
-    /// If the system forbids it.
     pub fn another(&self) -> anyhow::Result<Self> {
         confine::thread_into_own_network()?;
         Ok(self.clone())

@@ -43,17 +43,13 @@ const REST: Duration = Duration::from_millis(200);
 /// What is kept of what a program prints, in bytes.
 const MOST_KEPT: usize = 64 * 1024;
 
-/// Has a program place robots, and waits until it has ended; what it has started and left running is
-/// not waited for.
-///
-/// # Arguments
-///
-/// * `program` — as a shell takes it.
+/// Has a program, given as a shell takes it, place robots, and waits until it has ended; what it
+/// has started and left running is not waited for.
 ///
 /// # Errors
 ///
-/// If it cannot be started, ends with another exit code than 0, or a signal comes meanwhile; the error
-/// has what it printed.
+/// If it cannot be started, ends with another exit code than 0, or a signal comes meanwhile; the
+/// error has what it printed.
 pub async fn place(
     program: &str,
     wanted: &WantedPlacement,

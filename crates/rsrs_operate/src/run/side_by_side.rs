@@ -46,16 +46,10 @@ pub struct Completed {
 
 /// Runs experiments until enough of them are completed.
 ///
-/// Which ones are run depends on nothing but their results: those that were begun beyond the last that
-/// counts are stopped, and nothing of them is left.
-///
-/// # Arguments
-///
-/// * `take` — takes the next experiment in the order of the requests, and decides whether to go on.
-///
-/// # Errors
-///
-/// If an experiment is not completed, as often as it may be tried, or if `take` fails.
+/// Which ones are run depends on nothing but their results: those that were begun beyond the last
+/// that counts are stopped, and nothing of them is left. `take` gets them in the order of the
+/// requests, and decides whether to go on. An experiment that is not completed, as often as it may
+/// be tried, ends all.
 pub fn run(
     experiments: Experiments<'_>,
     mut take: impl FnMut(usize, Completed) -> anyhow::Result<ControlFlow<()>>,

@@ -23,19 +23,11 @@ pub const CONSTANT: [&str; 2] = ["-p", "constant:=true"];
 
 impl SimulatedFleet {
     /// Starts the nodes: for the robots of a plan, with the limits of their profile.
-    ///
-    /// # Errors
-    ///
-    /// If a process cannot be started.
     pub fn start(network: &OwnNetwork, plan: &Plan) -> anyhow::Result<Self> {
         Self::start_with(network, plan, &[])
     }
 
     /// Starts the nodes for a trial: the command is constant, whatever is detected.
-    ///
-    /// # Errors
-    ///
-    /// If a process cannot be started.
     pub fn start_constant(network: &OwnNetwork, plan: &Plan) -> anyhow::Result<Self> {
         Self::start_with(network, plan, &CONSTANT)
     }
@@ -70,11 +62,8 @@ impl SimulatedFleet {
             && self.limits.map(f64::to_bits) == plan.limits.map(f64::to_bits)
     }
 
-    /// Waits until one of the nodes ends, which none should.
-    ///
-    /// # Returns
-    ///
-    /// Which one, and how.
+    /// Waits until one of the nodes ends, which none should, and returns which one it was, and how
+    /// it ended.
     pub async fn ended(&mut self) -> String {
         tokio::select! {
             reason = self.simulator.ended() => reason,
@@ -83,10 +72,6 @@ impl SimulatedFleet {
     }
 
     /// Asks the nodes to end, and waits for it.
-    ///
-    /// # Errors
-    ///
-    /// If a process can neither be asked nor killed.
     pub async fn stop(&mut self) -> anyhow::Result<()> {
         // Both end at the same time.
         self.controllers.ask_to_end()?;
@@ -95,10 +80,6 @@ impl SimulatedFleet {
     }
 
     /// Ends the nodes and starts them anew, for the same robots: it may be one of them that a run failed for.
-    ///
-    /// # Errors
-    ///
-    /// As [`SimulatedFleet::stop`] and [`SimulatedFleet::start`].
     pub(super) async fn restart(
         &mut self,
         network: &OwnNetwork,

@@ -76,10 +76,6 @@ pub struct StartPose {
 
 impl StartPoses {
     /// Where the robots of a plan start.
-    ///
-    /// # Errors
-    ///
-    /// If robots or objects do not fit.
     pub fn of(plan: &Plan) -> anyhow::Result<Self> {
         let record = &plan.record;
         let seed = Seed { seed: record.seed, replicate: record.replicate };
@@ -127,11 +123,7 @@ impl StartPoses {
         })
     }
 
-    /// The same for a program that places the robots.
-    ///
-    /// # Arguments
-    ///
-    /// * `purpose` — what they are placed for.
+    /// The same for a program that places the robots for a purpose.
     pub fn wanted(&self, purpose: String) -> WantedPlacement {
         let robots = self.robots.iter().map(|start| PlacedRobot {
             name: start.robot.clone(),

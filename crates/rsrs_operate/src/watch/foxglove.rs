@@ -44,11 +44,7 @@ const LINGER: Duration = Duration::from_secs(1);
 pub struct Listener(TcpListener);
 
 impl Listener {
-    /// Takes an address.
-    ///
-    /// # Errors
-    ///
-    /// If it is taken, or is none of this machine.
+    /// Listens at an address of this machine that nobody has yet.
     pub fn bind(address: SocketAddr) -> anyhow::Result<Self> {
         let listener = TcpListener::bind(address).map_err(|error| {
             let help = "end the other program, or name another port: `--foxglove 127.0.0.1:8766`";
@@ -59,10 +55,6 @@ impl Listener {
     }
 
     /// Where it listens.
-    ///
-    /// # Errors
-    ///
-    /// If the system does not report it.
     pub fn address(&self) -> anyhow::Result<SocketAddr> {
         self.0.local_addr().context("listening")
     }
@@ -88,10 +80,6 @@ impl Listener {
 /// Serves the topics of a fleet that runs, until `stop` completes.
 ///
 /// Topics of types that are not known here are left out, because their definition cannot be given.
-///
-/// # Errors
-///
-/// If the network cannot be used.
 pub async fn serve_fleet(
     network: &SessionOptions,
     listener: Listener,
@@ -168,10 +156,6 @@ fn subscribe(
 
 /// Plays a bag at its recorded pace, once, from when the first client wants a topic of it; ends a moment
 /// after its end, or when `stop` completes.
-///
-/// # Errors
-///
-/// If the bag cannot be read.
 pub async fn serve_bag(
     path: &Path,
     listener: Listener,

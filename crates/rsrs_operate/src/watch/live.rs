@@ -19,7 +19,6 @@ use tokio::sync::oneshot;
 use super::meaning::{OF_SWARM, WatchedTopic};
 use crate::runtime::runtime;
 
-/// Name of the node.
 const NODE: &str = "rsrs_watch";
 /// How often the discovery database is looked at.
 const LOOK: Duration = Duration::from_millis(250);
@@ -42,16 +41,10 @@ pub struct LiveFleet {
 }
 
 impl LiveFleet {
-    /// Starts to receive.
+    /// Starts to receive, on a thread of its own; where no robots are named that should be there,
+    /// they are found by the topics that they publish.
     ///
-    /// # Arguments
-    ///
-    /// * `robots` — those that should be there; where there are none, robots are found by the topics
-    ///   that they publish.
-    ///
-    /// # Errors
-    ///
-    /// If the thread cannot be started. A network that cannot be used shows with [`Self::update`].
+    /// A network that cannot be used shows with [`Self::update`].
     pub fn join(network: SessionOptions, robots: Vec<String>) -> anyhow::Result<Self> {
         let (to_us, received) = sync_channel(QUEUE);
         let (leave, left) = oneshot::channel();
@@ -70,10 +63,6 @@ impl LiveFleet {
     }
 
     /// Takes what was received since the last call.
-    ///
-    /// # Errors
-    ///
-    /// If the network cannot be used, or nothing is received any more.
     pub fn update(&mut self) -> anyhow::Result<()> {
         loop {
             match self.received.try_recv() {
@@ -95,16 +84,11 @@ impl LiveFleet {
     }
 
     /// Leaves the network.
-    ///
-    /// # Errors
-    ///
-    /// If it could not be used.
     pub fn leave(mut self) -> anyhow::Result<()> {
         drop(self.leave.take());
         self.ended()
     }
 
-    /// How the thread has ended.
     fn ended(&mut self) -> anyhow::Result<()> {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(ended)) => ended,
@@ -114,7 +98,6 @@ impl LiveFleet {
     }
 }
 
-/// Receives.
 struct Watcher {
     /// Robots that should be there; none, if any counts.
     robots: Vec<String>,

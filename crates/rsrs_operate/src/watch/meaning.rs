@@ -69,11 +69,7 @@ impl WatchedTopic {
         Some(Self::of_owner(*topic, robot))
     }
 
-    /// A topic that is no further reading.
-    ///
-    /// # Arguments
-    ///
-    /// * `owner` — whose it is; empty for one of the swarm.
+    /// A topic that is no further reading; its owner is empty for one of the swarm.
     pub fn of_owner(topic: Topic, owner: &str) -> Self {
         Self { topic, owner: owner.to_owned(), reading: String::new() }
     }
@@ -104,15 +100,7 @@ impl WatchedTopic {
         self.topic == topics::STATUS || self.topic == topics::DETECTION
     }
 
-    /// Understands a message on it.
-    ///
-    /// # Arguments
-    ///
-    /// * `writer` — who published it.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with the message.
+    /// Understands a message of this writer on it; the error states what is wrong with the message.
     pub fn understand(&self, writer: Source, bytes: &[u8]) -> Result<Event, String> {
         let robot = || self.owner.clone();
         let topic = self.topic;

@@ -31,11 +31,8 @@ pub struct RecordedFleet {
 /// Reads a bag to watch it: whole, or as far as it goes.
 ///
 /// Where the judge can read the run, order parameters are those of its trajectory, so that they end
-/// with those of `rsrs label`, and poses of topics that are not watched live are shown as well.
-///
-/// # Errors
-///
-/// If it cannot be read, or has nothing of a robot.
+/// with those of `rsrs label`, and poses of topics that are not watched live are shown as well. A
+/// bag that has nothing of a robot is refused.
 pub fn read(path: &Path) -> anyhow::Result<RecordedFleet> {
     let bag = recorded_run::open_damaged(path)?;
     let record = recorded_run::record_in(&bag)?;

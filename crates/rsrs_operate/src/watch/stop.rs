@@ -24,15 +24,7 @@ pub struct StandingStop {
 }
 
 impl StandingStop {
-    /// Gets ready.
-    ///
-    /// # Arguments
-    ///
-    /// * `network` — with the enclave of who may stop, where the fleet is secured.
-    ///
-    /// # Errors
-    ///
-    /// If the thread cannot be started.
+    /// Gets ready; where the fleet is secured, the network has the enclave of who may stop.
     pub fn start(network: SessionOptions) -> anyhow::Result<Self> {
         let (order, ordered) = oneshot::channel();
         let thread = std::thread::Builder::new().name("stop".to_owned());
@@ -40,11 +32,7 @@ impl StandingStop {
         Ok(Self { order, thread: thread.context("starting the stop")? })
     }
 
-    /// Stops all robots.
-    ///
-    /// # Arguments
-    ///
-    /// * `robots` — those that should be there; others are found by their statuses.
+    /// Stops all robots: those that should be there, and others that are found by their statuses.
     pub fn order(self, robots: Vec<String>) -> StopUnderWay {
         // Should the thread have ended, its end tells why.
         self.order.send(robots).ok();
@@ -52,10 +40,6 @@ impl StandingStop {
     }
 
     /// Leaves the network; nobody is stopped.
-    ///
-    /// # Errors
-    ///
-    /// If there are no resources for a thread that waits.
     pub fn leave(self) -> anyhow::Result<()> {
         drop(self.order);
         joined(self.thread).map(drop)
@@ -74,10 +58,6 @@ impl StopUnderWay {
     }
 
     /// Waits for what came of it.
-    ///
-    /// # Errors
-    ///
-    /// If the network cannot be used.
     ///
     /// # Panics
     ///

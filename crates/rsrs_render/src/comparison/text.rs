@@ -55,7 +55,6 @@ pub fn text(report: &Report) -> Words {
     Words::lines(lines)
 }
 
-/// A verdict in a word, with its tone.
 fn toned(verdict: Verdict) -> Words {
     let tone = match verdict {
         Verdict::Supported => Tone::Good,
@@ -130,7 +129,6 @@ pub fn next_in_words(report: &Report) -> [String; 2] {
     }
 }
 
-/// Why the next run is in its cell.
 fn why_there(report: &Report, experiment: &Experiment) -> String {
     if report.verdict == Verdict::NoClaim {
         let mill = report.verb().plain;
@@ -139,7 +137,6 @@ fn why_there(report: &Report, experiment: &Experiment) -> String {
     format!("there one run is most informative ({:.3} bit)", experiment.information_bits)
 }
 
-/// The command of the next experiment.
 fn command(at_hand: &AtHand, experiment: &Experiment) -> String {
     let AtHand { experiment: file, sweep, is_on_floor, seed, bag } = at_hand;
     let file = file.as_ref().map_or_else(|| ANY_EXPERIMENT.to_owned(), quoted);
@@ -156,7 +153,6 @@ fn command(at_hand: &AtHand, experiment: &Experiment) -> String {
     )
 }
 
-/// One cell with its runs.
 fn of_cell(report: &Report, cell: &ComparedCell) -> Vec<Words> {
     let real = share([cell.b_r, cell.b_r_low, cell.b_r_high], &cell.real, "run");
     let mut lines: Vec<Words> = vec![cell.cell.to_string().into()];
@@ -175,7 +171,6 @@ fn of_cell(report: &Report, cell: &ComparedCell) -> Vec<Words> {
     lines
 }
 
-/// All cells together.
 fn of_all(report: &Report) -> Vec<String> {
     let pooled = &report.pooled;
     let points = percentage_points(pooled.margin);
@@ -268,7 +263,6 @@ fn next_of(fixed: &FixedCampaign) -> [String; 2] {
     ["nothing".to_owned(), why.to_owned()]
 }
 
-/// One cell by itself.
 fn by_itself(cell: &ComparedCell) -> Words {
     let verb = cell.simulated.behaviour().verb();
     let mill = verb.plain;
@@ -379,7 +373,6 @@ fn as_often(pooled: &Pooled, mill: &str) -> String {
     )
 }
 
-/// The share that runs support.
 fn supported_share(pooled: &Pooled) -> String {
     let share = pooled.b_r_at_least.unwrap_or_default();
     format!("B_r >= {share:.2}, at 95 %")

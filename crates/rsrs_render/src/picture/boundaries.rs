@@ -16,20 +16,12 @@ pub struct Plane {
 }
 
 /// The line of each condition for an ideal ring that begins or ceases to hold in the plane, where
-/// simulated robots do not contradict it.
+/// simulated robots do not contradict it: most runs of the cells in `mills` mill.
 ///
 /// Each condition holds on one side of a line, as each depends on every axis in one direction only.
-///
-/// # Arguments
-///
-/// * `conditions` — a cell of the plane; what is no axis is taken from it.
-/// * `plane` — the plane.
-/// * `mills` — the cells of the plane in which most runs mill.
-///
-/// # Returns
-///
-/// No lines if the theory does not hold for these robots, see [`Ring::of`], nor where their sensor is
-/// turned along an axis.
+/// What is no axis of the plane is taken from `conditions`, one of its cells. There are no lines if
+/// the theory does not hold for these robots, see [`Ring::of`], nor where their sensor is turned
+/// along an axis.
 pub fn boundaries(conditions: &Conditions, plane: Plane, mills: &[&Cell]) -> Vec<Boundary> {
     if plane.x.0 == Axis::SensorBearing || plane.y.is_some_and(|y| y.0 == Axis::SensorBearing) {
         return Vec::new();

@@ -9,10 +9,6 @@ use crate::picture_file::{Length, PageStyle};
 use crate::wording::quantity::{as_on_an_axis, of_cell, span_on_an_axis, without_unit};
 
 /// Draws the curves of all answers on one page, as SVG.
-///
-/// # Errors
-///
-/// If there is no curve.
 pub fn of_answers(answers: &Answers, style: PageStyle) -> anyhow::Result<String> {
     let quantities = answers.questions.iter().flat_map(|answer| &answer.quantities);
     let behaviour = answers.behaviour;

@@ -12,10 +12,6 @@ use super::{Worlds, robots};
 use crate::wording::robot_names;
 
 /// The picture on a page, with the numbers behind it and how they were made.
-///
-/// # Errors
-///
-/// If the sweep does not hold a world.
 pub fn page(result: &SweepResult, worlds: Worlds, svg: &str) -> anyhow::Result<String> {
     let source = &result.source;
     let mut page = Page::new(&format!("Phase diagram: {}", robot_names(source)));

@@ -47,17 +47,11 @@ impl CellNumber {
         })
     }
 
-    /// Its numbers in a sweep.
-    ///
-    /// # Arguments
-    ///
-    /// * `folder` — that of the sweep.
-    /// * `worlds` — those that are shown.
+    /// Its numbers in a sweep, in the worlds that are shown.
     ///
     /// # Errors
     ///
-    /// If the table of runs cannot be read, a cell cannot be simulated, or the sweep has one world and two are
-    /// compared.
+    /// If the sweep has one world and two are compared.
     pub fn of_sweep(
         self,
         folder: &Path,

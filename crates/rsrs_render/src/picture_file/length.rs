@@ -2,7 +2,6 @@
 
 use std::str::FromStr;
 
-/// Millimetres in an inch.
 const MM_PER_INCH: f64 = 25.4;
 /// Pixels of a picture in an inch, as CSS has them.
 const PX_PER_INCH: f64 = 96.0;

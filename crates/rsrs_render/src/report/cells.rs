@@ -28,10 +28,6 @@ const LEAST_S: f64 = 12.0;
 const MOST_TRIED: u64 = 10;
 
 /// The facts of all cells, in their order.
-///
-/// # Errors
-///
-/// If a cell cannot be simulated, or the sweep lacks a world.
 pub fn facts(of: &Reported) -> anyhow::Result<Vec<CellFacts>> {
     let cells = of.result.source.cells("sweep.yaml")?;
     let frame_bytes = |(_, conditions): &(_, Conditions)| {
@@ -53,11 +49,8 @@ struct ReplaySampling {
 }
 
 impl ReplaySampling {
-    /// What a number of frames shows: rather fewer poses than a shorter replay.
-    ///
-    /// # Returns
-    ///
-    /// `None` if that is nothing that is worth watching.
+    /// What a number of frames shows, rather fewer poses than a shorter replay; `None` if that is
+    /// nothing that is worth watching.
     fn within(n_frames: f64) -> Option<Self> {
         let frame_s = (WINDOW_S / n_frames).clamp(FRAMES_S[0], FRAMES_S[1]);
         let shown_s = (n_frames * frame_s).min(WINDOW_S);

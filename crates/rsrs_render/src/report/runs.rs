@@ -26,10 +26,6 @@ const FRAME_S: f64 = 0.5;
 const BUDGET_BYTES: f64 = 350_000.0;
 
 /// The facts of all runs that count.
-///
-/// # Errors
-///
-/// If a run cannot be drawn.
 pub fn facts(comparison: &Comparison) -> anyhow::Result<Vec<RunFacts>> {
     let most_bytes = BUDGET_BYTES / comparison.bags.len().max(1) as f64;
     comparison.bags.iter().map(|run| facts_of(run, most_bytes)).collect()

@@ -112,10 +112,6 @@ pub fn not_counted(comparison: &Comparison) -> Option<Table> {
 }
 
 /// Every number of a sweep's profile with its source, and of each class that has a profile of its own what differs.
-///
-/// # Errors
-///
-/// If a profile is no plain data, which it always is.
 pub fn profiles(measured: &RobotProfile, world: Option<&WorldFile>) -> anyhow::Result<Vec<Table>> {
     let of_sweep = numbers(measured)?;
     let sourced = |profile: &RobotProfile, rows: Vec<(String, String)>| {

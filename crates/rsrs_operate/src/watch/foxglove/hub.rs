@@ -35,16 +35,11 @@ struct ClientState {
 }
 
 impl Hub {
-    /// Without topics and clients.
     pub(super) fn new(name: &'static str, capabilities: &'static [&'static str]) -> Self {
         Self { name, capabilities, state: Mutex::default(), is_wanted: tokio::sync::Notify::new() }
     }
 
-    /// A topic that clients may subscribe from now on.
-    ///
-    /// # Returns
-    ///
-    /// Its number.
+    /// The number of a topic that clients may subscribe from now on.
     pub(super) fn advertise(&self, topic: &str, type_name: &str, schema: String) -> u32 {
         let mut state = self.lock();
         let id = u32::try_from(state.channels.len() + 1).unwrap_or(u32::MAX);
@@ -82,11 +77,7 @@ impl Hub {
         self.is_wanted.notified().await;
     }
 
-    /// A client comes.
-    ///
-    /// # Returns
-    ///
-    /// Its number, and what is to be sent to it.
+    /// The number of a client that comes, and what is to be sent to it.
     pub(super) fn add_client(&self) -> (u64, Receiver<Message>) {
         let (queue, messages) = channel(QUEUE);
         let mut state = self.lock();
@@ -101,17 +92,14 @@ impl Hub {
         (id, messages)
     }
 
-    /// Clients that are there.
     pub(super) fn n_clients(&self) -> usize {
         self.lock().clients.len()
     }
 
-    /// A client has gone.
     pub(super) fn remove_client(&self, id: u64) {
         self.lock().clients.remove(&id);
     }
 
-    /// A client wants topics.
     pub(super) fn subscribe(&self, id: u64, subscriptions: &[ClientSubscription]) {
         let mut state = self.lock();
         let State { clients, latched, channels, .. } = &mut *state;
