@@ -54,11 +54,7 @@ pub struct Arrangement {
 }
 
 impl Arrangement {
-    /// Arranges a picture.
-    ///
-    /// # Arguments
-    ///
-    /// * `slices` — those of its panels; at least one.
+    /// Arranges a picture with one panel or more, of these slices.
     pub fn of(picture: &DiagramPicture, slices: &[Slice]) -> Self {
         let lines = Lines::of(picture);
         let has_headings = picture.panels.iter().any(|panel| !panel.heading.is_empty());
@@ -117,11 +113,7 @@ impl Arrangement {
         self
     }
 
-    /// The upper left corner of the cells of one panel.
-    ///
-    /// # Arguments
-    ///
-    /// * `header_px` — where the texts above all panels end.
+    /// The upper left corner of the cells of one panel, below texts that end at `header_px`.
     pub fn corner_px(&self, index: usize, header_px: f64) -> (f64, f64) {
         let (column, row) = ((index % self.n_columns) as f64, (index / self.n_columns) as f64);
         let pitch_px = self.axis_px + self.plot_px.0 + self.beside_px;

@@ -18,11 +18,7 @@ const Y_ROOM_PX: f64 = 19.5;
 /// Room for the x-axis below the cells, in pixels.
 pub const BELOW_PX: f64 = 46.0;
 
-/// Room for the y-axis left of the cells, in pixels.
-///
-/// # Arguments
-///
-/// * `height_px` — of the cells.
+/// Room for the y-axis left of cells that are `height_px` high together, in pixels.
 pub fn left_of_cells_px(slice: &Slice, height_px: f64) -> f64 {
     let scale = Scale::new(slice.y_values.clone(), height_px, 0.0);
     let ticks = scale.ticks(|_| Y_ROOM_PX);

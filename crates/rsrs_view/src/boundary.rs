@@ -66,16 +66,11 @@ impl Side {
     }
 }
 
-/// Draws the boundaries, each clipped to the cells and tagged with a letter.
+/// Draws the boundaries, each clipped to the cells and tagged with a letter, and finds for each
+/// whether any of it is visible.
 ///
-/// # Arguments
-///
-/// * `boundaries` — with their numbers, which give them their letters and dashes.
-/// * `kept` — the numbers in the cells.
-///
-/// # Returns
-///
-/// The lines, and for each boundary whether any of it is visible.
+/// Letters and dashes follow from the number beside each boundary. Lines leave out the numbers that are
+/// kept in the cells.
 pub fn boundaries(
     plot: &Plot,
     boundaries: &[(usize, &Boundary)],

@@ -38,13 +38,8 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// A chart in which a metre is as long to the right as upwards.
-    ///
-    /// # Arguments
-    ///
-    /// * `(left_px, top_px)` — its upper left corner.
-    /// * `(widest_px, highest_px)` — what it may take.
-    /// * `x`, `y` — values that it must show.
+    /// A chart that shows these values, in metres, as large as the room from its upper left corner
+    /// on allows. A metre is as long to the right as upwards.
     pub fn to_scale(
         (left_px, top_px): (f64, f64),
         (widest_px, highest_px): (f64, f64),
@@ -160,15 +155,8 @@ fn ticks([low, high]: [f64; 2], most: impl Fn(&[String]) -> f64) -> Vec<(f64, St
     Vec::new()
 }
 
-/// A mark and what it means, one below the other, each text wrapped to the room there is.
-///
-/// # Arguments
-///
-/// * `room_px` — width of marks and texts, in pixels.
-///
-/// # Returns
-///
-/// The lines, and where they end, in pixels.
+/// A mark and what it means, one below the other, each text wrapped so that mark and text are at
+/// most `room_px` wide; and where they end below, in pixels.
 pub fn legend(
     entries: &[(Element, String)],
     (left_px, top_px): (f64, f64),

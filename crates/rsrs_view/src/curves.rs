@@ -113,15 +113,10 @@ pub enum CurvesPictureError {
     },
 }
 
-/// Draws shares as lines with their exact 95 % intervals as bands; hovering a point shows its counts.
+/// Draws shares as lines with their exact 95 % intervals as bands; hovering a point shows its
+/// counts.
 ///
-/// # Returns
-///
-/// A self-contained SVG document; the same text for the same picture, on every machine.
-///
-/// # Errors
-///
-/// [`CurvesPictureError`], each variant as its name states.
+/// The SVG document is self-contained, and the same text for the same picture on every machine.
 pub fn svg(picture: &CurvesPicture) -> Result<String, CurvesPictureError> {
     Ok(drawn(picture)?.svg)
 }
@@ -136,10 +131,6 @@ pub(crate) struct DrawnCurves {
 }
 
 /// Draws curves.
-///
-/// # Errors
-///
-/// As [`svg`].
 pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictureError> {
     check(picture)?;
     let Page { margin_px, columns, curve_px: (width_px, height_px), width_px: page_px } =

@@ -69,22 +69,18 @@ impl Help for PictureError {
     }
 }
 
-/// Draws a phase diagram.
+/// Draws a phase diagram as a self-contained SVG document: the same text for the same picture, on
+/// every machine.
 ///
 /// Hue is the most frequent phase of a cell, lightness its share, the number the share of stable
-/// milling `B_s`; hovering a cell shows its counts. Lines separate the phases. Below the number of a cell
-/// with real runs stands how many of them ended in the wanted phase, behind the symbol of their most
-/// frequent one.
-///
-/// # Returns
-///
-/// A self-contained SVG document; the same text for the same picture, on every machine.
+/// milling `B_s`; hovering a cell shows its counts. Lines separate the phases. Below the number of
+/// a cell with real runs stands how many of them ended in the wanted phase, behind the symbol of
+/// their most frequent one.
 ///
 /// # Errors
 ///
-/// [`PictureError::Slice`] if a diagram is empty, an axis or value was not swept, or a further
-/// axis is left open; [`PictureError::BoundaryNotFinite`] if a boundary has such a point;
-/// [`PictureError::Curve`] if the only axis has no cell; the others as their names state.
+/// [`PictureError::Slice`] if a diagram is empty, an axis or value was not swept, or a further axis
+/// is left open; [`PictureError::Curve`] if the only axis has no cell.
 ///
 /// # Example
 ///
@@ -127,10 +123,6 @@ pub fn svg(picture: &DiagramPicture) -> Result<String, PictureError> {
 }
 
 /// As [`svg`], with where the cells lie, for pages on which they respond.
-///
-/// # Errors
-///
-/// As [`svg`].
 pub fn drawn(picture: &DiagramPicture) -> Result<DrawnDiagram, PictureError> {
     check(picture)?;
     let slice = |panel: &Panel| Slice::new(panel.diagram, picture.x, picture.y, &panel.at);

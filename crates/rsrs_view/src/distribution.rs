@@ -65,10 +65,6 @@ pub enum DistributionPictureError {
 /// Every curve is as high as its row, because robots whose trials hardly differ would hide all
 /// others. A robot with one trial gets a stroke. A dot is a trial.
 ///
-/// # Errors
-///
-/// [`DistributionPictureError`], each variant as its name states.
-///
 /// # Source
 ///
 /// `fig:distribution`, §IV step 1.

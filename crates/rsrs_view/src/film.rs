@@ -53,20 +53,10 @@ pub enum Kind {
     Apng,
 }
 
-/// Makes a film.
+/// Makes the file of a film.
 ///
-/// # Arguments
-///
-/// * `show` — called after each frame with the number of frames that are done; the film is called off
-///   once it returns false.
-///
-/// # Returns
-///
-/// The bytes of the file; `None` if it was called off.
-///
-/// # Errors
-///
-/// [`FilmError`], each variant as its name states.
+/// After each frame `show` gets the number of frames that are done. Once it returns false, the film
+/// is called off, and there is none.
 pub fn film(
     film: &Film,
     kind: Kind,
@@ -79,15 +69,7 @@ pub fn film(
     }
 }
 
-/// One frame of a film, as SVG.
-///
-/// # Arguments
-///
-/// * `frame` — its number, from 0; one beyond the end shows the end.
-///
-/// # Errors
-///
-/// As [`film`].
+/// One frame of a film, as SVG, by its number from 0; one beyond the end shows the end.
 pub fn frame_svg(film: &Film, frame: usize) -> Result<String, FilmError> {
     Ok(Frames::new(film)?.svg(frame))
 }

@@ -43,12 +43,8 @@ pub struct Field {
 }
 
 impl Field {
-    /// Everything that is driven over, in the middle of the page.
-    ///
-    /// # Arguments
-    ///
-    /// * `places_m` — centres of robots and what else is drawn, in metres; at least one.
-    /// * `radius_m` — of a body, in metres.
+    /// Everything that is driven over, in the middle of the page: all places in metres, of which
+    /// there is one at least, and room for a body of `radius_m` around each.
     pub fn around(places_m: impl Iterator<Item = Point>, radius_m: f64, top_px: f64) -> Self {
         let nothing = (f64::INFINITY, f64::NEG_INFINITY);
         let wider = |(low, high): Point, number: f64| (low.min(number), high.max(number));
@@ -87,11 +83,8 @@ pub fn not_finite(trajectory: &Trajectory) -> Option<(usize, usize, Pose)> {
     Some((index / n_robots, index % n_robots, trajectory.poses[index]))
 }
 
-/// A robot from above, with a line towards where it heads.
-///
-/// # Arguments
-///
-/// * `class` — its class, by place; its lid is white where there are none.
+/// A robot from above, with a line towards where it heads. Its lid has the colour of its class, and
+/// is white where there are none.
 pub fn robot(
     field: &Field,
     pose: Pose,
@@ -133,13 +126,8 @@ pub fn short(name: &str) -> &str {
 /// Size of the letters in a tag, in pixels.
 const TAG_PX: f64 = 9.0;
 
-/// Names on robots that are large enough, or beside them where they lie on no other name and on no robot; one
-/// for which there is no such place is left out.
-///
-/// # Arguments
-///
-/// * `names` — short ones, in the order of the poses.
-/// * `radius_m` — of a body, in metres.
+/// Short names, in the order of the poses, on robots that are large enough, or beside them where
+/// they lie on no other name and on no robot; one for which there is no such place is left out.
 pub fn tags(field: &Field, poses: &[Pose], names: &[String], radius_m: f64) -> Vec<Element> {
     let radius_px = (radius_m * field.px_per_m).max(3.0);
     let centres: Vec<Point> = places(poses).map(|(x_m, y_m)| field.point(x_m, y_m)).collect();
@@ -211,12 +199,10 @@ fn tag(name: &str, [left, top, right, bottom]: [f64; 4]) -> Element {
     Element::new("g").fixed().child(ground).child(text)
 }
 
-/// The walls of an arena and its obstacles, as far as they lie in the field; `None` where none is in sight.
+/// The walls of an arena and its obstacles, as far as they lie in the field; `None` where none is
+/// in sight.
 ///
-/// # Arguments
-///
-/// * `walls_m` — distance from the origin of those of a square, in metres, where there are walls.
-/// * `world` — which may have an arena of another shape, and obstacles.
+/// Walls of a square are `walls_m` from the origin; an arena of another shape is in `world`.
 pub fn walls(field: &Field, walls_m: Option<f64>, world: Option<&WorldFile>) -> Option<Element> {
     let walls_m = walls_m?;
     let space = world.and_then(|world| world.free_space(2.0 * walls_m));
@@ -260,11 +246,8 @@ fn square_walls(field: &Field, walls_m: f64) -> Option<Element> {
     (!path.is_empty()).then(|| drawn.with("fill", "none").with("stroke-linecap", "square"))
 }
 
-/// The objects and goals of a world, which lie below robots.
-///
-/// # Arguments
-///
-/// * `objects_m` — where objects are, in metres; shape `[n_objects][2]`, or empty if nobody knows.
+/// The objects and goals of a world, which lie below robots. Where objects are, in metres, has
+/// shape `[n_objects][2]`, and is empty if nobody knows.
 pub fn things(field: &Field, world: &WorldFile, objects_m: &[[f64; 2]]) -> Vec<Element> {
     let disc = |[x_m, y_m]: [f64; 2], radius_m: f64| {
         let (x_px, y_px) = field.point(x_m, y_m);
@@ -287,11 +270,8 @@ pub fn things(field: &Field, world: &WorldFile, objects_m: &[[f64; 2]]) -> Vec<E
     goals.chain(objects).collect()
 }
 
-/// What the discs of [`things`] are: a mark and a word for each kind that there is.
-///
-/// # Arguments
-///
-/// * `n_objects` — of how many it is known where they are.
+/// What the discs of [`things`] are: a mark and a word for each kind that there is. Of `n_objects`
+/// it is known where they are.
 pub fn things_in_words(world: &WorldFile, n_objects: usize) -> Vec<(Element, String)> {
     let mark = || Element::new("circle").at("cx", 11.0).at("cy", 0.0).at("r", 4.0);
     let object = mark().with("fill", OBJECT).with("stroke", INK).at("stroke-width", 0.8).fixed();
@@ -321,13 +301,9 @@ pub fn around_things<'a>(
 /// In an arena at most so many times as wide as what is drawn in it, all of its walls are shown.
 const WIDE: f64 = 2.0;
 
-/// The corners of walls that are in sight, so that a field has room for them: those of a square that is not much wider
-/// than what is drawn in it, all of an arena of another shape, and obstacles.
-///
-/// # Arguments
-///
-/// * `walls_m`, `world` — as in [`walls`].
-/// * `drawn_m` — what is drawn besides, in metres.
+/// The corners of walls, as in [`walls`], that are in sight, so that a field has room for them:
+/// those of a square that is not much wider than what else is drawn in it (`drawn_m`), all of an
+/// arena of another shape, and obstacles.
 pub fn around_walls(
     (walls_m, world): (Option<f64>, Option<&WorldFile>),
     drawn_m: &[Point],

@@ -7,21 +7,10 @@ use crate::trajectory::{TrajectoryPicture, TrajectoryPictureError, elements};
 /// Size of a picture in the gallery, relative to that of one alone.
 const SCALE: f64 = 0.6;
 
-/// Draws runs in rows.
+/// Draws runs in rows, from left to right and from top to bottom, at most `n_columns` (1 or more)
+/// in each; `title` is for screen readers.
 ///
-/// # Arguments
-///
-/// * `title` — for screen readers; any text.
-/// * `pictures` — from left to right and from top to bottom.
-/// * `n_columns` — how many a row has at most; at least 1.
-///
-/// # Returns
-///
-/// A self-contained SVG document; the same text on every machine.
-///
-/// # Errors
-///
-/// As [`crate::trajectory::svg`].
+/// The SVG document is self-contained, and the same text on every machine.
 pub fn svg(
     title: &str,
     pictures: &[TrajectoryPicture],

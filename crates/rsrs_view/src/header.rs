@@ -10,11 +10,8 @@ const SUBTITLE_PX: f64 = 11.5;
 /// Above a picture in a paper.
 const PAPER_PX: f64 = 4.0;
 
-/// Draws a title and smaller lines under it, each wrapped to the room there is; nothing in a paper.
-///
-/// # Returns
-///
-/// The texts, and the height down to where they end, in pixels.
+/// Draws a title and smaller lines under it, each wrapped to the room there is, and finds where they end
+/// below, in pixels; draws nothing in a paper.
 pub fn header(
     theme: Theme,
     title: &str,

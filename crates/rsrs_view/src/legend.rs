@@ -64,11 +64,8 @@ struct Legend {
     elements: Vec<Element>,
 }
 
-/// Draws the legend from its upper left corner, no wider than asked for, in pixels.
-///
-/// # Returns
-///
-/// The elements, and where they end below, in pixels.
+/// Draws the legend from its upper left corner, no wider than asked for, and finds where it ends below,
+/// in pixels.
 pub fn legend(
     contents: &Contents,
     (left_px, top_px): (f64, f64),
@@ -118,11 +115,8 @@ const COMPACT_LINE_PX: f64 = 17.0;
 /// Between two of its entries, in pixels.
 const COMPACT_GAP_PX: f64 = 13.0;
 
-/// Draws a legend of few lines for a paper, entry beside entry, as wide as asked for, in pixels.
-///
-/// # Returns
-///
-/// As [`legend`].
+/// Draws a legend of few lines for a paper, entry beside entry, as wide as asked for, and finds where it
+/// ends below, in pixels.
 pub fn compact(
     contents: &Contents,
     (left_px, top_px): (f64, f64),

@@ -97,11 +97,8 @@ const FRAME_PX: f64 = 3.0;
 /// Between a symbol and its text, in pixels.
 const GAP_PX: f64 = 2.0;
 
-/// Where the real runs of a picture are drawn.
-///
-/// # Arguments
-///
-/// * `number_px` — font size of the numbers in the cells; `None` where there are none.
+/// Where the real runs of a picture are drawn, given the font size of the numbers in its cells, if
+/// it has some.
 pub fn places<'a>(
     plot: &Plot,
     marks: &'a [ExperimentMark],

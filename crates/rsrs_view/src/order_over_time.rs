@@ -70,15 +70,8 @@ struct Line {
     top: f64,
 }
 
-/// Draws a run from above and its order parameters beside it.
-///
-/// # Returns
-///
-/// A self-contained SVG document; the same text on every machine.
-///
-/// # Errors
-///
-/// As [`crate::trajectory::svg`].
+/// Draws a run from above and its order parameters beside it, as a self-contained SVG document: the
+/// same text on every machine.
 pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
     let (run, run_height_px) = elements(&picture.run)?;
     // In a column of a paper there is room for one of them.
@@ -95,11 +88,7 @@ pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
     Ok(format!("{page}\n"))
 }
 
-/// Draws order parameters without the run.
-///
-/// # Arguments
-///
-/// * `title` — for screen readers; any text.
+/// Draws order parameters without the run, under a title for screen readers.
 pub fn order_svg(picture: &OrderPicture, title: &str) -> DrawnOrder {
     let rows = Rows::of(picture, (LEFT_PX, 36.0));
     let (curves, height_px) = rows.drawn(picture);

@@ -15,11 +15,8 @@ pub fn grid_cell(plot: &Plot, cell: &Cell) -> Option<(usize, usize)> {
     Some((index(&plot.x.values, x)?, index(&plot.y.values, y)?))
 }
 
-/// Where a cell lies, in pixels, on the grid or between its points.
-///
-/// # Returns
-///
-/// `None` if it lies in another slice or outside the axes.
+/// Where a cell lies, in pixels, on the grid or between its points; `None` if it lies in another
+/// slice or outside the axes.
 pub fn position_px(plot: &Plot, cell: &Cell) -> Option<Point> {
     let (x, y) = plot.slice.place(cell)?;
     let is_inside = plot.x.contains(x) && plot.y.contains(y);
@@ -35,11 +32,8 @@ pub enum ChosenShape {
     Ring,
 }
 
-/// Draws a frame around the chosen cell, or a ring where it is too small or between the swept ones.
-///
-/// # Returns
-///
-/// What was drawn, for the legend, and the drawing; `None` if the picture does not show the cell.
+/// Draws a frame around the chosen cell, or a ring where it is too small or between the swept ones;
+/// the legend needs to know which. `None` if the picture does not show the cell.
 pub fn chosen(plot: &Plot, cell: &Cell) -> Option<(ChosenShape, Element)> {
     let (x_px, y_px) = position_px(plot, cell)?;
     let framed = grid_cell(plot, cell)

@@ -64,20 +64,13 @@ impl Page {
         self.body.push(table(of));
     }
 
-    /// Adds a picture.
-    ///
-    /// # Arguments
-    ///
-    /// * `svg` — a document of this crate.
+    /// Adds a picture, an SVG document of this crate.
     pub fn figure(&mut self, svg: &str) {
         self.body.push(html! { figure { (picture(svg)) } });
     }
 
-    /// Adds pictures side by side, as many as the width has room for.
-    ///
-    /// # Arguments
-    ///
-    /// * `pictures` — SVG and lines of text below it; any texts.
+    /// Adds pictures (SVG documents) with lines of text below each, side by side, as many as the
+    /// width has room for.
     pub fn figures(&mut self, pictures: &[(String, Vec<String>)]) {
         self.body.push(html! {
             div.gallery {
@@ -102,13 +95,8 @@ impl Page {
     }
 }
 
-/// A whole document.
-///
-/// # Arguments
-///
-/// * `title` — which is also its first heading; any text.
-/// * `more` — what its scripts may do beyond [`POLICY`].
-/// * `end` — what follows on the body: data and script.
+/// A whole document, with its title as first heading too. At its end may stand data and script;
+/// what scripts may do beyond [`POLICY`] is `more`.
 pub(crate) fn document((title, more): (&str, &str), body: &Markup, end: &Markup) -> String {
     let page = html! {
         (DOCTYPE)

@@ -46,12 +46,8 @@ const DARK_GREY: [u8; 3] = [0x33, 0x33, 0x33];
 const HUES: [[u8; 3]; MOST_PHASES] =
     [[0x00, 0x72, 0xb2], [0xf0, 0xe4, 0x42], DARK_GREY, [0xbb, 0xbb, 0xbb], [0xd5, 0x5e, 0x00]];
 
-/// The colour of a cell: the phase's hue, paler the smaller its share.
-///
-/// # Arguments
-///
-/// * `share` — share of the replicates that ended in `phase`, dimensionless; shares below
-///   [`LEAST_SHARE`] look like it.
+/// The colour of a cell: the phase's hue, paler the smaller the share of replicates that ended in
+/// it; shares below [`LEAST_SHARE`] look like it.
 pub fn shade(phase: Phase, share: f64) -> Colour {
     let beyond_least = ((share - LEAST_SHARE) / (1.0 - LEAST_SHARE)).clamp(0.0, 1.0);
     let least_hue = least_hue(phase);

@@ -28,15 +28,8 @@ pub enum PdfError {
     },
 }
 
-/// Writes an SVG as a PDF of one page, as large as the picture at 96 pixels to an inch.
-///
-/// # Returns
-///
-/// The bytes of the file; the same for the same picture.
-///
-/// # Errors
-///
-/// [`PdfError::Svg`] if the text is no SVG, [`PdfError::Write`] if it cannot be written.
+/// Writes an SVG as a PDF of one page, as large as the picture at 96 pixels to an inch. The same
+/// picture makes the same bytes.
 pub fn pdf(svg: &str) -> Result<Vec<u8>, PdfError> {
     // The same fonts and options as those of `raster::parse`, of other types: svg2pdf has an older usvg
     // than resvg, and no version of it has the newer one.

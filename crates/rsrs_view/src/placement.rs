@@ -118,10 +118,7 @@ impl PlacementPicture<'_> {
 }
 
 /// Draws where the robots start: their area, the origin with the axes, and every robot by its name.
-///
-/// # Returns
-///
-/// A self-contained SVG document; the same text on every machine.
+/// The SVG document is self-contained, and the same text on every machine.
 ///
 /// # Panics
 ///
@@ -208,11 +205,8 @@ fn grid(field: &Field, (half_x_m, half_y_m): (f64, f64)) -> Vec<Element> {
     std::iter::once(lines).chain(texts).collect()
 }
 
-/// Where each robot stands and heads, in two columns: what a person with a tape reads.
-///
-/// # Returns
-///
-/// The texts, and where they end below, in pixels.
+/// Where each robot stands and heads, in two columns (what a person with a tape reads), and where
+/// they end below, in pixels.
 fn table(picture: &PlacementPicture, top_px: f64) -> (Vec<Element>, f64) {
     let place = |name: &str, x_m: f64, y_m: f64| {
         format!("{name}: x {:.2} m, y {:.2} m", x_m + 0.0, y_m + 0.0)

@@ -72,12 +72,8 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// The same with numbers in the place of its phases.
-    ///
-    /// # Arguments
-    ///
-    /// * `values` — of all panels of the picture.
-    /// * `panel` — which of them this is.
+    /// The same with numbers in the place of its phases, as the `panel` of a picture with the
+    /// values of all its panels.
     pub fn with_values(
         mut self,
         values: &'a CellValues,
@@ -187,11 +183,8 @@ pub enum NumberPlace {
     Nowhere,
 }
 
-/// Writes `B_s` into every cell where it fits, at the place that a cell of a column and a row has for it.
-///
-/// # Returns
-///
-/// The numbers, and the room that each takes.
+/// Writes `B_s` into every cell where it fits, at the place that a cell of a column and a row has
+/// for it, and keeps the room that each number takes.
 pub fn numbers(
     plot: &Plot,
     place: impl Fn(usize, usize) -> NumberPlace,

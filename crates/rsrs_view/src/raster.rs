@@ -53,24 +53,15 @@ impl Help for RasterError {
     }
 }
 
-/// Draws an SVG as a PNG on white.
+/// Draws an SVG of this crate as a PNG on white, `width_px` wide (1 to [`MOST_PX`] pixels); the
+/// height follows.
 ///
-/// Uses the embedded font for every text, and loads nothing that the SVG refers to, so the same
-/// SVG gives the same picture on every machine.
-///
-/// # Arguments
-///
-/// * `svg` — the picture, of [`crate::diagram::svg`] or [`crate::trajectory::svg`].
-/// * `width_px` — width of the PNG, in pixels; 1 to [`MOST_PX`]. The height follows.
-///
-/// # Returns
-///
-/// The bytes of a PNG file.
+/// Uses the embedded font for every text, and loads nothing that the SVG refers to, so the same SVG
+/// gives the same picture on every machine.
 ///
 /// # Errors
 ///
-/// [`RasterError::Svg`] if the text is no SVG, [`RasterError::Size`] if a side would be 0 or above
-/// [`MOST_PX`], [`RasterError::Encode`] if the encoder fails.
+/// [`RasterError::Size`] if a side would be 0 or above [`MOST_PX`].
 pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, RasterError> {
     let tree = parse(svg)?;
     let scale = width_px as f32 / tree.size().width();
@@ -85,10 +76,6 @@ pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, RasterError> {
 }
 
 /// Draws an SVG on white, as wide as asked for.
-///
-/// # Errors
-///
-/// [`RasterError::Size`] if a side is 0.
 pub(crate) fn pixmap(
     tree: &Tree,
     (width_px, height_px): (u32, u32),
@@ -117,10 +104,6 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
 }
 
 /// Reads an SVG with the embedded font, its texts as outlines.
-///
-/// # Errors
-///
-/// [`RasterError::Svg`] if the text is no SVG.
 pub fn parse(svg: &str) -> Result<Tree, RasterError> {
     // A film has hundreds of frames.
     static LOADED: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {

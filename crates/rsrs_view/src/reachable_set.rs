@@ -71,10 +71,6 @@ pub enum ReachPictureError {
 
 /// Draws the region at each horizon in the frame of the start, and the trajectories.
 ///
-/// # Errors
-///
-/// [`ReachPictureError`], each variant as its name states.
-///
 /// # Source
 ///
 /// `eq:simulatorreq`, `fig:gap`.

@@ -259,13 +259,8 @@ impl<'a> Replays<'a> {
     }
 }
 
-/// Where a run is watched: a floor, and what moves it. The script shows it.
-///
-/// # Arguments
-///
-/// * `id` — of its elements.
-/// * `name` — what it shows, in words.
-/// * `ends` — `loop` or `stop`: what happens at the end.
+/// Where a run is watched: a floor, and what moves it. The script shows it, and at its end does
+/// what `ends` (`loop` or `stop`) wants.
 fn player(id: &str, name: &str, ends: &str) -> Markup {
     html! {
         div.player id=(id) data-ends=(ends) hidden {
@@ -310,13 +305,8 @@ fn bar(phase: Phase, share: f64) -> Markup {
     html! { span.bar { span style=(style) {} } }
 }
 
-/// Where something lies over a picture, however large that is shown.
-///
-/// # Arguments
-///
-/// * `corner_px` — its left and upper edge, in pixels of the picture.
-/// * `size_px` — its width and height.
-/// * `whole_px` — width and height of the picture.
+/// Where something lies over a picture, however large that is shown: its left and upper edge, its
+/// width and height, and those of the picture are all in pixels of the picture.
 fn placed(corner_px: (f64, f64), size_px: (f64, f64), whole_px: (f64, f64)) -> String {
     let percent = |part_px: f64, whole_px: f64| format!("{:.3}%", 100.0 * part_px / whole_px);
     format!(

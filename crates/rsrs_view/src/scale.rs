@@ -91,11 +91,8 @@ impl Scale {
     }
 
     /// The labelled ticks: every value if there is room, else every few of them, or round numbers
-    /// where evenly spaced values have long labels.
-    ///
-    /// # Arguments
-    ///
-    /// * `room_px` — room that the widest of some labels needs along the axis, in pixels.
+    /// where evenly spaced values have long labels. The widest of some labels needs `room_px` along
+    /// the axis, in pixels.
     pub fn ticks(&self, room_px: impl Fn(&[String]) -> f64) -> Vec<(f64, String)> {
         let texts = labels(&self.values);
         let room = room_px(&texts);

@@ -56,10 +56,6 @@ pub enum SensorPictureError {
 
 /// Draws the places that were tried, darker the more was detected there, with both polygons.
 ///
-/// # Errors
-///
-/// [`SensorPictureError`], each variant as its name states.
-///
 /// # Source
 ///
 /// `fig:sim_sensing`, §IV steps 1 and 2.

@@ -116,15 +116,8 @@ pub fn is_same(left: f64, right: f64) -> bool {
 }
 
 impl Slice {
-    /// Cuts the slice at some values of the axes that the picture does not show.
-    ///
-    /// # Arguments
-    ///
-    /// * `at` — values of further axes; an axis with one value needs none.
-    ///
-    /// # Errors
-    ///
-    /// Each variant of [`SliceError`] as its name states.
+    /// Cuts the slice at some values of the axes that the picture does not show; an axis with one
+    /// value needs none.
     pub fn new(
         diagram: &PhaseDiagram,
         x: Axis,
@@ -167,11 +160,8 @@ impl Slice {
         self.counts.iter().any(|counts| counts.is_none_or(|counts| counts.total() == 0))
     }
 
-    /// Where a cell lies in the picture: its values on `x` and `y`.
-    ///
-    /// # Returns
-    ///
-    /// `None` if the cell belongs to another slice, or has no value on `x` or `y`.
+    /// Where a cell lies in the picture: its values on `x` and `y`. `None` if it belongs to another
+    /// slice, or lacks one of them.
     pub fn place(&self, cell: &Cell) -> Option<(f64, f64)> {
         let is_elsewhere = self
             .fixed

@@ -17,11 +17,8 @@ pub enum Filling {
     Hollow,
 }
 
-/// The mark of a real run: the phase's symbol in its hue, with a white rim.
-///
-/// # Arguments
-///
-/// * `(at_px, radius_px)` — its centre, and about half its width, in pixels.
+/// The mark of a real run: the phase's symbol in its hue, with a white rim, around `at_px` and
+/// about twice `radius_px` wide.
 pub fn mark(phase: Phase, filling: Filling, (at_px, radius_px): ((f64, f64), f64)) -> Element {
     let hollow = (filling == Filling::Hollow).then(|| {
         let inner = path(phase, at_px, 0.55 * radius_px);

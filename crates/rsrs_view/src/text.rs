@@ -53,11 +53,8 @@ fn advance(table: &[u16; 95], character: char) -> u32 {
     }
 }
 
-/// Breaks a text into lines of at most a given width, between words where possible.
-///
-/// # Returns
-///
-/// The lines; none for a text without words. A word that is wider than a line is cut.
+/// Breaks a text into lines of at most a given width, between words where possible; a word that is
+/// wider than a line is cut. A text without words has no lines.
 pub fn wrap(text: &str, size_px: f64, weight: Weight, room_px: f64) -> Vec<String> {
     let fits = |line: &str| width_px(line, size_px, weight) <= room_px;
     let mut lines: Vec<String> = Vec::new();

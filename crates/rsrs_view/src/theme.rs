@@ -12,12 +12,8 @@ pub enum Theme {
 }
 
 impl Theme {
-    /// What the file holds of the texts that the picture does not show.
-    ///
-    /// # Arguments
-    ///
-    /// * `texts` — what stands above and below the picture on a screen; any texts.
-    /// * `details` — what is in the file in any case; any text.
+    /// What the file holds of the texts that the picture does not show: those that stand above and
+    /// below it on a screen, and details that are in the file in any case.
     pub(crate) fn description<'a>(
         self,
         texts: impl IntoIterator<Item = &'a str>,

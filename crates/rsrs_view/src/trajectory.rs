@@ -89,20 +89,13 @@ pub enum TrajectoryPictureError {
     },
 }
 
-/// Draws one run.
+/// Draws one run as a self-contained SVG document of about 1 kB per robot and turn: the same text
+/// on every machine.
 ///
-/// The earlier tracks are pale, the last `tail_s` seconds strong; a dot is where a robot started, and
-/// robots stand and objects lie where they ended, with a line towards where they head and their names. A milling run also
-/// gets the circle about the centroid of the tail with the mean distance from it as radius, and so does each
-/// of several mills.
-///
-/// # Returns
-///
-/// A self-contained SVG document of about 1 kB per robot and turn; the same text on every machine.
-///
-/// # Errors
-///
-/// [`TrajectoryPictureError`], each variant as its name states.
+/// The earlier tracks are pale, the last `tail_s` seconds strong; a dot is where a robot started,
+/// and robots stand and objects lie where they ended, with a line towards where they head and their
+/// names. A milling run also gets the circle about the centroid of the tail with the mean distance
+/// from it as radius, and so does each of several mills.
 pub fn svg(picture: &TrajectoryPicture) -> Result<String, TrajectoryPictureError> {
     let (elements, height_px) = elements(picture)?;
     let page = Element::picture(PAGE_PX, height_px, &picture.title)
@@ -112,10 +105,6 @@ pub fn svg(picture: &TrajectoryPicture) -> Result<String, TrajectoryPictureError
 }
 
 /// What is drawn of a run on a page of [`PAGE_PX`], and its height in pixels.
-///
-/// # Errors
-///
-/// As [`svg`].
 pub(crate) fn elements(
     picture: &TrajectoryPicture,
 ) -> Result<(Vec<Element>, f64), TrajectoryPictureError> {
@@ -246,10 +235,6 @@ impl Ring {
 }
 
 /// Centroid and mean radius of a run from a sample on, if its phase has a ring.
-///
-/// # Arguments
-///
-/// * `first_sample` — one of the trajectory.
 pub fn ring_of(phase: Phase, trajectory: &Trajectory, first_sample: usize) -> Option<Ring> {
     match phase {
         Phase::STABLE_MILLING | Phase::SEMI_STABLE_MILLING => {}
