@@ -238,11 +238,8 @@ fn stands() -> Vec<Cause> {
     })
 }
 
-/// The page of the book, as Markdown.
-///
-/// # Arguments
-///
-/// * `more` — chapters of what the protocol does not know, such as the bag.
+/// The page of the book, as Markdown, with more chapters on what the protocol does not know, such
+/// as the bag.
 pub fn page(more: &[Chapter]) -> String {
     let mut page = text(
         "# What can go wrong in a run\n\n\

@@ -40,11 +40,8 @@ impl Contradictions {
         }
     }
 
-    /// Takes a detection, after the further readings of its time.
-    ///
-    /// # Returns
-    ///
-    /// What cannot be, once for each two readings of a robot.
+    /// Takes a detection, after the further readings of its time, and returns what cannot be, once
+    /// for each two readings of a robot.
     #[expect(clippy::fn_params_excessive_bools, reason = "binary is what a reading is")]
     pub fn on_detection(&mut self, robot: &str, is_true: bool) -> Option<String> {
         if self.names.is_detection() {

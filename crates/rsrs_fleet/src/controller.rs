@@ -173,11 +173,8 @@ impl Controller {
         }
     }
 
-    /// A controller that belongs to no run, of a robot without a gate: it holds the lease itself.
-    ///
-    /// # Arguments
-    ///
-    /// * `command_timeout` — age at which its last decision is stale.
+    /// A controller that belongs to no run, of a robot without a gate: it holds the lease itself,
+    /// and its last decision is stale at the age of `command_timeout`.
     pub fn holding_lease(robot: &str, settings: Settings, command_timeout: Duration) -> Self {
         let lease_gate = Some(LeaseGate::new(robot, command_timeout));
         Self { lease_gate, ..Self::new(robot, settings) }

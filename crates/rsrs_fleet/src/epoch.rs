@@ -20,15 +20,10 @@ pub struct ImplausibleEpoch {
     pub highest: u64,
 }
 
-/// Whether a runner can have made this epoch, judged by another epoch.
+/// Whether a runner can have made this epoch, judged by the highest one that was received so far; 0
+/// is none.
 ///
-/// # Arguments
-///
-/// * `highest` — the highest epoch received so far; 0 is none.
-///
-/// # Errors
-///
-/// [`ImplausibleEpoch`]. Lower epochs are not refused here: they are old, not impossible.
+/// Lower epochs are not refused here: they are old, not impossible.
 pub fn check(found: u64, highest: u64) -> Result<u64, ImplausibleEpoch> {
     // The upper half of all numbers stays free, so that there is always one above.
     if found > u64::MAX / 2 || found.saturating_sub(highest) > MOST_MISSED {

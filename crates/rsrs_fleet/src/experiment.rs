@@ -74,13 +74,8 @@ pub enum RobotLost {
 }
 
 impl RobotLost {
-    /// Whether a run ends when a robot is lost.
-    ///
-    /// # Arguments
-    ///
-    /// * `after_s` — how long the robots have been allowed to move then.
-    /// * `duration_s` — how long they are to move.
-    /// * `window` — which time of it is judged.
+    /// Whether a run of `duration_s` ends when a robot is lost `after_s` seconds after the robots
+    /// began to move.
     pub fn ends_run(self, after_s: f64, duration_s: f64, window: Window) -> bool {
         match self {
             Self::Abort => true,
@@ -230,16 +225,8 @@ impl Help for ExperimentError {
 }
 
 impl ExperimentFile {
-    /// Reads an experiment file.
-    ///
-    /// # Arguments
-    ///
-    /// * `file` — name of the document, for errors only; nothing is opened.
-    /// * `text` — the document.
-    ///
-    /// # Errors
-    ///
-    /// [`ExperimentError`], the first problem found.
+    /// Reads an experiment file, up to the first problem; `file` names it in errors, and nothing is
+    /// opened.
     pub fn parse(file: &str, text: &str) -> Result<Self, ExperimentError> {
         let required = ["fleet", "placement", "duration_s", "seed"];
         let experiment: Self = document::parse_with(file, text, &required)?;
@@ -293,8 +280,8 @@ impl ExperimentFile {
     ///
     /// # Errors
     ///
-    /// [`CellRefused`] if the cell holds a capability or another placement, or lacks the number of
-    /// robots or, without a table, speed or turning rate.
+    /// If the cell holds a capability or another placement, or lacks the number of robots or,
+    /// without a table, speed or turning rate.
     pub fn settings(&self, cell: &Cell) -> Result<Settings, CellRefused> {
         if let Some(axis) = cell.axes().into_iter().find(|axis| axis.is_capability()) {
             return Err(CellRefused::Capability { axis });

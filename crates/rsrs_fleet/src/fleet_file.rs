@@ -121,16 +121,9 @@ const PROFILE: &str = "profile";
 const FILE_VERSION: u32 = 1;
 
 impl FleetFile {
-    /// Reads a fleet file and resolves each robot.
+    /// Reads a fleet file and resolves each robot; `file` names it in errors, and nothing is opened.
     ///
-    /// # Arguments
-    ///
-    /// * `file` — name of the document, for errors only; nothing is opened.
-    /// * `text` — the document.
-    ///
-    /// # Errors
-    ///
-    /// [`FleetFileError`], the first problem found; keys that are missing all at once.
+    /// The error is the first problem found; keys that are missing come all at once.
     pub fn parse(file: &str, text: &str) -> Result<Self, FleetFileError> {
         let written: Written = document::parse_with(file, text, &["fileversion", "robots"])?;
         if written.fileversion != FILE_VERSION {
@@ -165,15 +158,8 @@ impl FleetFile {
         self.robots.iter().filter(|robot| robot.enabled).map(|robot| robot.name.as_str()).collect()
     }
 
-    /// The path of a robot's profile, relative to the file.
-    ///
-    /// # Arguments
-    ///
-    /// * `file` — name of the document, for errors only.
-    ///
-    /// # Errors
-    ///
-    /// [`FleetFileError::Missing`] if it was not measured yet.
+    /// The path of a robot's profile, relative to the file, which errors name; an error if the robot
+    /// was not measured yet.
     pub fn profile_of<'a>(file: &str, robot: &'a FleetRobot) -> Result<&'a str, FleetFileError> {
         robot.profile.as_deref().ok_or_else(|| FleetFileError::Missing {
             file: file.to_owned(),
@@ -182,10 +168,6 @@ impl FleetFile {
     }
 
     /// The first enabled robots: those that a cell with `robots: n` takes.
-    ///
-    /// # Errors
-    ///
-    /// [`TooFewRobots`].
     pub fn first(&self, n_robots: usize) -> Result<Vec<&FleetRobot>, TooFewRobots> {
         let enabled: Vec<_> = self.robots.iter().filter(|robot| robot.enabled).collect();
         if enabled.len() < n_robots {

@@ -47,10 +47,6 @@ pub struct StartsOutside {
 
 impl Geofence {
     /// Refuses bounds between which nothing is.
-    ///
-    /// # Errors
-    ///
-    /// [`InvalidGeofence`].
     pub fn check(&self) -> Result<(), InvalidGeofence> {
         for (key, bounds) in [("x_m", self.x_m), ("y_m", self.y_m)] {
             let [least, greatest] = bounds;
@@ -69,10 +65,6 @@ impl Geofence {
     }
 
     /// Refuses a start outside of which robots are to be before they have moved.
-    ///
-    /// # Errors
-    ///
-    /// [`StartsOutside`].
     pub fn check_start(&self, wanted: &WantedStart) -> Result<(), StartsOutside> {
         let start = match &wanted.area {
             StartArea::Disc { radius_m } => Self::around(*radius_m, *radius_m),

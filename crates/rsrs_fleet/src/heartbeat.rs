@@ -29,11 +29,7 @@ impl<S: PartialEq> Heartbeat<S> {
         self.counter
     }
 
-    /// The number of the status to publish now, if one is due.
-    ///
-    /// # Arguments
-    ///
-    /// * `state` — what others must receive at once when it changes.
+    /// The number of the status to publish now, if one is due: at once when the state changes.
     pub fn due(&mut self, state: S, now: Duration) -> Option<u64> {
         let at = match &self.last {
             Some((published, at)) if *published == state => next_beat(*at, now)?,

@@ -129,16 +129,13 @@ impl Status {
         is_waiting.then_some(self.run_id.as_str())
     }
 
-    /// Whether it is newer than what was received from its sender last.
+    /// Whether it is newer than the newest status of its sender so far, of which `last` has the
+    /// counter and when it was received.
     ///
-    /// A lower counter is that of a message that was late, or came again. Who was silent for as long
-    /// as a lease lasts may contain anything: no lease echoes it, so that nothing in it keeps a
-    /// robot moving, and one whose clock was set back before it started would not be received
+    /// A lower counter is that of a message that was late, or came again. Who was silent for as
+    /// long as a lease lasts may contain anything: no lease echoes it, so that nothing in it keeps
+    /// a robot moving, and one whose clock was set back before it started would not be received
     /// otherwise.
-    ///
-    /// # Arguments
-    ///
-    /// * `last` — the counter of the newest status so far, and when it was received.
     pub fn is_news(&self, last: Option<(u64, Duration)>, now: Duration) -> bool {
         last.is_none_or(|(counter, at)| {
             self.counter > counter || now.saturating_sub(at) > LEASE_DURATION

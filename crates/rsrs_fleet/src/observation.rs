@@ -198,11 +198,7 @@ impl Observation {
         Self { freshness: Freshness::UntilTheNext, ..Self::default() }
     }
 
-    /// Takes what was received.
-    ///
-    /// # Arguments
-    ///
-    /// * `now` — never before that of an earlier event.
+    /// Takes what was received at a time that is not before that of an earlier event.
     pub fn on_event(&mut self, event: Event, now: Duration) {
         match event {
             Event::Found { robot } => {

@@ -52,11 +52,8 @@ pub enum StartArea {
 }
 
 impl WantedStart {
-    /// How the robots of these conditions are to start.
-    ///
-    /// # Arguments
-    ///
-    /// * `replicate` — of several tables of poses, which one.
+    /// How the robots of these conditions are to start; of several tables of poses, the replicate
+    /// selects one.
     pub fn of(conditions: &Conditions, replicate: u64) -> Self {
         let area = match &conditions.placement {
             Placement::BoxFacingOut { width_m, height_m } => {
@@ -190,11 +187,8 @@ pub enum Deviation {
     },
 }
 
-/// Everything that is not as wanted, robot by robot.
-///
-/// # Arguments
-///
-/// * `robots` — numbers from 0, names and poses in one frame, whose origin is the centre of the area.
+/// Everything that is not as wanted, robot by robot: each with its number from 0, its name, and its
+/// pose in one frame, whose origin is the centre of the area.
 pub fn deviations(wanted: &WantedStart, robots: &[(usize, String, Pose)]) -> Vec<Deviation> {
     deviations_beyond(Tolerance::STANDING, wanted, robots)
 }
@@ -303,11 +297,10 @@ fn away(
     })
 }
 
-/// Objects that are not where their world has them; of those that it has anywhere, nothing is asked.
+/// Objects that are not where their world has them; of those that it has anywhere, nothing is
+/// asked.
 ///
-/// # Arguments
-///
-/// * `places_m` — where they are, in metres; shape `[n_objects][2]`, or empty if nobody knows.
+/// Their places, in metres, have the shape `[n_objects][2]`, or are empty if nobody knows them.
 pub fn deviations_of_objects(
     tolerance: Tolerance,
     world: &WorldFile,

@@ -219,16 +219,8 @@ pub struct DiagnosticError {
     pub message: String,
 }
 
-/// Every reason not to start, in the order in which a person would look.
-///
-/// # Arguments
-///
-/// * `expected` — what the experiment needs.
-/// * `seen` — what is there.
-///
-/// # Returns
-///
-/// All problems; none if the experiment can start.
+/// Every reason not to start, in the order in which a person would look; none if the experiment
+/// can.
 pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
     let mut problems = Vec::new();
     problems.extend(e_stop(seen));

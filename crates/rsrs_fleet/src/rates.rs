@@ -25,11 +25,7 @@ struct Watched {
 }
 
 impl Rates {
-    /// Watches topics from now on.
-    ///
-    /// # Arguments
-    ///
-    /// * `topics` — each with how often it has a sample, in seconds; above 0.
+    /// Watches topics from now on, each with how often it has a sample, in seconds; above 0.
     pub fn new(topics: impl IntoIterator<Item = (String, f64)>, now: Duration) -> Self {
         let watched = |period_s: f64| Watched {
             expected_hz: 1.0 / period_s,

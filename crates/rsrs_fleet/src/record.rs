@@ -147,16 +147,8 @@ pub struct DifferentPoses {
     pub source_of_other: PoseSource,
 }
 
-/// Where the poses of all robots of a run come from: a simulator publishes all of its own as odometry,
-/// and follows real robots by what tracks these.
-///
-/// # Arguments
-///
-/// * `robots` — those of the run.
-///
-/// # Errors
-///
-/// [`DifferentPoses`].
+/// Where the poses of all robots of a run come from: a simulator publishes all of its own as
+/// odometry, and follows real robots by what tracks these.
 pub fn pose_source(
     backend: Backend,
     robots: &[FleetRobot],
@@ -222,15 +214,8 @@ pub enum UnsuitableTracker {
     },
 }
 
-/// The tracker of a run; `None` where poses are on the floor as they come, on the robots' own topics.
-///
-/// # Arguments
-///
-/// * `robots` — those of the run.
-///
-/// # Errors
-///
-/// [`UnsuitableTracker`].
+/// The tracker of a run with these robots; `None` where poses are on the floor as they come, on the
+/// robots' own topics.
 pub fn tracker(
     backend: Backend,
     robots: &[FleetRobot],
@@ -359,10 +344,6 @@ impl ExperimentRecord {
     }
 
     /// Reads a record back.
-    ///
-    /// # Errors
-    ///
-    /// [`RecordError`].
     pub fn from_json(text: &str) -> Result<Self, RecordError> {
         // A newer shape may have any keys.
         let versioned: Option<Versioned> = serde_json::from_str(text).ok();
@@ -555,10 +536,6 @@ impl Ending {
     }
 
     /// Reads what [`Self::to_json`] has written: the ending, and the id of its run.
-    ///
-    /// # Errors
-    ///
-    /// [`InvalidEnding`].
     pub fn from_json(text: &str) -> Result<(Self, String), InvalidEnding> {
         let mut pairs: BTreeMap<String, String> = serde_json::from_str(text)?;
         let run_id = pairs.remove(RUN_ID).ok_or(InvalidEnding::NoRun)?;

@@ -181,12 +181,8 @@ impl Robot {
         }
     }
 
-    /// The same robot, that counts its statuses up from another number.
-    ///
-    /// # Arguments
-    ///
-    /// * `counter` — above all that this robot ever counted before it was started again: the wall
-    ///   clock's milliseconds are.
+    /// The same robot, that counts its statuses up from a number above all that it ever counted
+    /// before it was started again, as the wall clock's milliseconds are.
     #[must_use]
     pub fn counting_from(mut self, counter: u64) -> Self {
         self.beat = Heartbeat::from(counter);
@@ -221,11 +217,8 @@ impl Robot {
         self.refused_epoch
     }
 
-    /// Takes an event.
-    ///
-    /// # Returns
-    ///
-    /// A status to publish, if it is time for one or the robot's state changed.
+    /// Takes an event, and returns a status to publish, if it is time for one or the robot's state
+    /// changed.
     pub fn on_event(&mut self, event: Event, now: Duration) -> Option<Status> {
         // What has run out by now has run out, whatever comes now.
         self.asking.began.get_or_insert(now);

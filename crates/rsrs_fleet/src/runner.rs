@@ -219,12 +219,10 @@ impl Runner {
         (self.phase == Phase::Run).then(|| self.elapsed(now))
     }
 
-    /// Takes an event.
+    /// Takes an event, and returns what to do, in order.
     ///
-    /// # Returns
-    ///
-    /// What to do, in order. Answers to [`Action::Configure`] and [`Action::ReadBack`] come back as
-    /// events; those that never come are asked for again.
+    /// Answers to [`Action::Configure`] and [`Action::ReadBack`] come back as events; those that
+    /// never come are asked for again.
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
         let mut actions = Vec::new();
         if self.phase == Phase::Done {

@@ -32,12 +32,8 @@ pub const RECORDER_WINDOW: u64 = 20;
 /// it, single precision would overflow sooner or later.
 pub const MAX_COMMAND: f64 = 1e3;
 
-/// Names a placed world: the simulator reports it in its status, and the runner expects it.
-///
-/// # Arguments
-///
-/// * `seed`, `replicate` — which run of the conditions.
-/// * `steps` — how many steps the world is to make.
+/// Names the world of one replicate of these conditions that is to make so many steps: the
+/// simulator reports it in its status, and the runner expects it.
 pub fn placement_digest(conditions: &Conditions, seed: u64, replicate: u64, steps: u64) -> u64 {
     let mut digest = Digest::new("placement");
     for word in [conditions.digest(), seed, replicate, steps] {
@@ -286,11 +282,8 @@ impl Simulator {
         }
     }
 
-    /// Takes an event.
-    ///
-    /// # Returns
-    ///
-    /// What to do, in order; a status whenever one is due or something has changed.
+    /// Takes an event, and returns what to do, in order; a status whenever one is due or something
+    /// has changed.
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
         let mut actions = Vec::new();
         match event {

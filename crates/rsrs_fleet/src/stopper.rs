@@ -148,11 +148,7 @@ impl Stopper {
         Self { transport, ..self }
     }
 
-    /// Takes an event.
-    ///
-    /// # Returns
-    ///
-    /// What to do, in order.
+    /// Takes an event, and returns what to do, in order.
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
         if self.is_over {
             return Vec::new();

@@ -82,21 +82,14 @@ pub fn diagnoses(array: DiagnosticArray) -> Vec<Diagnosis> {
     array.status.into_iter().map(diagnosis).collect()
 }
 
-/// Where a node that starts now begins to count its statuses: above all that it counted before it
-/// was started again, as long as its clock goes forward and it sends fewer than a thousand a second.
-///
-/// # Arguments
-///
-/// * `now` — the wall clock.
+/// Where a node that starts now, by the wall clock, begins to count its statuses: above all that it
+/// counted before it was started again, as long as its clock goes forward and it sends fewer than a
+/// thousand a second.
 pub fn first_counter(now: Time) -> u64 {
     now.to_nanos().unwrap_or(0) / 1_000_000
 }
 
 /// Understands a lease.
-///
-/// # Errors
-///
-/// [`InvalidMessage`].
 pub fn lease(message: RunLease) -> Result<Lease, InvalidMessage> {
     let state = LeaseState::try_from(message.state)?;
     let (robots, counters) = (message.robots.len(), message.echoed_counter.len());
@@ -130,10 +123,6 @@ pub fn lease_message(lease: &Lease, stamp: Time) -> RunLease {
 const MOST_REASON: usize = 200;
 
 /// Understands a status; its reason is anybody's text, and is kept as one line that is not too long.
-///
-/// # Errors
-///
-/// [`InvalidMessage::Unknown`].
 pub fn status(message: RobotStatus) -> Result<Status, InvalidMessage> {
     let state = RobotState::try_from(message.state)?;
     let stop_cause = StopCause::try_from(message.stop_cause)?;
@@ -165,10 +154,6 @@ pub fn status_message(status: &Status, stamp: Time) -> RobotStatus {
 }
 
 /// Understands locks of the e-stop; of more than a lab has the rest counts as one.
-///
-/// # Errors
-///
-/// [`InvalidMessage::Unknown`].
 pub fn locks(message: EStopLocks) -> Result<Locks, InvalidMessage> {
     let lock = |EStopLock { source, cause }| Ok((Source(source), LockCause::try_from(cause)?));
     message.locks.into_iter().take(MOST_SOURCES + 1).map(lock).collect::<Result<_, _>>().map(Locks)
@@ -183,11 +168,8 @@ pub fn locks_message(locks: &Locks) -> EStopLocks {
     EStopLocks { locks: locks.0.iter().map(lock).collect() }
 }
 
-/// Understands a velocity command: `x` of the linear part, `z` of the angular part (REP 103).
-///
-/// # Errors
-///
-/// [`InvalidMessage::NotFinite`].
+/// Understands a velocity command of finite numbers: `x` of the linear part, `z` of the angular
+/// part (REP 103).
 pub fn command(twist: &Twist) -> Result<Command, InvalidMessage> {
     let command = Command { speed_m_s: twist.linear.x, turn_rate_rad_s: twist.angular.z };
     if command.speed_m_s.is_finite() && command.turn_rate_rad_s.is_finite() {
@@ -198,10 +180,6 @@ pub fn command(twist: &Twist) -> Result<Command, InvalidMessage> {
 }
 
 /// Understands a pose on the floor: its heading is the turn around the vertical axis (REP 103).
-///
-/// # Errors
-///
-/// [`InvalidMessage::Position`] and [`InvalidMessage::Orientation`].
 pub fn pose(message: &geometry_msgs::Pose) -> Result<Pose, InvalidMessage> {
     let (x_m, y_m) = (message.position.x, message.position.y);
     if !(x_m.is_finite() && y_m.is_finite()) {

@@ -74,13 +74,9 @@ impl LeaseGate {
         &self.gate
     }
 
-    /// Lets through what may go out of what the controller wants to do.
+    /// Lets through what may go out of what the controller wants to do after an event.
     ///
-    /// # Arguments
-    ///
-    /// * `event` — what the controller has just received.
-    /// * `word` — the status that it would publish now: the gate goes by it.
-    /// * `wanted` — what follows from the event.
+    /// The gate goes by `word`, the status that the controller would publish now.
     pub(super) fn hold(
         &mut self,
         event: &Event,

@@ -33,14 +33,10 @@ pub enum BagCompression {
     Lz4,
 }
 
-/// Bytes of a GiB.
 const GIB: f64 = (1_u64 << 30) as f64;
 
-/// Whole bytes in so many GiB.
-///
-/// # Arguments
-///
-/// * `gib` — positive and finite, as [`RecordOptions::check`] leaves it.
+/// Whole bytes in so many GiB, which are positive and finite, as [`RecordOptions::check`] leaves
+/// them.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -73,11 +69,7 @@ pub enum RecordRefused {
 }
 
 impl RecordOptions {
-    /// Looks for what cannot be meant.
-    ///
-    /// # Errors
-    ///
-    /// [`RecordRefused`], the first one.
+    /// Refuses the first of the options that cannot be meant.
     pub fn check(&self) -> Result<(), RecordRefused> {
         for (key, size) in [("max_bag_gib", self.max_bag_gib), ("split_gib", self.split_gib)] {
             match size {

@@ -60,11 +60,9 @@ pub struct Playback {
 impl Playback {
     /// A recording at its beginning, which is played at the recorded pace.
     ///
-    /// # Arguments
-    ///
-    /// * `events` — with their times from the beginning of the recording, in any order.
-    /// * `swarm` — what the judge reads; `None` where it cannot, and poses are taken as they come.
-    /// * `duration` — how long the recording is; at least the time of the last event.
+    /// Events are in any order, with their times from the beginning of the recording, which lasts
+    /// at least until the last of them. Without a `swarm` that the judge can read, poses are taken
+    /// as they come.
     pub fn new(
         mut events: Vec<(Duration, Event)>,
         swarm: Option<RecordedSwarm>,

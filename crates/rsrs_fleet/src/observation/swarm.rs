@@ -45,16 +45,11 @@ impl SwarmOrder {
     }
 }
 
-/// The order parameters of a trajectory's window at its end, or of what there is of it.
+/// The order parameters of the last window of a trajectory's first `n_samples`, or of what there is
+/// of it.
 ///
-/// # Arguments
-///
-/// * `n_samples` — where to stop looking: the first samples of the trajectory.
-///
-/// # Returns
-///
-/// `None` for less than two samples of a robot, and where the behaviour looks at what is not known, as at objects of
-/// which nobody publishes where they are: no phase follows from that.
+/// `None` for less than two samples of a robot, and where the behaviour looks at what is not known,
+/// as at objects of which nobody publishes where they are: no phase follows from that.
 pub fn order_of(
     trajectory: &Trajectory,
     n_samples: usize,
@@ -125,17 +120,13 @@ impl Swarm {
         }
     }
 
-    /// Forgets what it has seen.
     pub(super) fn clear(&mut self) {
         self.trajectory = Trajectory::new(self.trajectory.period_s, 0);
         self.last = None;
     }
 
-    /// Takes a sample if one is due; only while robots may move.
-    ///
-    /// # Arguments
-    ///
-    /// * `objects_m` — where objects were seen last, in metres: they stand unless they are pushed.
+    /// Takes a sample if one is due; only while robots may move. Objects stand where they were seen
+    /// last, in metres, unless they are pushed.
     pub(super) fn sample(
         &mut self,
         robots: &BTreeMap<Name, ObservedRobot>,

@@ -71,11 +71,8 @@ impl Detector {
         }
     }
 
-    /// Whether the robot sees something now.
-    ///
-    /// # Errors
-    ///
-    /// [`SensorFailure`], in which case there is no detection.
+    /// Whether the robot sees something now; an error if there was no reading yet, or none for longer
+    /// than the timeout.
     pub fn detected(
         &self,
         settings: &DetectorSettings,

@@ -40,15 +40,11 @@ pub struct BeyondLimits {
 const ROUNDING: f64 = 1e-9;
 
 impl Limits {
-    /// Whether the robot can follow a command.
+    /// Whether the robot can follow a command; one that is not a number is refused, too.
     ///
     /// A command beyond the limits is refused and not cut down to them: speed over turning rate is
     /// the radius of the circle, so that a robot that follows half of a command does another
     /// experiment unnoticed.
-    ///
-    /// # Errors
-    ///
-    /// [`BeyondLimits`], also for a command that is not a number.
     pub fn check(&self, command: Command) -> Result<(), BeyondLimits> {
         let fits = |value: f64, most: f64| value.abs() <= most * (1.0 + ROUNDING);
         if fits(command.speed_m_s, self.speed_m_s)
@@ -78,15 +74,11 @@ impl Ramp {
         Self { now: Command::STOP, at }
     }
 
-    /// The command that the wheels get now.
+    /// The command that the wheels get now, not before the last call's, on the way to what the gate
+    /// lets through.
     ///
     /// Speeds grow no faster than the limits allow; they fall, and change their sign up to zero, at
     /// once, because a stop is never held back.
-    ///
-    /// # Arguments
-    ///
-    /// * `wanted` — what the gate lets through.
-    /// * `now` — not before the last call's.
     pub fn toward(&mut self, wanted: Command, limits: &Limits, now: Duration) -> Command {
         let step_s = now.saturating_sub(self.at).min(LONGEST_STEP).as_secs_f64();
         self.at = now;

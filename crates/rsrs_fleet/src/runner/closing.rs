@@ -38,11 +38,7 @@ impl Closing {
         Some(format!("closing the bag, {} left", self.left()))
     }
 
-    /// Why the bag is given up, if nothing was written for too long.
-    ///
-    /// # Arguments
-    ///
-    /// * `since` — when it began to be closed.
+    /// Why a bag that began to be closed at `since` is given up, if nothing was written for too long.
     pub(super) fn is_stuck(&self, since: Duration, now: Duration) -> Option<String> {
         let last = self.done.map_or(since, |(_, at)| at.max(since));
         (now.saturating_sub(last) >= RECORDER_TIMEOUT).then(|| {

@@ -28,12 +28,8 @@ pub enum Outcome {
 }
 
 impl Ending {
-    /// The ending that an outcome is.
-    ///
-    /// # Arguments
-    ///
-    /// * `lost` — robots that were lost on the way.
-    /// * `paused` — when robots stood on the way, and went on.
+    /// The ending that an outcome is, with the robots that were lost on the way, and those that
+    /// stood and went on.
     pub fn of(outcome: &Outcome, lost: &[LostRobot], paused: &[PausedRobot]) -> Self {
         let (kind, reason) = match outcome {
             Outcome::Completed => (EndingKind::Completed, String::new()),

@@ -82,12 +82,8 @@ impl Plausibility {
         forget(&mut received.commands, now);
     }
 
-    /// What is found now that was not noted before, in words.
-    ///
-    /// # Arguments
-    ///
-    /// * `since` — when the robots began to move.
-    /// * `lost` — robots of which nothing is expected any more.
+    /// What is found now that was not noted before, in words, of robots that began to move at
+    /// `since`; of lost ones nothing is expected any more.
     pub(super) fn look(
         &mut self,
         since: Duration,

@@ -11,14 +11,8 @@ use rsrs_core::judge::phase::MAX_GAP_S;
 pub(super) struct PoseGaps(BTreeSet<String>);
 
 impl PoseGaps {
-    /// What is to be noted now: robots of which no pose has come for longer than the judge bridges, in
-    /// the time that is judged. Gaps before that time do no harm.
-    ///
-    /// # Arguments
-    ///
-    /// * `silences` — how long no pose of each robot has come.
-    /// * `left` — how long the run goes on.
-    /// * `judged` — which time of it is judged.
+    /// What is to be noted now: robots of which no pose has come for longer than the judge bridges,
+    /// in the time that is judged. Gaps before that time do no harm.
     pub(super) fn news<'a>(
         &mut self,
         silences: impl Iterator<Item = (&'a str, Duration)>,

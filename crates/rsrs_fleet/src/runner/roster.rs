@@ -200,11 +200,8 @@ impl Roster {
         }
     }
 
-    /// The robots are about to be stopped.
-    ///
-    /// # Returns
-    ///
-    /// How robots stood meanwhile because their leases had run out, in the order in which they did.
+    /// The robots are about to be stopped: how they stood meanwhile because their leases had run
+    /// out, in the order in which they did.
     pub(super) fn end(&mut self, now: Duration) -> Vec<PausedRobot> {
         self.moving_in = None;
         let pauses = self.members.iter_mut().flat_map(|member| {
@@ -315,12 +312,9 @@ impl Roster {
         waiting
     }
 
-    /// Robots that were lost just now: not as they should be for longer than the timeouts.
-    ///
-    /// # Arguments
-    ///
-    /// * `timeouts` — how long trouble may last, but for a hardware fault, which is final.
-    /// * `most_paused` — how long a robot may have stood in all because its lease had run out.
+    /// Robots that were lost just now: not as they should be for longer than the timeouts (a
+    /// hardware fault is final at once), or standing for more than `most_paused` in all because
+    /// their leases had run out.
     pub(super) fn newly_lost(
         &mut self,
         epoch: u64,
@@ -358,7 +352,6 @@ impl Roster {
         self.members.iter_mut().filter_map(|member| member.news_of_lost(epoch, now)).collect()
     }
 
-    /// Whether the e-stop holds a robot.
     pub(super) fn holds_e_stop(&self) -> bool {
         let robots = self.members.iter().filter_map(|member| member.robot.as_ref());
         robots.into_iter().any(|received| received.status.holds_e_stop())

@@ -23,11 +23,8 @@ pub(super) struct Search {
 const SAID_AGAIN: Duration = Duration::from_secs(10);
 
 impl Search {
-    /// Takes what is wrong now.
-    ///
-    /// # Returns
-    ///
-    /// Notes for the operator, if this machine has fallen behind: with everything else that is wrong.
+    /// Takes what is wrong now, and returns notes for the operator, if this machine has fallen
+    /// behind: with everything else that is wrong.
     pub(super) fn look(&mut self, problems: &[Problem], now: Duration) -> Vec<String> {
         let behind = problems.iter().find(|problem| matches!(problem, Problem::TooSlow { .. }));
         self.is_behind = behind.is_some();
@@ -55,11 +52,7 @@ impl Search {
         self.since += passed;
     }
 
-    /// Whether nothing new is to be expected.
-    ///
-    /// # Arguments
-    ///
-    /// * `start` — when the search began.
+    /// Whether nothing new is to be expected of a search that began at `start`.
     pub(super) fn is_over(&self, start: Duration, now: Duration, transport: Transport) -> bool {
         let is_stuck = now.saturating_sub(self.since) >= transport.discovery_timeout();
         is_stuck || (self.is_behind && now.saturating_sub(start) >= CATCH_UP_TIMEOUT)

@@ -64,10 +64,6 @@ impl Simulator {
     }
 
     /// Whether the world may be controlled manually: not while a run holds its robots.
-    ///
-    /// # Errors
-    ///
-    /// [`ManualControlRefused::NoWorld`] and [`ManualControlRefused::Held`].
     pub fn check_manual_control(&self) -> Result<(), ManualControlRefused> {
         match &self.world {
             WorldState::Empty | WorldState::Refused(_) => Err(ManualControlRefused::NoWorld),
@@ -78,16 +74,8 @@ impl Simulator {
         }
     }
 
-    /// Applies a command of manual control. From then on the status names no world, so that no run
-    /// uses this one; placing it again gives it back.
-    ///
-    /// # Returns
-    ///
-    /// What to do, in order.
-    ///
-    /// # Errors
-    ///
-    /// [`ManualControlRefused`].
+    /// Applies a command of manual control, and returns what to do, in order. From then on the
+    /// status names no world, so that no run uses this one; placing it again gives it back.
     pub fn apply_manual(
         &mut self,
         command: ManualCommand,

@@ -112,11 +112,7 @@ struct Fleet {
     story: Story,
 }
 
-/// Plays a scenario to its end.
-///
-/// # Errors
-///
-/// The first violation of an invariant, with the story so far.
+/// Plays a scenario to its end, or to the first violation of an invariant, with the story so far.
 pub fn play(scenario: Scenario, verbosity: Verbosity) -> Result<Story, Box<(String, Story)>> {
     let mut fleet = Fleet::new(scenario, verbosity);
     match fleet.live() {

@@ -234,11 +234,7 @@ impl SafetyOracle {
         (self.moved_in, self.allowed_ms)
     }
 
-    /// Called when its gate lets a command through.
-    ///
-    /// # Errors
-    ///
-    /// Why it must not.
+    /// Called when its gate lets a command through; the error is why it must not.
     pub fn moves(&mut self, now_ms: u64) -> Result<(), String> {
         let Binding { epoch, since_ms } = self.binding;
         // A simulator in lockstep goes by the gates as it saw them last.
@@ -287,11 +283,7 @@ impl SafetyOracle {
         Ok(())
     }
 
-    /// Called when the gate lets a command through whose age matters.
-    ///
-    /// # Errors
-    ///
-    /// If the command is too old.
+    /// Called when the gate lets a command through that must not be too old.
     pub fn obeys_command(&self, now_ms: u64) -> Result<(), String> {
         match self.commanded_ms {
             Some(at_ms) if now_ms <= at_ms + COMMAND_TIMEOUT_MS + DRIFT_MS => Ok(()),
@@ -299,16 +291,10 @@ impl SafetyOracle {
         }
     }
 
-    /// Called while real wheels turn.
+    /// Called while real wheels turn; the error is why they must not any more, or not so.
     ///
-    /// # Arguments
-    ///
-    /// * `last_ms` — how long after its gate let a command through they may, in milliseconds:
-    ///   [`GLANCE_MS`] while its process lives and has time, else [`WHEELS_TIMEOUT_MS`].
-    ///
-    /// # Errors
-    ///
-    /// Why they must not turn any more, or not so.
+    /// They may until `last_ms` after their gate let a command through: [`GLANCE_MS`] while its
+    /// process lives and has time, else [`WHEELS_TIMEOUT_MS`].
     pub fn wheels(&self, command_sent: Command, last_ms: u64, now_ms: u64) -> Result<(), String> {
         if command_sent.speed_m_s.abs() > FASTEST.speed_m_s
             || command_sent.turn_rate_rad_s.abs() > FASTEST.turn_rate_rad_s
