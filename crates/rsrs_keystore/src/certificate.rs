@@ -31,10 +31,6 @@ pub struct NoCertificate {
 }
 
 /// Reads a certificate.
-///
-/// # Errors
-///
-/// [`NoCertificate`].
 pub fn read(pem: &str) -> Result<CertificateFacts, NoCertificate> {
     let certificate =
         Certificate::from_pem(pem).map_err(|error| NoCertificate { reason: error.to_string() })?;

@@ -18,14 +18,8 @@ use crate::signed_document::signed_text;
 
 type Texts = BTreeMap<&'static str, String>;
 
-/// Everything that is wrong with an enclave; it can be used if all of it is warnings.
-///
-/// # Arguments
-///
-/// * `name` — of the enclave, such as `/robot_3`.
-/// * `folder` — of the enclave.
-/// * `domain_id` — the domain that it is for.
-/// * `now` — since 1970.
+/// Everything that is wrong with an enclave (such as `/robot_3`) and its folder, for a domain; it
+/// can be used if all of it is warnings. The time `now` is since 1970.
 pub fn problems_of(
     name: &str,
     folder: &Path,

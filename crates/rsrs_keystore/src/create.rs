@@ -76,15 +76,12 @@ pub struct MadeEnclave {
 
 /// Makes a keystore, or the enclaves that one lacks.
 ///
-/// Keys that are there are kept, and so are certificates that belong to them. Permissions of the enclaves
-/// of this fleet are written anew, because those of some name all robots. Who was revoked is left out,
-/// until it is [readmitted](KeystoreRequest::readmitted).
+/// Keys that are there are kept, and so are certificates that belong to them. Permissions of the
+/// enclaves of this fleet are written anew, because those of some name all robots. Who was revoked
+/// is left out, until it is [readmitted](KeystoreRequest::readmitted).
 ///
-/// # Errors
-///
-/// [`KeystoreError`] if the folder is another one than a keystore, is of another domain, or cannot be
-/// written, if its authority ends before what it would sign, or if who is readmitted was not revoked or is
-/// not of this fleet.
+/// Nothing is made in a folder that is another one than a keystore, or is of another domain; nor if
+/// the authority ends before what it would sign.
 pub fn create(request: &KeystoreRequest) -> Result<MadeKeystore, KeystoreError> {
     let folder = request.folder;
     check_robots(request.robots)?;
@@ -221,11 +218,8 @@ fn check_empty(folder: &Path) -> Result<(), KeystoreError> {
     Err(KeystoreError::HasFiles { folder: folder.to_owned() })
 }
 
-/// Makes one enclave, or completes one that is there and writes its permissions anew.
-///
-/// # Returns
-///
-/// Also what is wrong with it still.
+/// Makes one enclave, or completes one that is there and writes its permissions anew, and finds
+/// what is wrong with it still.
 fn enclave(
     authority: &Authority,
     request: &KeystoreRequest,

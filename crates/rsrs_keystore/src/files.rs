@@ -219,11 +219,8 @@ pub(crate) fn text(path: &Path) -> io::Result<String> {
     rsrs_files::read_text_of_at_most(MOST_BYTES, path)
 }
 
-/// Makes a link, also in the place of a copy or of a link to something else.
-///
-/// # Returns
-///
-/// Whether there was none.
+/// Makes a link, also in the place of a copy or of a link to something else; `false` if it was
+/// there.
 pub(crate) fn link(to: &Path, path: &Path) -> Result<bool, KeystoreError> {
     let linked = || {
         let wanted = folder_of(path).join(to).canonicalize();
@@ -243,11 +240,7 @@ pub(crate) fn shared(keystore: &Path, file: &str) -> PathBuf {
     keystore.join(if file == GOVERNANCE { ENCLAVES } else { PUBLIC }).join(file)
 }
 
-/// Links what all enclaves share into one.
-///
-/// # Returns
-///
-/// What was no such link before.
+/// Links what all enclaves share into one, and names what was no such link before.
 pub(crate) fn link_shared(folder: &Path, name: &str) -> Result<Vec<PathBuf>, KeystoreError> {
     // Up to the folder of all enclaves, through those of a namespace.
     let up: PathBuf = name.split('/').filter(|part| !part.is_empty()).map(|_| "..").collect();
@@ -302,11 +295,7 @@ pub(crate) fn mode_for_others(key: &Path) -> io::Result<Option<u32>> {
     Ok((mode & 0o077 != 0).then_some(mode))
 }
 
-/// Lets only the owner read a key.
-///
-/// # Returns
-///
-/// Whether others could before.
+/// Lets only the owner read a key; `true` if others could before.
 pub(crate) fn make_private(key: &Path) -> Result<bool, KeystoreError> {
     let cannot = |source| KeystoreError::file("make private", key)(source);
     if mode_for_others(key).map_err(cannot)?.is_none() {

@@ -230,10 +230,6 @@ impl Governance {
     }
 
     /// Reads the text of the document.
-    ///
-    /// # Errors
-    ///
-    /// [`GovernanceError`].
     pub fn parse(xml: &str) -> Result<Self, GovernanceError> {
         parse::parse(xml)
     }

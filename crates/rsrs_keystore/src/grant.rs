@@ -16,11 +16,7 @@ pub(crate) struct GrantText<'a> {
 }
 
 impl GrantText<'_> {
-    /// The text of the document.
-    ///
-    /// # Arguments
-    ///
-    /// * `robots` — of the fleet.
+    /// The text of the document, in a fleet of these robots.
     pub(crate) fn to_xml(&self, robots: &[String]) -> Result<String, KeystoreError> {
         let Rights { may_not_publish, may_not_receive, may_publish, may_receive } =
             self.role.rights(robots);

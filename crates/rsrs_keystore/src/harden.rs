@@ -19,13 +19,11 @@ pub struct Hardened {
 }
 
 /// Signs another governance where that of a keystore is too weak or is not carried, for the same
-/// domains and topics, links it and the authority's certificates into every enclave, and makes its keys
-/// private. Certificates and permissions stay.
+/// domains and topics, links it and the authority's certificates into every enclave, and makes its
+/// keys private. Certificates and permissions stay.
 ///
-/// # Errors
-///
-/// [`KeystoreError`] if the folder is no keystore, or cannot be written; or if its governance is not what
-/// its authority has signed, because what somebody has changed must not be signed again.
+/// A governance that is not what the authority has signed is refused, because what somebody has
+/// changed must not be signed again.
 pub fn harden(folder: &Path) -> Result<Hardened, KeystoreError> {
     let authority = authority_of(folder)?;
     let _lock = files::lock(folder)?;

@@ -53,15 +53,7 @@ pub fn is_keystore(folder: &Path) -> bool {
     Authority::is_in(folder).unwrap_or(false)
 }
 
-/// Who belongs to a keystore, until when, and what is wrong with it.
-///
-/// # Arguments
-///
-/// * `now` — since 1970.
-///
-/// # Errors
-///
-/// [`KeystoreError`] if the folder is no keystore, or what all members share does not read.
+/// Who belongs to a keystore, until when, and what is wrong with it `now`, a time since 1970.
 pub fn show(keystore: &Path, now: Duration) -> Result<ShownKeystore, KeystoreError> {
     let authority = authority_of(keystore)?;
     let governance = authority.governance(keystore)?;
@@ -121,11 +113,7 @@ fn check_files(
     if members.is_empty() { Ok(()) } else { Err(KeystoreError::Damaged { members }) }
 }
 
-/// Links what all enclaves share into each of them.
-///
-/// # Returns
-///
-/// What was no such link before.
+/// Links what all enclaves share into each of them, and names what was no such link before.
 pub(crate) fn link_all(
     enclaves: &BTreeMap<String, PathBuf>,
 ) -> Result<Vec<PathBuf>, KeystoreError> {
@@ -136,22 +124,13 @@ pub(crate) fn link_all(
     Ok(made)
 }
 
-/// Gives a keystore more time: its authority and all of its members get certificates anew, for the keys
-/// that they have, and permissions that hold as long. What was copied takes part with it until it ends.
-///
-/// # Arguments
-///
-/// * `now` — since 1970.
-/// * `validity` — for how long.
-///
-/// # Returns
-///
-/// Since 1970: until when it holds now.
+/// Gives a keystore more time, from `now` (since 1970) for as long as `validity`: its authority and
+/// all of its members get certificates anew, for the keys that they have, and permissions that hold
+/// as long. The new end is since 1970, too. What was copied takes part with it until it ends.
 ///
 /// # Errors
 ///
-/// [`KeystoreError`] if the folder is no keystore, or cannot be written; or if a member has no key or
-/// permissions that can be used, and then nothing is changed.
+/// If a member has no key or permissions that can be used, nothing is changed.
 pub fn renew(
     keystore: &Path,
     now: Duration,
@@ -192,22 +171,13 @@ pub struct Revoked {
     pub private: Option<PathBuf>,
 }
 
-/// Makes a keystore without one of its members, in which nothing is left that this one could use: a new
-/// authority, and new keys for all others, with the permissions that they had.
-///
-/// # Arguments
-///
-/// * `name` — of the enclave that goes, such as `robot_3`.
-/// * `now`, `validity` — since 1970, and for how long.
-///
-/// # Returns
-///
-/// Where everything is now.
+/// Makes a keystore without one of its members, such as `robot_3`, in which nothing is left that
+/// this one could use: a new authority, and new keys for all others, with the permissions that they
+/// had, from `now` (since 1970) for as long as `validity`.
 ///
 /// # Errors
 ///
-/// [`KeystoreError`] if there is no such enclave, the permissions of another one cannot be used, or something
-/// cannot be written; the old keystore is then where it was.
+/// After every error the old keystore is where it was.
 pub fn revoke(
     keystore: &Path,
     name: &str,

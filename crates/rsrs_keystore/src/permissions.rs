@@ -44,10 +44,6 @@ pub enum PermissionsError {
 
 impl Permissions {
     /// Reads the text of the document.
-    ///
-    /// # Errors
-    ///
-    /// [`PermissionsError`].
     pub fn parse(xml: &str) -> Result<Self, PermissionsError> {
         let document = Document::parse(xml)
             .map_err(|error| PermissionsError::Xml { reason: error.to_string() })?;
@@ -55,11 +51,7 @@ impl Permissions {
         Ok(Self { grants: grants.map(grant).collect::<Result<_, _>>()? })
     }
 
-    /// The grant of a certificate.
-    ///
-    /// # Arguments
-    ///
-    /// * `subject` — whom the certificate names.
+    /// The grant of a certificate, by the subject that it names.
     pub fn grant_of(&self, subject: &str) -> Option<&Grant> {
         self.grants.iter().find(|grant| {
             let written = Name::from_str(grant.subject.trim());

@@ -176,12 +176,8 @@ impl EnclaveProblem {
     }
 }
 
-/// What mends these problems, each once: what to type where the keystore is, and what to copy where only a
-/// part of it is.
-///
-/// # Arguments
-///
-/// * `fleet` — its fleet file, where that is known.
+/// What mends these problems, each once: what to type where the keystore is (with its fleet file,
+/// where that is known), and what to copy where only a part of it is.
 pub fn cures(keystore: &Path, fleet: Option<&Path>, problems: &[EnclaveProblem]) -> Vec<String> {
     let is_here = keystore.join(PRIVATE).symlink_metadata().is_ok();
     let folder = if is_here { quoted(keystore) } else { "KEYSTORE".to_owned() };

@@ -67,10 +67,6 @@ pub enum ForgedDocument {
 }
 
 /// Whether a document has been signed by this authority, and not changed since.
-///
-/// # Errors
-///
-/// [`ForgedDocument`].
 pub(crate) fn verify(signer: &VerifyingKey, document: &str) -> Result<(), ForgedDocument> {
     let unreadable = |reason: &str| ForgedDocument::Unreadable { reason: reason.to_owned() };
     let [content, signature] =

@@ -9,10 +9,6 @@ const TEXT_HEADER: &str = "Content-Type: text/plain";
 pub struct NotSigned;
 
 /// The text of a signed document. Its signature is not verified here: the middleware does that.
-///
-/// # Errors
-///
-/// [`NotSigned`] if there are no two parts.
 pub fn signed_text(document: &str) -> Result<&str, NotSigned> {
     let [text, _signature] = parts(document)?;
     let text = text.trim_start();
