@@ -56,11 +56,7 @@ impl BagArguments {
     }
 }
 
-/// Reads a margin.
-///
-/// # Errors
-///
-/// If it is no share from 0 to 0.5.
+/// Reads a margin, a share from 0 to 0.5.
 pub fn margin(text: &str) -> Result<f64, String> {
     let margin: f64 = text.parse().map_err(|error| format!("`{text}` is not a number: {error}"))?;
     if (0.0..=0.5).contains(&margin) {

@@ -18,11 +18,8 @@ const WORDS: [(&str, &str); 6] = [
     ("number too small to fit in target type", "expected a greater number"),
 ];
 
-/// Understands the arguments of this process; who asks for help gets it here.
-///
-/// # Errors
-///
-/// The exit code of arguments that cannot be, which are reported.
+/// Understands the arguments of this process. Who asks for help gets it here; arguments that cannot
+/// be are reported, and leave an exit code.
 pub fn parse<T: Parser>() -> Result<T, ExitCode> {
     let matches = with_negative_numbers(T::command()).try_get_matches();
     match matches.and_then(|matches| T::from_arg_matches(&matches)) {

@@ -100,10 +100,6 @@ fn wanted(text: &str) -> Result<f64, String> {
 }
 
 /// Prints a result to standard output in the format asked for.
-///
-/// # Errors
-///
-/// As [`print_text`].
 pub fn report(
     format: Format,
     value: &impl Serialize,
@@ -120,10 +116,6 @@ pub fn report(
 }
 
 /// Prints which file was written, for people.
-///
-/// # Errors
-///
-/// As [`print_text`].
 pub fn report_written(format: Format, path: &Path) -> anyhow::Result<()> {
     match format {
         Format::Text => print_text(format!("wrote {}", path.display())),
@@ -133,19 +125,11 @@ pub fn report_written(format: Format, path: &Path) -> anyhow::Result<()> {
 
 /// Prints a line, or some, to standard output; colours only where a terminal shows them, or
 /// `--color` asks for them. Whoever closes the pipe has read enough.
-///
-/// # Errors
-///
-/// If standard output cannot be written, as to a disk that is full.
 pub fn print_text(words: impl Into<Words>) -> anyhow::Result<()> {
     print_verbatim(&words.into().painted())
 }
 
 /// Prints a text to standard output as it is.
-///
-/// # Errors
-///
-/// As [`print_text`].
 pub fn print_verbatim(text: &str) -> anyhow::Result<()> {
     match writeln!(anstream::stdout(), "{text}") {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),

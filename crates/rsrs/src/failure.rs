@@ -52,11 +52,8 @@ pub fn bad_arguments(error: anyhow::Error) -> anyhow::Error {
     BadArguments(error).into()
 }
 
-/// Names the option with which something was given that is refused.
-///
-/// # Errors
-///
-/// What `checked` has, as an argument that was typed wrong.
+/// Names the option with which something was given that is refused, which makes it an argument that
+/// was typed wrong.
 pub fn check_flag(flag: &str, checked: anyhow::Result<()>) -> anyhow::Result<()> {
     checked.map_err(|error| {
         let message = format!("{flag}: {error}");
@@ -67,11 +64,7 @@ pub fn check_flag(flag: &str, checked: anyhow::Result<()>) -> anyhow::Result<()>
     })
 }
 
-/// Reports an error.
-///
-/// # Returns
-///
-/// The exit code.
+/// Reports an error, and picks its exit code.
 pub fn report_error(error: anyhow::Error) -> u8 {
     match error.downcast() {
         Ok(BadArguments(error)) => {

@@ -15,18 +15,11 @@ pub fn other_middleware() -> Option<OtherMiddleware> {
     OtherMiddleware::of(&Environment::of_this_process())
 }
 
-/// The network that a person has chosen, by `--interface` or the environment.
+/// The network that a person has chosen, by `--interface` or the environment, in the enclave of
+/// `member` where none is named.
 ///
 /// What the environment makes of the choice is printed, such as `ROS_LOCALHOST_ONLY`, which keeps
 /// this program on this machine, or whether it is secured.
-///
-/// # Arguments
-///
-/// * `member` — whose enclave it takes where none is named.
-///
-/// # Errors
-///
-/// If none is chosen, there is none of that name or address, or what is to be secured cannot be.
 pub fn chosen_network(interfaces: &[String], member: Member<'_>) -> anyhow::Result<SessionOptions> {
     let environment = Environment::of_this_process();
     let (mut ros, _) = RosArgs::parse(&[], &environment)?;

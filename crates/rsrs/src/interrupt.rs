@@ -10,11 +10,7 @@ static REQUESTED: AtomicBool = AtomicBool::new(false);
 static SIGNAL: AtomicU8 = AtomicU8::new(0);
 
 /// The exit code of a program that a signal has ended, as shells expect it: 130 for Ctrl-C, 143 for
-/// SIGTERM.
-///
-/// # Returns
-///
-/// `None` if no signal was received.
+/// SIGTERM, `None` without a signal.
 pub fn exit_code() -> Option<u8> {
     let signal = SIGNAL.load(Ordering::Relaxed);
     (signal > 0).then_some(128 + signal)
@@ -28,15 +24,8 @@ fn note(request: Request) {
     SIGNAL.store(signal, Ordering::Relaxed);
 }
 
-/// Listens for SIGINT and SIGTERM from now on.
-///
-/// # Returns
-///
-/// A flag that becomes true at the first signal; work then ends and leaves nothing half-written.
-///
-/// # Errors
-///
-/// If the signals cannot be listened for.
+/// Listens for SIGINT and SIGTERM from now on. The flag becomes true at the first one; work then
+/// ends and leaves nothing half-written.
 pub fn listen() -> anyhow::Result<&'static AtomicBool> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()

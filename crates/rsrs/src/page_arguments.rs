@@ -33,11 +33,7 @@ enum ThemeName {
 }
 
 impl PageArguments {
-    /// A file for pictures of this style.
-    ///
-    /// # Errors
-    ///
-    /// As one in what was typed, if its extension is that of no picture.
+    /// A file for pictures of this style; an extension of no picture counts as typed wrong.
     pub fn file(self, path: &Path) -> anyhow::Result<PictureFile<'_>> {
         let file = PictureFile::new(path).map_err(bad_arguments)?;
         Ok(file.styled(self.style()))

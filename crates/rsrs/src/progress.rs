@@ -52,12 +52,7 @@ fn write_rate(state: &ProgressState, writer: &mut dyn std::fmt::Write) {
 }
 
 impl Counter {
-    /// Begins to count.
-    ///
-    /// # Arguments
-    ///
-    /// * `doing` — what is being done, in front.
-    /// * `what` — what is counted, in the plural.
+    /// Begins to count `what` (in the plural), with what one is `doing` in front.
     pub fn new(doing: &str, what: &'static str) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         let style = format!(
@@ -142,17 +137,10 @@ impl Observer for Terminal {
     }
 }
 
-/// Simulations whose progress is shown, and which Ctrl-C calls off from now on.
+/// Simulations whose progress is shown, and which Ctrl-C calls off from now on, in as many threads
+/// as asked for, or else as the machine runs at once.
 ///
 /// This starts a thread: a process moves into another network before it.
-///
-/// # Arguments
-///
-/// * `threads` — as asked for; else as many as the machine runs at once.
-///
-/// # Errors
-///
-/// If signals cannot be received.
 pub fn execution(threads: Option<usize>) -> anyhow::Result<Execution<'static>> {
     static TERMINAL: OnceLock<Terminal> = OnceLock::new();
     let cancel = interrupt::listen()?;

@@ -31,12 +31,9 @@ impl ProgressLog {
         self.last.1 = share;
     }
 
-    /// How far the work has come, if it is time to report it: after 30 s, and then with each
-    /// tenth that is done, at most every 30 s and at least every 5 min.
-    ///
-    /// # Arguments
-    ///
-    /// * `share` — of the work that is done, from 0 to 1.
+    /// How far the work has come (its share that is done, from 0 to 1), if it is time to report it:
+    /// after 30 s, and then with each tenth that is done, at most every 30 s and at least every 5
+    /// min.
     pub fn line_if_due(&mut self, now: Instant, share: f64) -> Option<String> {
         let (before, share_before) = self.last;
         let waited = now.duration_since(before);

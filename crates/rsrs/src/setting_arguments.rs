@@ -22,10 +22,6 @@ pub struct SettingArguments {
 
 impl SettingArguments {
     /// The same for the search.
-    ///
-    /// # Errors
-    ///
-    /// If there cannot be so many threads.
     pub fn options(self, wanted: f64) -> anyhow::Result<Options<'static>> {
         let Self { robots, confirm, threads } = self;
         Ok(Options { robots, wanted, confirm, execution: execution(threads)? })

@@ -31,10 +31,6 @@ pub struct StarterFiles {
 
 impl StarterFiles {
     /// Those of a folder that `rsrs init` has made.
-    ///
-    /// # Errors
-    ///
-    /// If one is missing.
     pub fn in_folder(folder: &Path) -> anyhow::Result<Self> {
         let file = |name: &str| {
             let path = folder.join(name);
@@ -50,10 +46,6 @@ impl StarterFiles {
     }
 
     /// Writes the files below a folder.
-    ///
-    /// # Errors
-    ///
-    /// If one cannot be written.
     pub fn write(folder: &Path) -> anyhow::Result<Self> {
         for (name, text) in FILES {
             let path = folder.join(name);

@@ -46,8 +46,8 @@ fn contents(yaml_files: &[String]) -> String {
 ///
 /// # Errors
 ///
-/// Those of the system, [`Folder`] as one of the kind [`ErrorKind::IsADirectory`], and [`NotRegular`] as
-/// one of the kind [`ErrorKind::InvalidInput`].
+/// Besides those of the system: [`Folder`] as one of the kind [`ErrorKind::IsADirectory`], and
+/// [`NotRegular`] as one of the kind [`ErrorKind::InvalidInput`].
 pub fn open(path: &Path) -> io::Result<File> {
     if was_given(path) {
         return File::open(path);
@@ -67,10 +67,6 @@ pub fn open(path: &Path) -> io::Result<File> {
 }
 
 /// Reads one file of text.
-///
-/// # Errors
-///
-/// Those of [`open`], and if it cannot be read or is no text.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let mut text = String::new();
     open(path)?.read_to_string(&mut text)?;
@@ -81,7 +77,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 ///
 /// # Errors
 ///
-/// Those of [`read_text`], and [`ErrorKind::FileTooLarge`] if it has more bytes than `most`.
+/// [`ErrorKind::FileTooLarge`] if it has more bytes than `most`.
 pub fn read_text_of_at_most(most: u64, path: &Path) -> io::Result<String> {
     let mut text = String::new();
     let file = open(path)?;

@@ -49,15 +49,11 @@ pub struct Harness<'a> {
 }
 
 impl Harness<'_> {
-    /// Runs the corpus, and then mutations of it until the time is over.
+    /// Runs the corpus, and then mutations of it until the time is over, and counts the different
+    /// outcomes.
     ///
-    /// # Arguments
-    ///
-    /// * `execute` — runs an input, and says what came of it; numbers and what is in quotes do not count.
-    ///
-    /// # Returns
-    ///
-    /// How many different outcomes there were.
+    /// `execute` runs an input, and says what came of it; numbers and what is in quotes do not
+    /// count.
     pub fn run(&self, mut execute: impl FnMut(&[u8]) -> String) -> usize {
         let name = Path::new(self.corpus).file_name().expect("a harness has a name").display();
         let path = std::env::temp_dir().join(format!("rsrs_fuzz_{name}_{}", std::process::id()));

@@ -48,11 +48,8 @@ impl Drop for Permit {
 /// Long enough for a busy machine.
 pub const TIMEOUT: Duration = Duration::from_secs(30);
 
-/// Runs `body` in a child that sees no network but its own.
-///
-/// # Arguments
-///
-/// * `test` — the name of the calling test, by which the child finds it.
+/// Runs `body` in a child that sees no network but its own, and that finds the calling test by its
+/// name.
 pub fn in_own_network(test: &str, body: impl AsyncFnOnce()) {
     in_own_network_with(test, &[], body);
 }

@@ -6,11 +6,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
-/// A run of 300 s of a fleet in real time, of which nothing else is known.
-///
-/// # Arguments
-///
-/// * `profile_digest` — that of its robots.
+/// A run of 300 s of a fleet in real time, of whose robots only the digest of the profile is known.
 pub fn fleet_record(profile_digest: &str, conditions: Conditions) -> ExperimentRecord {
     ExperimentRecord {
         run_id: "run".to_owned(),

@@ -56,11 +56,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a file is not what it should be, no setting can be simulated, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
     let options = Options {

@@ -18,11 +18,6 @@ enum What {
     Recover(recover::Arguments),
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// Those of the subcommands.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.what {
         What::Info(arguments) => info::run(arguments),

@@ -82,12 +82,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a file is wrong, the folder is not this campaign's or a file in it was changed, or a run was
-/// not completed.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let backend = match arguments.backend {
         Backend::Sim => record::Backend::Simulator,

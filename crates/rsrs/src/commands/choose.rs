@@ -85,11 +85,6 @@ fn widening(text: &str) -> Result<f64, String> {
 /// Runs of each profile in each cell.
 const RUNS_OF_EACH_PROFILE: u64 = 8;
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the folder is not a sweep's or the choice cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = arguments.setting.options(arguments.viable)?;
     if arguments.pseudo_realities.is_some() {

@@ -53,11 +53,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// As [`compare`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(path) = &arguments.output {
         latex::check(path).map_err(bad_arguments)?;

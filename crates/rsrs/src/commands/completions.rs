@@ -15,11 +15,6 @@ pub struct Arguments {
     shell: Shell,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If standard output cannot be written.
 pub fn run<C: CommandFactory>(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut C::command(), "rsrs", &mut script);

@@ -57,11 +57,6 @@ fn cost(text: &str) -> Result<(Axis, f64), String> {
     }
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a file is not what it should be, or no setting can be simulated.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = Options {
         sweep: arguments.sweep.as_deref(),

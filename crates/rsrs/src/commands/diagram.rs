@@ -134,11 +134,6 @@ impl Arguments {
     }
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the folder is not a sweep's, an axis was not swept, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if latex::is_tex(&arguments.output) {
         if arguments.value.is_some() {

@@ -49,11 +49,6 @@ enum Robots {
     AsMeasured,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a folder is not a sweep's, no cell is in both, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
     let world = match arguments.world {

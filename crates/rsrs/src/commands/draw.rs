@@ -43,11 +43,6 @@ pub struct Arguments {
     poses: Option<PoseSource>,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the bag cannot be read, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = arguments.page.file(&arguments.output)?;
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };

@@ -115,11 +115,6 @@ struct DryRun<'a> {
     network: OwnNetwork,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the folder exists, or a step fails.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let folder = match &arguments.output {
         Some(folder) if folder.exists() => {

@@ -39,12 +39,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the folder is not a sweep's, no cell of several is named and none was chosen, the cell or the replicate is not in it, or the bag exists or
-/// cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { folder, cell, replicate, output, .. } = arguments;
     let cell = match cell {

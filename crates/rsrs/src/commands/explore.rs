@@ -99,11 +99,6 @@ fn controllers(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// As [`explore`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let files = Files {
         controller: arguments.controller.as_deref(),

@@ -50,11 +50,6 @@ pub struct Arguments {
     poses: Option<PoseSource>,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the bag cannot be read, the film cannot be written, or it is called off.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let kind = kind(&arguments.output).map_err(bad_arguments)?;
     let options = FilmOptions {

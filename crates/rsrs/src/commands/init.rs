@@ -70,11 +70,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the folder exists, something is missing and nobody can be asked, or the numbers make no robot.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let robots = if std::io::stdin().is_terminal() {
         ask(arguments, &mut std::io::stdin().lock(), &mut std::io::stderr())?

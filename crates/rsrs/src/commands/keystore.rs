@@ -64,11 +64,6 @@ enum What {
     Revoke(members::RevokeArguments),
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// Those of the subcommands.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.what {
         What::Create(arguments) => create::run(arguments),

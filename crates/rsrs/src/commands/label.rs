@@ -118,12 +118,8 @@ fn phase_of(key: &str, bags: &[PathBuf]) -> anyhow::Result<Phase> {
     )))
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a bag cannot be read, is damaged, has no poses, or is too short, or labels beside it do not
-/// read: all such bags, each with its reason, when the others are labelled.
+/// Runs the command. Bags that cannot be labelled are reported, each with its reason, when the
+/// others are.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some((phase, by)) = arguments.phase.as_deref().zip(arguments.by.as_deref()) {
         let phase = phase_of(phase, &arguments.bags)?;

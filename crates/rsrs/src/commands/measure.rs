@@ -20,11 +20,6 @@ enum Step {
     Fit(fit::Arguments),
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// Those of the steps.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.step {
         Step::Plan(arguments) => plan::run(arguments),

@@ -34,11 +34,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the folders are not all shards of one sweep, or the folder cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { shards, output, .. } = arguments;
     let result = merge(shards, output, execution(arguments.threads)?, picture::into_folder)?;

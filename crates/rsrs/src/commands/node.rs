@@ -46,11 +46,6 @@ struct Rest {
     arguments: Vec<String>,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the arguments are wrong, no interface is chosen, or the network cannot be used.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(parent) = arguments.parent {
         rsrs_ros::shutdown::die_with_parent(parent)?;

@@ -74,11 +74,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a file is wrong, the robots do not fit, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
     let plan = Plan::read(&Request {

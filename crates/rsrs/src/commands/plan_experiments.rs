@@ -69,11 +69,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// As [`plan_experiments`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = Options {
         cells: arguments.cell.clone(),

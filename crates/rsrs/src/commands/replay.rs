@@ -88,12 +88,6 @@ enum Target {
     Judge,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the bag cannot be read; if no interface is chosen or the network cannot be used; if a topic is
-/// not in the bag; if the parameters of the controller are unknown.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let bag = recorded_run::open(&arguments.bag)?;
     if let Some(Target::Judge) = arguments.into {

@@ -52,11 +52,6 @@ struct Summary {
     comparison: Option<Comparison>,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// As [`compare`](rsrs_pipeline::compare::compare), and if the report cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let output = &arguments.output;
     if output.extension().is_none_or(|ending| ending != "html") {

@@ -80,11 +80,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a file is wrong, something is missing at preflight, or the run was not completed.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let plan = Plan::read(&Request {
         experiment: arguments.experiment.clone(),
@@ -126,10 +121,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// Runs a plan against a simulator that is started for it.
-///
-/// # Errors
-///
-/// If a process cannot be started or the network cannot be used.
 async fn simulated(plan: &Plan, network: &OwnNetwork) -> anyhow::Result<RunSummary> {
     let mut fleet = SimulatedFleet::start(network, plan)?;
     let summary = on_simulated_fleet(plan, network, &mut fleet, &TerminalOperator).await;
@@ -138,10 +129,6 @@ async fn simulated(plan: &Plan, network: &OwnNetwork) -> anyhow::Result<RunSumma
 }
 
 /// Runs a plan on the fleet, whose robots a program places if there is one.
-///
-/// # Errors
-///
-/// If the program does not place them, or the network cannot be used.
 async fn on_fleet(
     plan: &Plan,
     network: &SessionOptions,

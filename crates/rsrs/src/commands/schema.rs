@@ -40,11 +40,6 @@ fn kinds() -> impl TypedValueParser<Value = FileKind> {
     parser.map(|key| FileKind::from_key(&key).expect("the parser takes no other words"))
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the schema cannot be written as JSON.
 pub fn run<C: CommandFactory>(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match arguments.kind {
         Some(kind) => report(Format::Json, &kind.schema(), "")?,

@@ -88,11 +88,6 @@ struct RobotRow {
     stop_reason: Option<String>,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If no interface is chosen, the fleet file is wrong, or the network cannot be used.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
     rsrs_ros::session::start_again_after_deadlock();

@@ -81,11 +81,6 @@ struct ShardReport {
     runs: Option<u64>,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a file is wrong, a cell cannot be simulated, or the folder cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let (Some(file), Some(folder)) = (&arguments.sweep, &arguments.output) else {
         print_text(axes())?;

@@ -67,11 +67,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a file is wrong, or the sweep has several simulated robots and `--at` and `--class` do not name one.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let usual = ReachOptions::default();
     let options = Options {

@@ -65,12 +65,6 @@ fn address(text: &str) -> Result<SocketAddr, String> {
     })
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If standard output is no terminal, a file is wrong, no interface is chosen, or the network cannot
-/// be used.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(bag) = arguments.bag()
         && !arguments.interface.is_empty()

@@ -63,11 +63,7 @@ pub fn request(key: KeyEvent) -> Option<Request> {
     })
 }
 
-/// The first row after a request to see others.
-///
-/// # Arguments
-///
-/// * `n_rows` — for how many there is room, of `n_robots`.
+/// The first row after a request to see others, where there is room for `n_rows` of `n_robots`.
 pub fn scrolled(first: usize, request: Request, (n_rows, n_robots): (usize, usize)) -> usize {
     let by = match request {
         Request::Rows(by) => by,

@@ -14,17 +14,8 @@ use super::viewer::FRAME;
 /// How far an arrow goes, in seconds.
 const SKIP_S: f64 = 5.0;
 
-/// Plays a recording until a person has seen enough; at its end it stays there.
-///
-/// # Arguments
-///
-/// * `name` — of the bag.
-/// * `note` — what a person should see about it.
-/// * `interrupted` — becomes true when this program is to end.
-///
-/// # Errors
-///
-/// If the terminal cannot be used.
+/// Plays a recording, with the name of its bag and a note about it, until a person has seen enough
+/// or this program is interrupted; at its end it stays there.
 pub fn play(
     playback: Playback,
     (name, note): (&str, Option<String>),

@@ -97,11 +97,7 @@ pub enum Overlay {
     Help,
 }
 
-/// Draws everything.
-///
-/// # Returns
-///
-/// How many robots the table has room for, by which it is scrolled.
+/// Draws everything, and counts for how many robots the table has room, by which it is scrolled.
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) -> usize {
     if area.width < LEAST.0 || area.height < LEAST.1 {
         let text = format!("at least {} by {} letters are needed", LEAST.0, LEAST.1);
@@ -159,11 +155,7 @@ pub fn write(buffer: &mut Buffer, area: Rect, (x, y): (u16, u16), text: &str, st
     }
 }
 
-/// A title with a line to the right edge, in the first row of an area.
-///
-/// # Returns
-///
-/// The rest of the area.
+/// A title with a line to the right edge, in the first row of an area, of which the rest is left.
 pub fn titled(look: Look, title: &str, area: Rect, buffer: &mut Buffer) -> Rect {
     if area.height == 0 {
         return area;

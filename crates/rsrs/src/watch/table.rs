@@ -112,11 +112,7 @@ pub fn width(view: &View<'_>, most: u16) -> u16 {
     u16::try_from(all).map_or(most, |all| all.min(most))
 }
 
-/// Draws the table.
-///
-/// # Returns
-///
-/// For how many robots there is room.
+/// Draws the table, and counts for how many robots there is room.
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) -> usize {
     let columns = columns(view, usize::from(area.width));
     let head: Vec<Cell> =

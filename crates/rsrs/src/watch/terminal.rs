@@ -12,11 +12,7 @@ use rsrs_ros::environment::Environment;
 use super::keys::{Request, request};
 use super::screen::{View, draw};
 
-/// Makes sure that there is something to draw on.
-///
-/// # Errors
-///
-/// If standard output is no terminal, or one that cannot place letters.
+/// Makes sure that standard output is a terminal, and one that can place letters.
 pub fn check(environment: &Environment) -> anyhow::Result<()> {
     let elsewhere = "for programs there are `ros2 topic echo /robot_1/status` and `rsrs bag info`";
     if !std::io::stdout().is_terminal() {
@@ -41,10 +37,6 @@ pub struct Screen {
 
 impl Screen {
     /// Takes the terminal over.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be set up.
     pub fn open() -> anyhow::Result<Self> {
         let terminal = ratatui::try_init().context("setting up the terminal")?;
         let screen = Self { terminal };
@@ -52,15 +44,7 @@ impl Screen {
         Ok(screen)
     }
 
-    /// Shows what there is to see.
-    ///
-    /// # Returns
-    ///
-    /// For how many robots there is room.
-    ///
-    /// # Errors
-    ///
-    /// If the terminal is gone.
+    /// Shows what there is to see, and counts for how many robots there is room.
     pub fn show(&mut self, view: &View<'_>) -> anyhow::Result<usize> {
         let mut n_rows = 0;
         let shown = self.terminal.draw(|frame| {
@@ -71,10 +55,6 @@ impl Screen {
     }
 
     /// Waits for a key, for so long at most.
-    ///
-    /// # Errors
-    ///
-    /// If the terminal is gone.
     pub fn wait(&mut self, patience: Duration) -> anyhow::Result<Option<Request>> {
         let reading = || "reading from the terminal";
         if !event::poll(patience).with_context(reading)? {

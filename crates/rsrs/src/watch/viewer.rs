@@ -42,19 +42,10 @@ impl Fleet {
     }
 }
 
-/// Shows a fleet until a person has seen enough.
+/// Shows a fleet until a person has seen enough or this program is interrupted, and tells what came
+/// of the last stop, if there was one.
 ///
-/// # Arguments
-///
-/// * `interrupted` — becomes true when this program is to end.
-///
-/// # Returns
-///
-/// What came of the last stop, in words; `None` if there was none.
-///
-/// # Errors
-///
-/// If the network or the terminal cannot be used any more. A stop that is under way is waited for.
+/// If the network or the terminal cannot be used any more, a stop that is under way is waited for.
 pub fn view(
     fleet: &Fleet,
     look: Look,

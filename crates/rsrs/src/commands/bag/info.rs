@@ -67,11 +67,6 @@ struct Report {
     labels: Vec<HumanLabel>,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the bag, its record or the labels beside it cannot be read.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let bag = recorded_run::open_damaged(&arguments.bag)?;
     let record = recorded_run::record_in(&bag)?;

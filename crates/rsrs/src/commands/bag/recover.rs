@@ -52,11 +52,6 @@ struct Report<'a> {
     n_labels: usize,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the bag cannot be read or holds nothing to save, or the new one exists or cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     // Labels that do not read are refused before anything is written.
     human_labels::read(&arguments.bag)?;

@@ -55,11 +55,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the fleet file is wrong, or the folder is another one than a keystore or cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let name = arguments.fleet.display().to_string();
     let fleet = FleetFile::parse(&name, &read_text(&arguments.fleet)?).map_err(helped)?;

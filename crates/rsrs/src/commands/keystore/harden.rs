@@ -29,11 +29,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the folder is no keystore, or cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let hardened =
         harden(&arguments.keystore).map_err(|error| helped(error.of(&arguments.keystore)))?;

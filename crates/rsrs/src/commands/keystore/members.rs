@@ -104,10 +104,6 @@ struct Member {
 }
 
 /// Runs `rsrs keystore show`.
-///
-/// # Errors
-///
-/// If the folder is no keystore, or what all members share does not read.
 pub fn show(arguments: &ShowArguments) -> anyhow::Result<Outcome> {
     let (folder, now) = (&arguments.keystore, since_1970()?);
     let keystore = members::show(folder, now).map_err(|error| helped(error.of(folder)))?;
@@ -191,10 +187,6 @@ fn text(shown: &Shown) -> String {
 }
 
 /// Runs `rsrs keystore renew`.
-///
-/// # Errors
-///
-/// If the folder is no keystore, or cannot be written.
 pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
     let validity = DAY * arguments.validity.valid_days;
     let folder = &arguments.keystore;
@@ -211,10 +203,6 @@ pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
 }
 
 /// Runs `rsrs keystore revoke`.
-///
-/// # Errors
-///
-/// If there is no such member, or the folder is no keystore or cannot be written.
 pub fn revoke(arguments: &RevokeArguments) -> anyhow::Result<Outcome> {
     let validity = DAY * arguments.validity.valid_days;
     let folder = &arguments.keystore;

@@ -160,12 +160,6 @@ impl Arguments {
     }
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a file is wrong, something is missing at preflight, the run was not completed, or nobody
-/// measures how far the robot came.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = DriveOptions {
         fleet: arguments.fleet.clone(),

@@ -106,11 +106,6 @@ struct FitOutput<'a> {
     lost_capabilities: &'a [LostCapability],
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If a table is wrong, with file and line, or has too few rows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     check_name(&arguments.name).map_err(bad_arguments)?;
     let unmeasured = unmeasured(arguments)?;

@@ -82,11 +82,6 @@ fn limits(text: &str) -> Result<[f64; 2], String> {
     })
 }
 
-/// Runs the command.
-///
-/// # Errors
-///
-/// If the fleet file is wrong, a number cannot be meant, or the folder exists.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let plan = Plan::new(request(arguments)?)?;
     let mut text = plan.text();

@@ -36,10 +36,6 @@ pub enum Until {
 }
 
 /// Shows where the robots of a plan are seen.
-///
-/// # Errors
-///
-/// If the network cannot be used, or nothing can be printed.
 pub fn check(
     plan: &Plan,
     network: &SessionOptions,

@@ -14,14 +14,10 @@ use rsrs_operate::drive::Ready;
 use rsrs_operate::drive::result::Motion;
 use rsrs_pipeline::error::with_help;
 
-/// Asks on standard error for what the robot did, and reads the answers from standard input; a signal
-/// ends it.
+/// Asks on standard error for what the robot did, and reads the answers from standard input; a
+/// signal, or the end of the input, ends it with an error.
 ///
 /// What is no answer is asked again: the trial was driven already.
-///
-/// # Errors
-///
-/// If standard input ends before the answers, or a signal comes.
 pub async fn ask(plan: &Plan) -> anyhow::Result<Motion> {
     let record = &plan.record;
     let command = record.conditions.controller.parameters().expect("a trial has one command");
@@ -64,10 +60,6 @@ async fn asked<T: Send + 'static>(
 }
 
 /// Prints on standard error what to do, and waits until it is done; a signal ends it.
-///
-/// # Errors
-///
-/// If standard input ends before the answer.
 pub async fn ready(words: &str) -> anyhow::Result<Ready> {
     let words = words.to_owned();
     Ok(asked(move |interview| interview.ready(&words)).await?.unwrap_or(Ready::End))

@@ -35,10 +35,6 @@ pub enum Placing {
 
 impl Placing {
     /// Who does it, by the command line.
-    ///
-    /// # Errors
-    ///
-    /// If the fleet file is wrong.
     pub fn new(arguments: &Arguments) -> anyhow::Result<Self> {
         if arguments.backend() == Backend::Sim {
             return Ok(Self::Simulator);
