@@ -200,11 +200,7 @@ fn one_kind(folder: &Path, content: Content, compression: Compression, n_bytes: 
     Ok(())
 }
 
-/// Writes a bag of so many bytes on disk.
-///
-/// # Returns
-///
-/// The bytes in it before compression.
+/// Writes a bag of so many bytes on disk, and counts the bytes in it before compression.
 fn write_bag(
     path: &Path,
     content: Content,

@@ -80,28 +80,18 @@ pub struct Definitions {
 impl Definitions {
     /// Definitions from these folders, the first one first.
     ///
-    /// # Arguments
-    ///
-    /// * `folders` — each one a package, a folder of packages (searched 6 levels deep, such as a
-    ///   workspace or its `src`), an ament prefix with `share/package/msg`, or a colcon `install`
-    ///   folder of such prefixes.
+    /// Each is a package, a folder of packages (searched 6 levels deep, such as a workspace or its
+    /// `src`), an ament prefix with `share/package/msg`, or a colcon `install` folder of such
+    /// prefixes.
     pub fn new(folders: Vec<PathBuf>) -> Self {
         Self { folders }
     }
 
-    /// The definition of a type, with all types in it.
+    /// The definition of a type, such as `lab_msgs/msg/Battery`, with all types in it.
     ///
     /// The text is what rosbag2 writes: the type's own file first, then each type it needs, once,
     /// depth first and sorted by name, behind a line of 80 `=` and a line `MSG: package/Type`. A
     /// type that is in none of the folders may be compiled in.
-    ///
-    /// # Arguments
-    ///
-    /// * `type_name` — a full name such as `lab_msgs/msg/Battery`.
-    ///
-    /// # Errors
-    ///
-    /// [`DefinitionError`]: no such name, file or syntax.
     pub fn find(&self, type_name: &str) -> Result<Definition, DefinitionError> {
         let root = TypeName::parse(type_name)
             .ok_or_else(|| DefinitionError::TypeName { found: type_name.to_owned() })?;

@@ -99,12 +99,8 @@ pub struct FileInformation {
 }
 
 impl FileInformation {
-    /// Describes a file.
-    ///
-    /// # Arguments
-    ///
-    /// * `path` — its name in the folder.
-    /// * `bounds_ns` — first and last log time, in nanoseconds; `None` without messages.
+    /// Describes a file by its name in the folder, with the first and last log time in it, in
+    /// nanoseconds; `None` without messages.
     pub fn new(path: &str, bounds_ns: Option<(u64, u64)>, message_count: u64) -> Self {
         let (starting_time, duration) = span(bounds_ns);
         Self { path: path.to_owned(), starting_time, duration, message_count, bounds_ns }
@@ -119,12 +115,8 @@ fn span(bounds_ns: Option<(u64, u64)>) -> (StartingTime, Duration) {
 }
 
 impl Information {
-    /// Describes a bag.
-    ///
-    /// # Arguments
-    ///
-    /// * `files` — all of its files, in order.
-    /// * `topics` — all of its topics; none while it is being opened, as rosbag2 has it.
+    /// Describes a bag of these files, in order, and of these topics: none while it is being
+    /// opened, as rosbag2 has it.
     pub fn new(
         files: Vec<FileInformation>,
         topics: Vec<TopicWithCount>,
@@ -159,10 +151,6 @@ impl Information {
     }
 
     /// Writes `metadata.yaml` into the folder, whole or not at all.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Io`].
     pub fn write_into(&self, folder: &Path) -> Result<(), BagError> {
         let document = Document { rosbag2_bagfile_information: self };
         let yaml = serde_saphyr::to_string(&document).expect("it has a YAML form");

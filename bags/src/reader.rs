@@ -75,23 +75,18 @@ pub struct Damage {
 }
 
 impl Bag {
-    /// Opens a bag.
+    /// Opens a bag: a folder as rosbag2 makes it, with or without `metadata.yaml`, or one `.mcap`
+    /// file.
     ///
     /// Every file is read through once, against the checksums in it: over the data as a whole, and
     /// where that was left out, over each chunk. What a writer left without any checksum must at
-    /// least be records to the last byte, and as many as the file counts. [`Bag::damage`] lists where
-    /// that fails.
-    ///
-    /// # Arguments
-    ///
-    /// * `path` — a folder as rosbag2 makes it, with or without `metadata.yaml`, or one `.mcap`
-    ///   file.
+    /// least be records to the last byte, and as many as the file counts. [`Bag::damage`] lists
+    /// where that fails.
     ///
     /// # Errors
     ///
-    /// [`BagError::Io`], [`BagError::NoFiles`], [`BagError::Metadata`], [`BagError::Empty`],
-    /// [`BagError::NotMcap`], [`BagError::Profile`], and [`BagError::Incomplete`] if a file breaks
-    /// off before its first record ends.
+    /// [`BagError::Incomplete`] if a file breaks off before its first record ends,
+    /// [`BagError::Empty`], [`BagError::NoFiles`], and others for what is no bag or cannot be read.
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let (paths, contents) = files_of(path)?;
         let files = paths.into_iter().map(BagFile::open).collect::<Result<Vec<_>, _>>()?;
@@ -167,11 +162,8 @@ impl Bag {
         Messages::new(&self.files, None)
     }
 
-    /// The messages on some topics, in the same order.
-    ///
-    /// # Arguments
-    ///
-    /// * `topics` — full names; those that are not in the bag are ignored.
+    /// The messages on some topics (by their full names), in the same order; topics that are not in
+    /// the bag are ignored.
     pub fn messages_on<S: Into<String>>(
         &self,
         topics: impl IntoIterator<Item = S>,

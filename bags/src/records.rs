@@ -33,10 +33,6 @@ pub fn may_be_in_chunks(opcode: u8) -> bool {
 /// As [`mcap::parse_record`], which makes room for as much as the length of a text claims, up to 4 GiB,
 /// before it looks whether so much is there, and panics at an attachment that ends within its
 /// checksum.
-///
-/// # Errors
-///
-/// If some of its fields are missing or make no sense.
 pub fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
     if behind_texts(opcode, body).is_none() {
         let message = "a text goes on beyond its record".to_owned();
@@ -87,17 +83,8 @@ impl Unpacker {
         Self(DCtx::create())
     }
 
-    /// Unpacks the content of a chunk.
-    ///
-    /// # Arguments
-    ///
-    /// * `compression` — empty, `zstd` or `lz4`.
-    /// * `size` — how many bytes it must give.
-    /// * `content` — what was in it is gone; if unpacking fails, as much as could be unpacked.
-    ///
-    /// # Errors
-    ///
-    /// [`McapError::DecompressionError`] and [`McapError::UnsupportedCompression`].
+    /// Unpacks a chunk, of `zstd`, `lz4` or no compression, which must give `size` bytes. They
+    /// replace the `content`; if unpacking fails, that is as much as could be unpacked.
     pub fn unpack(
         &mut self,
         (compression, packed): (&str, &[u8]),

@@ -65,19 +65,11 @@ impl Recovered {
 }
 
 /// Saves a bag into a new one beside it, `run` into `run_recovered`.
-///
-/// # Errors
-///
-/// As [`recover_into`].
 pub fn recover(path: &Path) -> Result<Recovered, BagError> {
     recover_into(path, &recovered_name(path)?, None)
 }
 
 /// Where [`recover`] puts the new bag.
-///
-/// # Errors
-///
-/// [`BagError::NoName`].
 pub fn recovered_name(path: &Path) -> Result<PathBuf, BagError> {
     let name = path.file_name().and_then(|name| name.to_str());
     let name = name.ok_or_else(|| BagError::NoName { path: path.to_owned() })?;
@@ -85,23 +77,17 @@ pub fn recovered_name(path: &Path) -> Result<PathBuf, BagError> {
     Ok(path.with_file_name(format!("{stem}_recovered")))
 }
 
-/// Saves a bag into a new one.
+/// Saves a bag, a folder as rosbag2 makes it or one `.mcap` file, into a new one in a `folder` that
+/// must not exist.
 ///
 /// Messages, attachments and metadata records go into one file, in the order in which they were
-/// recorded. Whole files and messages that rosbag2 compressed are unpacked.
-///
-/// # Arguments
-///
-/// * `path` — a folder as rosbag2 makes it, or one `.mcap` file.
-/// * `folder` — the new bag; it must not exist.
-/// * `unpack_limit` — to how many bytes a file that rosbag2 compressed as a whole may unpack; by
-///   default 64 times its size, and 64 MiB in any case.
+/// recorded. Whole files and messages that rosbag2 compressed are unpacked: a whole file to at most
+/// `unpack_limit` bytes, by default 64 times its size, and 64 MiB in any case.
 ///
 /// # Errors
 ///
-/// [`BagError::Exists`], [`BagError::TooLarge`], [`BagError::NothingSaved`], [`BagError::NoFiles`], [`BagError::Sqlite`],
-/// [`BagError::NotMcap`], [`BagError::Profile`], [`BagError::Empty`], and those of reading and
-/// writing.
+/// [`BagError::Exists`], [`BagError::TooLarge`] beyond that limit, [`BagError::NothingSaved`], and
+/// others for what is no bag, cannot be read, or cannot be written.
 pub fn recover_into(
     path: &Path,
     folder: &Path,
@@ -271,10 +257,7 @@ fn is_of_writing(error: &BagError) -> bool {
 /// What unpacking leaves of a disk to everybody else, in bytes.
 const KEPT_FREE_BYTES: u64 = 256 << 20;
 
-/// A file that rosbag2 compressed as a whole, unpacked as far as it goes; gone when dropped.
-///
-/// # Returns
-///
+/// A file that rosbag2 compressed as a whole, unpacked as far as it goes, and gone when dropped;
 /// `None` if it does not end within so many bytes.
 fn unpack(
     mut packed: impl Read,

@@ -95,30 +95,16 @@ struct Topic {
 }
 
 impl BagWriter {
-    /// Starts a bag of one file, as [`Packing::default`] has it.
-    ///
-    /// # Arguments
-    ///
-    /// * `folder` — where; it must not exist, and its name becomes that of the file in it.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Exists`], [`BagError::NoName`], [`BagError::Io`] and [`BagError::Write`].
+    /// Starts a bag of one file, as [`Packing::default`] has it, in a `folder` that must not exist
+    /// and whose name becomes that of the file in it.
     pub fn create(folder: &Path, options: BagOptions) -> Result<Self, BagError> {
         Self::create_packed(folder, options, Packing::default())
     }
 
-    /// Starts a bag that is compressed and split as asked for.
+    /// Starts a bag that is compressed and split as asked for, in a `folder` that must not exist.
     ///
-    /// Files are named as rosbag2 names them, `run_0.mcap`, `run_1.mcap`, and each has all topics.
-    ///
-    /// # Arguments
-    ///
-    /// * `folder` — where; it must not exist, and its name becomes that of the files in it.
-    ///
-    /// # Errors
-    ///
-    /// As [`BagWriter::create`].
+    /// Files are named after the folder as rosbag2 does it, `run_0.mcap`, `run_1.mcap`, and each
+    /// has all topics.
     pub fn create_packed(
         folder: &Path,
         options: BagOptions,
@@ -144,17 +130,8 @@ impl BagWriter {
         Ok(writer)
     }
 
-    /// Adds a topic, with the definition of its type.
-    ///
-    /// # Arguments
-    ///
-    /// * `name` — its full name, such as `/robot_3/detection`.
-    /// * `type_name` — such as `std_msgs/msg/Bool`.
-    /// * `qos` — what its publisher offers.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::UnknownType`], [`BagError::DuplicateTopic`] and [`BagError::Write`].
+    /// Adds a topic, such as `/robot_3/detection`, with the definition of its type, such as
+    /// `std_msgs/msg/Bool`, and what its publisher offers.
     pub fn add_topic(
         &mut self,
         name: &str,
@@ -169,17 +146,8 @@ impl BagWriter {
         self.add_channel(ChannelDescription::new(name, qos, &definition))
     }
 
-    /// Adds a topic whose type is defined elsewhere, such as in the user's workspace.
-    ///
-    /// # Arguments
-    ///
-    /// * `name` — its full name, such as `/robot_3/battery`.
-    /// * `qos` — what its publisher offers.
-    /// * `definition` — what [`crate::definitions::Definitions::find`] found.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::DuplicateTopic`] and [`BagError::Write`].
+    /// Adds a topic whose type is defined elsewhere, such as in the user's workspace, where
+    /// [`crate::definitions::Definitions::find`] found it.
     pub fn add_topic_with_schema(
         &mut self,
         name: &str,
@@ -217,8 +185,7 @@ impl BagWriter {
     ///
     /// [`BagError::Full`] if the bag has the size that [`Packing::max_bag_bytes`] allows; it can
     /// still be closed, and then reports how many messages were refused. [`BagError::Write`], for
-    /// instance when the disk is full, and [`BagError::Io`] if the next file of a bag that is split
-    /// cannot be opened.
+    /// instance when the disk is full.
     ///
     /// # Panics
     ///
@@ -280,10 +247,6 @@ impl BagWriter {
     /// Puts a file into the bag, which other tools list and carry along.
     ///
     /// It is safe on return: the record of how the run was made must not be lost with it.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Write`].
     pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), BagError> {
         let time_ns = self.bounds_ns.map_or(0, |(_, last_ns)| last_ns);
         self.copy_attachment(&mcap::Attachment {
@@ -307,10 +270,6 @@ impl BagWriter {
     /// Puts pairs of strings into the bag, under a name of their own.
     ///
     /// It is safe on return, as with [`BagWriter::attach`].
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Write`].
     pub fn metadata(
         &mut self,
         name: &str,
@@ -328,19 +287,11 @@ impl BagWriter {
     /// Hands everything so far to the system; a crash of this program cannot take it any more.
     ///
     /// [`BagWriter::write`] does it once per second of recorded time.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Write`].
     pub fn flush(&mut self) -> Result<(), BagError> {
         self.part.flush()
     }
 
     /// Closes the bag and writes its table of contents; it is on the disk on return.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Write`] and [`BagError::Io`].
     pub fn finish(self) -> Result<BagSummary, BagError> {
         self.finish_watched(|_| true)
     }
@@ -348,10 +299,6 @@ impl BagWriter {
     /// As [`BagWriter::finish`]. A slow disk takes minutes for what the system has kept for it: `goes_on` is
     /// called now and then with the bytes that may not be on the disk yet. Once it returns `false`, the
     /// rest is left to the system; the bag is whole, unless the power fails.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Write`] and [`BagError::Io`].
     pub fn finish_watched(
         mut self,
         mut goes_on: impl FnMut(u64) -> bool,
@@ -409,10 +356,6 @@ impl BagWriter {
 }
 
 /// Makes the folder of a bag, and gives its name.
-///
-/// # Errors
-///
-/// [`BagError::Exists`], [`BagError::NoName`] and [`BagError::Io`].
 fn new_folder(folder: &Path) -> Result<String, BagError> {
     let name = folder.file_name().and_then(|name| name.to_str());
     let name = name.ok_or_else(|| BagError::NoName { path: folder.to_owned() })?;

@@ -99,11 +99,8 @@ pub fn encode_body<M: RosMessage>(message: &M) -> Vec<u8> {
         .expect("a message in memory has only numbers, strings and shorter sequences")
 }
 
-/// Decodes a message with its encapsulation, as it comes out of a bag.
-///
-/// # Errors
-///
-/// [`CdrError`]; bytes of another type are found out only if their length gives them away.
+/// Decodes a message with its encapsulation, as it comes out of a bag. Bytes of another type are
+/// found out only if their length gives them away.
 pub fn decode<M: RosMessage>(bytes: &[u8]) -> Result<M, CdrError> {
     let type_name = M::TYPE_NAME;
     let Some((&[high, low, _, _], body)) = bytes.split_first_chunk::<4>() else {
@@ -117,10 +114,6 @@ pub fn decode<M: RosMessage>(bytes: &[u8]) -> Result<M, CdrError> {
 }
 
 /// Decodes a message without encapsulation, as a DDS library hands it over.
-///
-/// # Errors
-///
-/// [`CdrError::Body`] and [`CdrError::TrailingBytes`].
 pub fn decode_body<M: RosMessage>(body: &[u8], byte_order: ByteOrder) -> Result<M, CdrError> {
     let type_name = M::TYPE_NAME;
     let n_bytes = body.len();

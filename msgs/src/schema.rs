@@ -15,18 +15,11 @@ pub use hash::rihs01;
 const DELIMITER: &str =
     "================================================================================";
 
-/// The definition of a type and of all types in it, in the format that bags call `ros2msg`.
+/// The definition of a type, such as `nav_msgs/msg/Odometry`, and of all types in it, in the format
+/// that bags call `ros2msg`; `None` for a type that this crate does not define.
 ///
 /// The type's own definition comes first, then each type it needs, once, depth first and sorted by
 /// name, behind a line of 80 `=` and a line `MSG: package/Type`; this is what rosbag2 writes.
-///
-/// # Arguments
-///
-/// * `type_name` — a full name such as `nav_msgs/msg/Odometry`.
-///
-/// # Returns
-///
-/// `None` for a type that this crate does not define.
 ///
 /// # Example
 ///
@@ -47,11 +40,8 @@ pub fn own_text(type_name: &str) -> Option<&'static str> {
     find(type_name).map(|definition| definition.text)
 }
 
-/// The hash of a type by REP 2016, `RIHS01_` and 64 hexadecimal digits.
-///
-/// # Returns
-///
-/// `None` for a type that this crate does not define.
+/// The hash of a type by REP 2016, `RIHS01_` and 64 hexadecimal digits; `None` for a type that this
+/// crate does not define.
 pub fn type_hash(type_name: &str) -> Option<&'static str> {
     find(type_name).map(|definition| definition.hash)
 }
@@ -65,15 +55,11 @@ fn find(type_name: &str) -> Option<&'static Definition> {
     DEFINITIONS.iter().find(|definition| definition.type_name == type_name)
 }
 
-/// A definition, and behind it those of all types in it, as bags keep them.
+/// The definition of a type of a package, and behind it those of all types in it, as bags keep
+/// them; `text_of` has the own definition of each, at whatever depth.
 ///
-/// Each type comes once, depth first and sorted by name, behind a line of 80 `=` and a line
-/// `MSG: package/Type`; this is what rosbag2 writes.
-///
-/// # Arguments
-///
-/// * `text`, `package` — the definition, and the package that it is of.
-/// * `text_of` — the own definition of each type in it, at whatever depth.
+/// Each type comes once, depth first and sorted by name, behind a line of 80 `=` and a line `MSG:
+/// package/Type`; this is what rosbag2 writes.
 ///
 /// # Panics
 ///

@@ -11,11 +11,8 @@ const MAX_DEPTH: usize = 6;
 /// Folders without sources, which may be large.
 const SKIPPED: [&str; 3] = ["build", "log", "target"];
 
-/// The file with a type's definition, if it is in the folder.
-///
-/// # Errors
-///
-/// If the folder itself cannot be listed; what is below it and closed to us is passed over.
+/// The file with a type's definition, if it is in the folder. What lies below the folder and is
+/// closed to us is passed over.
 pub fn file_of(folder: &Path, type_name: &TypeName) -> io::Result<Option<PathBuf>> {
     let file = type_name.file();
     let installed = Path::new(&type_name.package).join("share").join(&file);

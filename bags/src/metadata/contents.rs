@@ -48,15 +48,7 @@ struct ReadDocument {
     rosbag2_bagfile_information: Contents,
 }
 
-/// Reads a folder's `metadata.yaml`.
-///
-/// # Returns
-///
-/// `None` if there is none.
-///
-/// # Errors
-///
-/// [`BagError::Io`] and [`BagError::Metadata`].
+/// Reads a folder's `metadata.yaml`, if there is one.
 pub fn read(folder: &Path) -> Result<Option<Contents>, BagError> {
     let path = folder.join(FILE_NAME);
     let text = match rsrs_files::read_text(&path) {

@@ -57,10 +57,6 @@ pub type ChunkLocation = (u64, u64, u64);
 
 impl Linear {
     /// Opens a file at its start.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Io`].
     pub fn open(path: &Path, depth: Depth) -> Result<Self, BagError> {
         let source = Source::open(path)?;
         let limit = source.record_limit().map_err(|source| BagError::Io {
@@ -97,7 +93,7 @@ impl Linear {
     ///
     /// # Errors
     ///
-    /// What is not as it was written, and [`McapError::Io`]; there is nothing to be read behind it.
+    /// What is not as it was written: there is nothing to be read behind it.
     pub fn next(&mut self) -> McapResult<Option<Record<'_>>> {
         if !self.advance()? {
             return Ok(None);
@@ -115,11 +111,7 @@ impl Linear {
         Ok(Some(record))
     }
 
-    /// Goes to the next record.
-    ///
-    /// # Returns
-    ///
-    /// Whether there is one.
+    /// Goes to the next record, if there is one.
     fn advance(&mut self) -> McapResult<bool> {
         loop {
             while self.body.end < self.bytes.len() {

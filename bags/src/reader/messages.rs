@@ -225,8 +225,8 @@ impl<'a> Route<'a> {
 ///
 /// # Errors
 ///
-/// [`McapError::DecompressionError`], also of a message that would take far more room than its bytes
-/// explain.
+/// [`McapError::DecompressionError`], also of a message that would take far more room than its
+/// bytes explain.
 pub fn plain(bytes: Vec<u8>) -> McapResult<Vec<u8>> {
     if !bytes.starts_with(&ZSTD_MAGIC) {
         return Ok(bytes);

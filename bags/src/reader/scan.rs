@@ -73,10 +73,6 @@ pub struct ScannedRecords {
 
 impl Scan {
     /// Reads a file to its end, or to the first thing that is not as it was written.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Io`] where the system cannot read the file.
     pub fn of(path: &Path, depth: Depth) -> Result<Self, BagError> {
         let mut file = Linear::open(path, depth)?;
         let mut found = ScannedRecords::default();

@@ -29,10 +29,6 @@ pub enum Source {
 
 impl Source {
     /// Opens a file at its start.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError::Io`].
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let io = |source| BagError::Io { action: "read", path: path.to_owned(), source };
         let mut file = open(path)?;

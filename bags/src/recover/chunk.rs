@@ -45,11 +45,8 @@ pub fn unpack(head: &ChunkHead, body: &[u8], room: &mut Room) -> McapResult<()> 
     unpacked
 }
 
-/// Unpacks the beginning of a chunk whose end is missing, as far as it goes.
-///
-/// # Returns
-///
-/// What is wrong with it.
+/// Unpacks the beginning of a chunk whose end is missing, as far as it goes, and says what is wrong
+/// with it.
 pub fn unpack_beginning(head: &ChunkHead, body: &[u8], room: &mut Room) -> McapError {
     let Room { unpacker, content } = room;
     let packed = packed(head, body);

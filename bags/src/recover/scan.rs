@@ -49,10 +49,6 @@ enum Frame {
 }
 
 /// Saves what is in a file.
-///
-/// # Errors
-///
-/// [`BagError::Io`] if it cannot be read, and those of writing the new bag.
 pub fn scan(path: &Path, bytes: &mut Bytes, sink: &mut Sink) -> Result<RecoveryFindings, BagError> {
     let mut scan = Scan {
         path,
@@ -256,11 +252,8 @@ impl Scan<'_> {
         Ok(())
     }
 
-    /// Puts the records of a chunk into the new bag, up to the first one that is not sound.
-    ///
-    /// # Returns
-    ///
-    /// What is wrong with that one.
+    /// Puts the records of a chunk into the new bag, up to the first one that is not sound, and
+    /// says what is wrong with that one.
     fn save(&mut self, content: &[u8]) -> Result<McapResult<()>, BagError> {
         let mut n_homeless = 0;
         let mut rest = content;

@@ -100,12 +100,8 @@ impl Sink {
         self.channel(channel_id).map(|channel| channel.topic.clone())
     }
 
-    /// Takes a message.
-    ///
-    /// # Returns
-    ///
-    /// Whether it is in the new bag; one without a definition is not, nor is one that
-    /// does not unpack.
+    /// Takes a message; `true` if it is in the new bag. One without a definition is not, nor is one
+    /// that does not unpack.
     pub fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<bool, BagError> {
         let Some(channel) = self.id_of(header.channel_id)? else { return Ok(false) };
         let mut data = Cow::Borrowed(data);
@@ -183,11 +179,7 @@ impl Sink {
         writer.metadata(recovery::RECORD, pairs)
     }
 
-    /// Closes the new bag.
-    ///
-    /// # Returns
-    ///
-    /// `None` if there was nothing to put into it.
+    /// Closes the new bag, if there was something to put into it.
     pub fn finish(self) -> Result<Option<BagSummary>, BagError> {
         let Some(mut writer) = self.writer else { return Ok(None) };
         writer.add_custom_data(self.custom_data);
@@ -195,10 +187,6 @@ impl Sink {
     }
 
     /// Makes the new bag, though there may be nothing to put into it.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be made.
     pub fn keep_empty(&mut self) -> Result<(), BagError> {
         self.writer().map(drop)
     }

@@ -66,14 +66,11 @@ pub fn period_ns(robots: &[RecordedRobot], recorded_ns: u64) -> u64 {
     if is_regular && is_rarer { middle_ns } else { recorded_ns }
 }
 
-/// Which poses of each robot stand side by side with those of all others.
+/// Which poses of each robot stand side by side with those of all others, as many of each robot;
+/// `None` if the robots were not recorded in step.
 ///
 /// The edge of the window may fall between the robots of one sample, so the first and the last
 /// sample are dropped where a robot lacks them.
-///
-/// # Returns
-///
-/// As many of each robot; `None` if the robots were not recorded in step.
 pub fn side_by_side(collected: &Collected, period_ns: u64) -> Option<Vec<Range<usize>>> {
     let robots = &collected.robots[..];
     let is_regular = robots.iter().all(|robot| has_no_gaps(robot, period_ns));
@@ -91,13 +88,9 @@ pub fn side_by_side(collected: &Collected, period_ns: u64) -> Option<Vec<Range<u
     are_near.then_some(common)
 }
 
-/// Puts the robots' samples side by side.
+/// Puts those samples of the robots that [`side_by_side`] has found beside each other.
 ///
 /// A run of hours fills memory, so what is no longer needed goes on the way.
-///
-/// # Arguments
-///
-/// * `common` — of [`side_by_side`].
 pub fn align(robots: &mut [RecordedRobot], common: &[Range<usize>], period_ns: u64) -> Rows {
     let times_ns = robots[0].poses[common[0].clone()].iter().map(|pose| pose.stamp_ns).collect();
     let mut rows = Rows::new(times_ns, (robots.len(), period_ns));

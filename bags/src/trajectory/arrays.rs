@@ -12,11 +12,8 @@ use crate::{Bag, TopicInfo};
 /// The last part of the name that trackers give to such a topic.
 const USUAL_NAME: &str = "/poses";
 
-/// The poses in a message, without those that the tracker lost.
-///
-/// # Arguments
-///
-/// * `name_of` — what the pose with this number is of.
+/// The poses in a message, without those that the tracker lost, under the name that belongs to the
+/// number of each.
 pub fn in_order(array: PoseArray, name_of: impl Fn(usize) -> String) -> Vec<RawPose> {
     let PoseArray { header, poses } = array;
     let raw = poses.into_iter().enumerate();
@@ -49,10 +46,6 @@ pub fn topic(topics: &[TopicInfo], source: PoseSource) -> Option<&TopicInfo> {
 }
 
 /// Refuses named poses with unknown fields.
-///
-/// # Errors
-///
-/// [`TrajectoryError::Layout`].
 pub fn check_layout(bag: &Bag, topic: &TopicInfo) -> Result<(), TrajectoryError> {
     if topic.type_name != NamedPoseArray::TYPE_NAME {
         return Ok(());

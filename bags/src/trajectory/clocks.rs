@@ -47,11 +47,8 @@ impl Offsets {
     }
 }
 
-/// Puts all stamps on the recorder's clock, if they come from clocks that differ.
-///
-/// # Returns
-///
-/// The finding; `None` if they agree, and nothing was changed.
+/// Puts all stamps on the recorder's clock, if they come from clocks that differ; `None` if they
+/// agree, and nothing was changed.
 ///
 /// # Errors
 ///
@@ -91,12 +88,11 @@ pub fn ahead_ns(robots: &[RecordedRobot]) -> Option<i128> {
     median(poses.map(|pose| i128::from(pose.stamp_ns) - i128::from(pose.log_ns)).collect())
 }
 
-/// By how much another stream is to be set back so that its stamps are of the clock of the poses, in nanoseconds.
+/// By how much another stream is to be set back so that its stamps are of the clock of the poses,
+/// in nanoseconds.
 ///
-/// # Arguments
-///
-/// * `times_ns` — its stamps and log times.
-/// * `poses_ns` — how far those of the poses are ahead.
+/// Its `times_ns` are pairs of stamp and log time; by `poses_ns` the stamps of the poses are ahead
+/// of their log times.
 pub fn behind_poses_ns(times_ns: &[(u64, u64)], poses_ns: i128) -> i128 {
     let ahead = |(stamp_ns, log_ns): &(u64, u64)| i128::from(*stamp_ns) - i128::from(*log_ns);
     let apart_ns = median(times_ns.iter().map(ahead).collect()).map_or(0, |it| it - poses_ns);

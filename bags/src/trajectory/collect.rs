@@ -259,10 +259,6 @@ impl RecordedSamples {
     }
 
     /// Takes the transforms that never change.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be read there, or a message is none.
     fn take_fixed(&mut self, bag: &Bag, topics: &[TopicInfo]) -> Result<(), TrajectoryError> {
         let is_fixed =
             |topic: &&TopicInfo| topic.name == TF_STATIC && topic.type_name == TFMessage::TYPE_NAME;

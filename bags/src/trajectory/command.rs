@@ -51,15 +51,11 @@ pub fn set_back(time_ns: u64, by_ns: i128) -> u64 {
     u64::try_from((i128::from(time_ns) - by_ns).max(0)).unwrap_or(u64::MAX)
 }
 
-/// The command that answered each pose.
+/// The command that answered each pose, in their order.
 ///
 /// The latest one up to half a period after the pose, so that it may come a little before or after
 /// it; by the stamps if every command has one (and not all of them zero), else by log time. No
 /// command yet, or one that has run out, is a stop.
-///
-/// # Returns
-///
-/// Shape `[n_poses]`.
 pub fn answers(poses: &[PoseSample], commands: &[CommandSample], period_ns: u64) -> Vec<Command> {
     let timeout_ns = (period_ns * 5 / 2).max(MIN_TIMEOUT_NS);
     let stamped: Option<Vec<(u64, Command)>> =

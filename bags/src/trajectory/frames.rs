@@ -30,10 +30,6 @@ impl FrameChanges {
 }
 
 /// Refuses robots whose poses are in different frames while the swarm is running.
-///
-/// # Errors
-///
-/// [`TrajectoryError::Frames`].
 pub fn check(robots: &[RecordedRobot], window: &RunningWindow) -> Result<(), TrajectoryError> {
     let frames = || {
         let of_robot = |robot: &'_ RecordedRobot| {

@@ -58,11 +58,7 @@ struct Jump {
     stamp_ns: u64,
 }
 
-/// Leaves out outliers and sets exchanged robots right.
-///
-/// # Returns
-///
-/// What was done.
+/// Leaves out outliers and sets exchanged robots right, and tells what was done.
 ///
 /// # Errors
 ///

@@ -29,12 +29,9 @@ impl Needed {
         }
     }
 
-    /// Over so long a time without a pose a robot's motion is interpolated there, in nanoseconds: in a
-    /// trial robots may turn by half a turn per second.
-    ///
-    /// # Arguments
-    ///
-    /// * `recorded_ns` — the median distance of poses.
+    /// Over so long a time without a pose a robot's motion is interpolated there, in nanoseconds,
+    /// but over 1.5 times the median distance of poses (`recorded_ns`) in any case: in a trial
+    /// robots may turn by half a turn per second.
     pub(super) fn most_gap_ns(self, recorded_ns: u64) -> u64 {
         let most_s = match self {
             Self::Judged(_) => MAX_GAP_S,

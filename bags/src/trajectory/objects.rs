@@ -29,16 +29,8 @@ pub struct RecordedObject {
     pub frames: FrameChanges,
 }
 
-/// All objects that have poses, by the clock of the robots' poses; `object_2` before `object_10`.
-///
-/// # Arguments
-///
-/// * `poses_ns` — how far the stamps of the robots' poses are ahead of their log times, in nanoseconds.
-/// * `frame` — of the tracker, on the floor.
-///
-/// # Errors
-///
-/// If the bag cannot be read there, or a message is no pose.
+/// All objects that have poses, on the floor and by the clock of the robots' poses, whose stamps
+/// are `poses_ns` ahead of their log times; `object_2` comes before `object_10`.
 pub fn collect(
     bag: &Bag,
     poses_ns: i128,
@@ -99,11 +91,8 @@ const MOST_PUSHED: f64 = 3.0;
 /// And so much further, in metres: a tracker's noise, and a disc that rolls on when it was nudged.
 const NOISE_M: f64 = 0.15;
 
-/// Leaves out single poses that are far away from those before and behind, as a tracker has them now and then.
-///
-/// # Arguments
-///
-/// * `speed_m_s` — the greatest that any robot was commanded.
+/// Leaves out single poses that are far away from those before and behind, as a tracker has them
+/// now and then; no robot was commanded more than `speed_m_s`.
 ///
 /// # Errors
 ///

@@ -83,11 +83,8 @@ pub fn frames_of_robot(robot: &str) -> [String; 2] {
     BODY_FRAMES.map(|body| format!("{robot}{body}"))
 }
 
-/// The poses of robots' bodies among some transforms.
-///
-/// # Arguments
-///
-/// * `robot_of` — the robot whose body a frame is.
+/// The poses of robots' bodies among some transforms; `robot_of` a frame is the robot whose body it
+/// is.
 pub fn of_transforms(
     message: TFMessage,
     robot_of: &dyn Fn(&str) -> Option<String>,
@@ -130,10 +127,6 @@ impl RawPose {
     }
 
     /// The pose on the floor.
-    ///
-    /// # Errors
-    ///
-    /// [`TrajectoryError::NotFinite`] and [`TrajectoryError::NoOrientation`].
     pub fn sample(self, log_ns: u64) -> Result<PoseSample, TrajectoryError> {
         let stamp_ns = self.stamp.to_nanos().unwrap_or(0);
         let time_s = if stamp_ns == 0 { log_ns } else { stamp_ns } as f64 / 1e9;

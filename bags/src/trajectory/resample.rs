@@ -57,10 +57,6 @@ impl Seen<'_> {
 }
 
 /// Interpolates the robots' poses to one grid of times.
-///
-/// # Errors
-///
-/// [`TrajectoryError::Gap`], [`TrajectoryError::TooManyMissing`] and [`TrajectoryError::Span`].
 pub fn resample(
     robots: &[RecordedRobot],
     times: Times,
@@ -102,15 +98,8 @@ fn see(robot: &RecordedRobot, recorded_ns: u64) -> Seen<'_> {
     }
 }
 
-/// Whether robots were seen well enough to be interpolated, and the findings about it.
-///
-/// # Returns
-///
-/// From when to when all of them were seen, in nanoseconds.
-///
-/// # Errors
-///
-/// [`TrajectoryError::Gap`], [`TrajectoryError::TooManyMissing`] and [`TrajectoryError::Span`].
+/// Whether robots were seen well enough to be interpolated, the findings about it, and from when to
+/// when all of them were seen, in nanoseconds.
 fn check(
     seen: &[Seen],
     times: Times,
@@ -149,11 +138,8 @@ fn missing(
     Ok((share > 0.0).then_some(Finding::Missing { robot, share, longest_s }))
 }
 
-/// Names every long time without a pose of a robot, and refuses one where it must be known.
-///
-/// # Arguments
-///
-/// * `start_ns`, `needed_ns` — when the trajectory starts, and what of it must be known.
+/// Names every long time without a pose of a robot from `start_ns` on, and refuses one within
+/// `needed_ns`, where it must be known.
 fn gaps(
     seen: &Seen,
     (start_ns, needed_ns): (u64, (u64, u64)),

@@ -14,12 +14,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// A trajectory in which no robot has done anything yet.
-    ///
-    /// # Arguments
-    ///
-    /// * `times_ns` — of the samples.
-    /// * `n_robots`, `period_ns` — of the trajectory.
+    /// A trajectory with samples at these times, in which no robot has done anything yet.
     pub fn new(times_ns: Vec<u64>, (n_robots, period_ns): (usize, u64)) -> Self {
         let mut trajectory = Trajectory::new(period_ns as f64 / 1e9, n_robots);
         let n_cells = times_ns.len() * n_robots;

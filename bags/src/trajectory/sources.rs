@@ -21,10 +21,6 @@ pub struct Chosen {
 
 /// The source that was asked for, or else the first that has poses of all robots that are commanded;
 /// where there is none such, the first that has any.
-///
-/// # Errors
-///
-/// [`TrajectoryError::NoPoses`].
 pub fn choose(topics: &[TopicInfo], asked: Option<PoseSource>) -> Result<Chosen, TrajectoryError> {
     let has_topic =
         |source: &PoseSource| topics.iter().any(|topic| has_poses(topics, topic, *source));

@@ -8,10 +8,6 @@ use super::TrajectoryError;
 const MIN_APART_M: f64 = 0.02;
 
 /// Refuses robots that start on one spot.
-///
-/// # Errors
-///
-/// [`TrajectoryError::OneSpot`].
 pub fn check(starts: &[Pose], robots: &[String]) -> Result<(), TrajectoryError> {
     let is_near = |one: &Pose, other: &Pose| {
         libm::hypot(one.x_m - other.x_m, one.y_m - other.y_m) < MIN_APART_M

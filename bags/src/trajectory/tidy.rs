@@ -9,11 +9,8 @@ const MAX_BACK_NS: u64 = 200_000_000;
 /// More poses of one robot with equal stamps than this share come from two publishers.
 const MAX_EQUAL_SHARE: f64 = 0.05;
 
-/// Sorts a robot's poses by stamp and keeps one for each stamp.
-///
-/// # Errors
-///
-/// [`TrajectoryError::ClockBackwards`], and [`TrajectoryError::TooClose`] if many stamps are equal.
+/// Sorts a robot's poses by stamp and keeps one for each stamp; refuses a clock that went back, and
+/// many stamps that are equal.
 pub fn tidy(robot: &mut RecordedRobot) -> Result<(), TrajectoryError> {
     let mut latest_ns = 0;
     for pose in &robot.poses {

@@ -73,11 +73,7 @@ pub struct PoseReader {
 }
 
 impl PoseReader {
-    /// A reader that has received nothing.
-    ///
-    /// # Arguments
-    ///
-    /// * `robots` — names of those whose poses are wanted.
+    /// A reader of the poses of these robots that has received nothing.
     pub fn new(source: PoseSource, tracker: &Tracker, robots: &[String]) -> Self {
         let topics = topics_of(source, tracker, robots);
         let places = topics.iter().enumerate();
@@ -119,15 +115,8 @@ impl PoseReader {
     }
 
     /// The poses of robots in a message, along the floor's axes and in the tracker's units:
-    /// [`on_floor`](rsrs_core::tracker::TrackerFrame::on_floor) puts them on the floor.
-    ///
-    /// # Arguments
-    ///
-    /// * `topic` — its place among the topics.
-    ///
-    /// # Errors
-    ///
-    /// [`UnreadablePoses`]: none of them counts.
+    /// [`on_floor`](rsrs_core::tracker::TrackerFrame::on_floor) puts them on the floor. The `topic`
+    /// is given by its place among the topics. Of a message that does not read, no pose counts.
     pub fn take(&mut self, topic: usize, bytes: &[u8]) -> Result<Vec<RawPose>, UnreadablePoses> {
         let robot = || self.topics[topic].robot.clone().unwrap_or_default();
         let raw = match self.source {
@@ -180,10 +169,6 @@ impl PoseReader {
     }
 
     /// Refuses a bag that has none of the topics.
-    ///
-    /// # Errors
-    ///
-    /// [`TrajectoryError::NoTracker`].
     pub(super) fn check(&self, topics: &[TopicInfo]) -> Result<(), TrajectoryError> {
         let is_there = |topic: &TopicInfo| self.index_of(&topic.name, &topic.type_name).is_some();
         if topics.iter().any(is_there) {

@@ -27,19 +27,12 @@ struct Edge {
 }
 
 impl Tree {
-    /// Takes a message.
+    /// The poses of the robots' bodies in a message, each in the frame at the upper end of its
+    /// chain, such as `map` for `map` → `robot_1/odom` → `robot_1/base_link`. A body that is fixed
+    /// to another one of the same robot (`base_footprint` → `base_link`) has none of its own.
     ///
-    /// # Arguments
-    ///
-    /// * `robot_of` — the robot whose body a frame is.
-    /// * `parent` — the frame to which chains are followed; bodies that do not lead there are left out.
-    ///   `None` follows them to their upper end.
-    ///
-    /// # Returns
-    ///
-    /// The poses of the robots' bodies in it, each in the frame at the upper end of its chain, such
-    /// as `map` for `map` → `robot_1/odom` → `robot_1/base_link`. A body that is fixed to another
-    /// one of the same robot (`base_footprint` → `base_link`) has none of its own.
+    /// With a `parent`, chains are followed to that frame, and bodies that do not lead there are
+    /// left out. `robot_of` a frame is the robot whose body it is.
     pub fn take(
         &mut self,
         message: TFMessage,

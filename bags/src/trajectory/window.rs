@@ -36,10 +36,6 @@ impl RunningWindow {
 /// interrupted has several, and its phases are not one phenomenon. Without one it goes from the
 /// first to the last command that moves a robot, and half a period around them, because a command
 /// comes after the pose that it answers.
-///
-/// # Errors
-///
-/// [`TrajectoryError::NeverRunning`] and [`TrajectoryError::NeverCommanded`].
 pub fn running_window(
     collected: &Collected,
     period_ns: u64,
@@ -62,11 +58,8 @@ pub fn running_window(
     })
 }
 
-/// Keeps the poses of the running time.
-///
-/// # Arguments
-///
-/// * `recorded_ns`, `needed` — the median distance of poses, in nanoseconds, and what must be known.
+/// Keeps the poses of the running time, given the median distance of poses in nanoseconds, and what
+/// must be known.
 ///
 /// # Errors
 ///

@@ -7,12 +7,8 @@ use std::path::Path;
 /// What is waited for at once: a disk that writes less than this in 10 s is none.
 const PIECE_BYTES: u64 = 4 << 20;
 
-/// Puts a file on its disk.
-///
-/// # Arguments
-///
-/// * `goes_on` — called now and then with the bytes that may not be on the disk yet; when it returns
-///   `false`, the rest is left to the system.
+/// Puts a file on its disk. Now and then, `goes_on` gets the number of bytes that may not be on the
+/// disk yet; when it returns `false`, the rest is left to the system.
 pub fn onto_disk(path: &Path, mut goes_on: impl FnMut(u64) -> bool) -> io::Result<()> {
     let file = File::open(path)?;
     let n_bytes = file.metadata()?.len();
