@@ -188,14 +188,8 @@ const OF_ITS_NUMBERS: &str = "How exact do the numbers of the controller need to
 
 /// Answers the five questions, and of a controller with named numbers one about these.
 ///
-/// # Arguments
-///
-/// * `path` — profile, sweep file, or folder of a sweep; of the latter two the robot, how it is made
-///   worse, and the settings are taken.
-///
-/// # Errors
-///
-/// If a file is not what it should be, no setting can be simulated, or it is called off.
+/// The path is that of a profile, a sweep file, or the folder of a sweep; of the latter two the
+/// robot, how it is made worse, and the settings are taken.
 pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
     let robots = options.best.robots;
     let mut subject = Subject::read(path, (options.sweep, options.other_profile), robots)?;

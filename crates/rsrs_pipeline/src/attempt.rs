@@ -82,16 +82,12 @@ impl Attempt {
         attempt
     }
 
-    /// Whether the same run is made again, with the same seed, without anybody's decision.
+    /// Whether the same run is made again, with the same seed, without anybody's decision: after
+    /// `n_tries` runs, this one included, of at most `most_tries`.
     ///
-    /// A run that failed before its robots moved, that is void or could not be judged has shown nothing
-    /// of its result. Nor has one that ended because a robot was lost before the time began that is
-    /// judged. What a person has stopped, and what failed later, is a person's to look at.
-    ///
-    /// # Arguments
-    ///
-    /// * `n_tries` — runs that were made of it by now, this one included.
-    /// * `most_tries` — how many there may be.
+    /// A run that failed before its robots moved, that is void or could not be judged has shown
+    /// nothing of its result. Nor has one that ended because a robot was lost before the time began
+    /// that is judged. What a person has stopped, and what failed later, is a person's to look at.
     pub fn is_made_again(&self, record: &ExperimentRecord, n_tries: u32, most_tries: u32) -> bool {
         let may_be = match EndingKind::from_key(&self.ending) {
             Some(EndingKind::Completed | EndingKind::Void) => true,
@@ -120,15 +116,8 @@ impl fmt::Display for Attempt {
 /// Ends the name of a folder with a recording that does not count.
 const ASIDE: &str = ".unfinished_";
 
-/// Keeps a recording that does not count beside, under a name that cannot be taken for the bag.
-///
-/// # Returns
-///
-/// Where it is now; `None` if there was none.
-///
-/// # Errors
-///
-/// If the system refuses.
+/// Keeps a recording that does not count beside, under a name that cannot be taken for the bag, and
+/// returns its new path; `None` if there was none.
 pub fn keep_aside(bag: &Path) -> anyhow::Result<Option<PathBuf>> {
     if !bag.exists() {
         return Ok(None);

@@ -56,18 +56,11 @@ pub struct Best {
     pub n_candidates: usize,
 }
 
-/// Looks for the best setting of a sweep: from the most robust on, candidates are confirmed on fresh
-/// seeds in both worlds, until one holds. What else is worth knowing of it is run, too: a denser start,
-/// and other numbers of robots.
+/// Looks for the best setting of a sweep: from the most robust on, candidates are confirmed on
+/// fresh seeds in both worlds, until one holds. If none does, it is the best of them; if no setting
+/// may be viable, the one in which most runs came to the wanted phase.
 ///
-/// # Returns
-///
-/// If none holds, the best of them; if no setting may be viable, the one in which most runs came to the
-/// wanted phase.
-///
-/// # Errors
-///
-/// If the sweep does not hold both worlds, or a confirmation is called off.
+/// What else is worth knowing of it is run, too: a denser start, and other numbers of robots.
 pub fn best(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Best> {
     let (worlds, kind) = (result.worlds()?, result.source.sweep.interval_kind());
     let mut candidates = rank(worlds, kind, options.wanted);
@@ -142,16 +135,13 @@ pub struct Subject {
 impl Subject {
     /// Reads a robot from a profile, a sweep file or the folder of a sweep.
     ///
-    /// # Arguments
-    ///
-    /// * `sweep`, `other_profile` — a sweep file or folder whose settings are tried instead, and what to do
-    ///   if it is of robots with another profile.
-    /// * `robots` — that of [`Options`].
+    /// If `sweep` is given, a sweep file or folder, its settings are tried instead; `other_profile`
+    /// decides what to do if that is of robots with another profile.
     ///
     /// # Errors
     ///
-    /// If a file is not what it should be, or a setting is beyond the robot's limits, or classes have profiles of their
-    /// own.
+    /// Beside wrong files, if a setting is beyond the robot's limits, or classes have profiles of
+    /// their own.
     pub fn read(
         path: &Path,
         (sweep, other_profile): (Option<&Path>, OtherProfile),
@@ -190,12 +180,8 @@ impl Subject {
         Ok(Self { source, swept: swept.filter(|_| is_swept), other_profile })
     }
 
-    /// What comes of its settings, those left out in which its robots do not find a place; of a folder
-    /// what was swept.
-    ///
-    /// # Errors
-    ///
-    /// If none is left, or it is called off.
+    /// What comes of its settings, those left out in which its robots do not find a place; of a
+    /// folder what was swept.
     pub fn swept(self, path: &Path, options: Options<'_>) -> anyhow::Result<SweepResult> {
         let result = match self.swept {
             Some(result) => SweepResult { source: self.source, ..result },

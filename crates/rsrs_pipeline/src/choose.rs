@@ -57,16 +57,8 @@ pub struct BestSwept {
     n_replicates: u64,
 }
 
-/// Chooses the best setting of a sweep, by the search of `best_setting`. Whether that is settled at the
-/// duration of the sweep is part of the choice.
-///
-/// # Arguments
-///
-/// * `folder` — that of the sweep.
-///
-/// # Errors
-///
-/// If the folder is not that of a sweep of both worlds, or a confirmation is called off.
+/// Chooses the best setting of the sweep in a folder, by the search of `best_setting`. Whether that
+/// is settled at the duration of the sweep is part of the choice.
 pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
     let whole = folder::read(folder)?;
     let digest = whole.source.digest();
@@ -97,10 +89,6 @@ fn converged_s(source: &ResolvedSweep, conditions: &Conditions) -> anyhow::Resul
 }
 
 /// Writes a choice into a file.
-///
-/// # Errors
-///
-/// If the file cannot be written.
 pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
     let json = serde_json::to_string_pretty(choice).context("the choice as JSON")?;
     write_file(path, format!("{json}\n").as_bytes())

@@ -85,22 +85,16 @@ pub struct Runs {
     pub left_out: Vec<LeftOutRun>,
 }
 
-/// Compares recorded runs with the cells of a sweep that they belong to.
+/// Compares recorded runs with the cells of the sweep in a folder that they belong to.
 ///
-/// Whether a run counts is decided by what was recorded of its ending, before any bag is labelled; one
-/// that cannot be labelled then does not count either, nor one whose poses or motions cannot be those that were
-/// commanded. What was left out for a cause after its start
-/// may have ended in any way, and a verdict stands only if it stands whatever that was
+/// Whether a run counts is decided by what was recorded of its ending, before any bag is labelled;
+/// one that cannot be labelled then does not count either, nor one whose poses or motions cannot be
+/// those that were commanded. What was left out for a cause after its start may have ended in any
+/// way, and a verdict stands only if it stands whatever that was
 /// ([`rsrs_core::comparison::left_out`]).
 ///
-/// # Arguments
-///
-/// * `folder` — that of the sweep.
-///
-/// # Errors
-///
-/// If the folder is not a sweep's; if bags are of another experiment, or cannot be read: all of them,
-/// each with its reason.
+/// Bags that are of another experiment, or cannot be read, are an error that has all of them, each
+/// with its reason.
 pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Comparison> {
     let result = folder::read(folder)?;
     let prediction = Prediction::of(folder, &result)?;

@@ -150,14 +150,8 @@ pub struct Spare {
 
 /// Finds out why robots do not mill.
 ///
-/// # Arguments
-///
-/// * `path` — profile, sweep file, or folder of a sweep; of the latter two the robot, how it is made
-///   worse, and the settings are taken.
-///
-/// # Errors
-///
-/// If a file is not what it should be, no setting can be simulated, or it is called off.
+/// The path is that of a profile, a sweep file, or the folder of a sweep; of the latter two the
+/// robot, how it is made worse, and the settings are taken.
 pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> {
     for (axis, cost) in options.costs {
         anyhow::ensure!(

@@ -74,7 +74,7 @@ pub struct CellDifference {
 ///
 /// # Errors
 ///
-/// If a folder is not a sweep's, they are about different behaviours or axes, or no cell is in both.
+/// If they are about different behaviours or axes, or no cell is in both.
 pub fn diff(
     from: &Path,
     to: &Path,

@@ -44,24 +44,13 @@ impl Help for EpisodeError {
     }
 }
 
-/// Simulates the run that a record describes, and writes it as a bag.
+/// Simulates the run that a record describes, with its seed and replicate, and writes it as a bag
+/// into a folder that must not exist; the trajectory that is returned is the run as it was in
+/// memory.
 ///
-/// The bag has what a recorded run in lockstep has: of every robot detection, odometry and command, of every object its
-/// pose, the clock, the world's digest, the lease from RUNNING to STOPPED, the record and how the run
-/// ended. What only a network has is not there: statuses, parameters, logs.
-///
-/// # Arguments
-///
-/// * `folder` — where the bag goes; it must not exist.
-/// * `record` — the run, with its seed and replicate.
-///
-/// # Returns
-///
-/// What was written, and the run as it was in memory.
-///
-/// # Errors
-///
-/// [`EpisodeError`].
+/// The bag has what a recorded run in lockstep has: of every robot detection, odometry and command,
+/// of every object its pose, the clock, the world's digest, the lease from RUNNING to STOPPED, the
+/// record and how the run ended. What only a network has is not there: statuses, parameters, logs.
 pub fn write(
     folder: &Path,
     record: &ExperimentRecord,

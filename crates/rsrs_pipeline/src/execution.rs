@@ -8,12 +8,8 @@ use crate::error::with_help;
 
 /// Shows how far work has come, and may call it off.
 pub trait Observer: Sync {
-    /// Begins to count; the counter lives as long as the work.
-    ///
-    /// # Arguments
-    ///
-    /// * `doing` — what is being done: `sweeping`.
-    /// * `what` — what is counted: `runs`.
+    /// Begins to count `what`, such as `runs`, while doing something, such as `sweeping`; the
+    /// counter lives as long as the work.
     fn count(&self, doing: &str, what: &'static str) -> Box<dyn RunCounter + '_>;
 
     /// Becomes true when work is to end early; nothing half-written is left then.
@@ -69,10 +65,6 @@ impl Execution<'static> {
 
 impl Execution<'_> {
     /// Runs simulations that are shown, and may be called off.
-    ///
-    /// # Errors
-    ///
-    /// That of the simulations, or that they were called off.
     pub fn simulate<E: std::error::Error + Send + Sync + 'static>(
         self,
         doing: &str,

@@ -93,17 +93,10 @@ pub struct Read {
 }
 
 impl Files<'_> {
-    /// Reads the files of a search.
+    /// Reads the files of a search for robots with this profile, in a square arena with sides of
+    /// `arena_m` metres.
     ///
-    /// # Arguments
-    ///
-    /// * `profile` — of the robots.
-    /// * `robots` — how many; `None` is as many as `fleet.yaml` beside the profile has, or [`ROBOTS`].
-    /// * `arena_m` — side of the square arena, in metres.
-    ///
-    /// # Errors
-    ///
-    /// If a file cannot be read or is not what it should be.
+    /// Without a number of robots it is that of `fleet.yaml` beside the profile, or [`ROBOTS`].
     pub fn read(
         &self,
         profile: &Path,
@@ -238,15 +231,8 @@ impl Explored {
 
 /// Searches for controllers, confirms what was found on fresh seeds, and writes sweeps around it.
 ///
-/// # Arguments
-///
-/// * `profile` — of the robots; they are made worse by the usual factors.
-/// * `folder` — for the results; what an interrupted search has left in it is gone on with.
-///
-/// # Errors
-///
-/// If the profile cannot be read, the settings make no world, the folder holds something else, or the
-/// search is called off.
+/// The robots of the profile are made worse by the usual factors. Results go into `folder`; what an
+/// interrupted search has left in it is gone on with.
 pub fn explore(profile: &Path, folder: &Path, options: &Options) -> anyhow::Result<Explored> {
     let measured = read_profile(profile)?;
     let laboratory = Laboratory::new(&measured, options)?;

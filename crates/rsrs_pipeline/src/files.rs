@@ -31,12 +31,9 @@ pub fn experiment_file_beside(sweep: &Path) -> Option<PathBuf> {
     [Some(PathBuf::from(name)), parent].into_iter().flatten().find(|it| it.is_file())
 }
 
-/// Writes one file: a reader finds the old one or the new one, whole. A link is replaced, and what it
-/// points to stays as it is; a pipe or a device is written to.
-///
-/// # Errors
-///
-/// If the file cannot be written; then the old one is there.
+/// Writes one file: a reader finds the old one or the new one, whole, and the old one if it cannot
+/// be written. A link is replaced, and what it points to stays as it is; a pipe or a device is
+/// written to.
 pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let is_stream = path.metadata().is_ok_and(|metadata| !metadata.is_file());
     let written = if is_stream {
@@ -50,11 +47,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 }
 
 /// Writes one file as [`write_file`] does, on the disk at once: the old or the new one is there,
-/// whenever this program or the machine is killed.
-///
-/// # Errors
-///
-/// If the disk is full, or refuses; then the old one is there.
+/// whenever this program or the machine is killed, or the disk is full.
 pub fn write_durably(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let draft = draft_of(path, bytes)?;
     draft.as_file().sync_all()?;
@@ -65,10 +58,6 @@ pub fn write_durably(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 
 /// Writes one file into a folder that is still to take its place, so that it is not logged. What was
 /// there, a link included, is removed.
-///
-/// # Errors
-///
-/// If the file cannot be written.
 pub fn write_draft(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let write = || {
         match std::fs::remove_file(path) {
@@ -116,10 +105,6 @@ fn not_written(path: &Path, error: std::io::Error) -> anyhow::Error {
 }
 
 /// Reads one file of text.
-///
-/// # Errors
-///
-/// If the file cannot be read or is no text.
 pub fn read_text(path: &Path) -> anyhow::Result<String> {
     let text = rsrs_files::read_text(path).with_context(|| cannot_read(path))?;
     log::info!("read {}: {}", path.display(), size(text.len() as u64));
@@ -127,10 +112,6 @@ pub fn read_text(path: &Path) -> anyhow::Result<String> {
 }
 
 /// Reads one file of text; `None` where there is none.
-///
-/// # Errors
-///
-/// Those of [`read_text`].
 pub fn read_if_there(path: &Path) -> anyhow::Result<Option<String>> {
     match rsrs_files::read_text(path) {
         Ok(text) => Ok(Some(text)),

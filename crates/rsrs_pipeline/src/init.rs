@@ -69,11 +69,7 @@ const EXPERIMENT: &str = "experiment.yaml";
 /// Slowest command over the fastest, and slowest turn over the fastest.
 const SLOWEST: [f64; 2] = [0.1, 0.05];
 
-/// Writes the folder.
-///
-/// # Errors
-///
-/// If the folder exists, a number makes no robot, or a file cannot be written; then nothing is.
+/// Writes the folder, which must not exist; numbers that make no robot are refused before.
 pub fn init(folder: &Path, robots: &Robots) -> anyhow::Result<Begun> {
     if folder.exists() {
         return Err(with_help(
@@ -125,11 +121,7 @@ fn check(robots: &Robots) -> anyhow::Result<()> {
     })
 }
 
-/// Refuses what is no distance of two wheels in metres.
-///
-/// # Errors
-///
-/// With the likely unit.
+/// Refuses what is no distance of two wheels in metres, with the likely unit.
 pub fn check_wheel_base(base_m: f64) -> anyhow::Result<()> {
     anyhow::ensure!(
         base_m > 0.0 && base_m.is_finite(),
@@ -143,10 +135,6 @@ pub fn check_wheel_base(base_m: f64) -> anyhow::Result<()> {
 }
 
 /// Refuses what is no speed of a wheel, and one at which the robot cannot drive as fast as it does.
-///
-/// # Errors
-///
-/// With what is expected.
 pub fn check_wheel_speed(wheel_m_s: f64, speed_m_s: f64) -> anyhow::Result<()> {
     check_number(Axis::Speed, wheel_m_s)?;
     anyhow::ensure!(
@@ -158,21 +146,13 @@ pub fn check_wheel_speed(wheel_m_s: f64, speed_m_s: f64) -> anyhow::Result<()> {
 }
 
 /// Refuses what is no number of robots in a swarm.
-///
-/// # Errors
-///
-/// With what is expected.
 pub fn check_count(n_robots: usize) -> anyhow::Result<()> {
     anyhow::ensure!(n_robots != 1, "one robot is no swarm: expected 2 or more");
     anyhow::ensure!((2..=1000).contains(&n_robots), "expected a whole number from 2 to 1000");
     Ok(())
 }
 
-/// Refuses what is no name of a kind of robot.
-///
-/// # Errors
-///
-/// With a name that is near.
+/// Refuses what is no name of a kind of robot, with a name that is near.
 pub fn check_name(name: &str) -> anyhow::Result<()> {
     let is_letter = |it: char| it.is_ascii_alphanumeric() || it == '_';
     if name.starts_with(|it: char| it.is_ascii_alphabetic()) && name.chars().all(is_letter) {
@@ -188,11 +168,7 @@ pub fn check_name(name: &str) -> anyhow::Result<()> {
     ))
 }
 
-/// Refuses what is no radius of a body in metres.
-///
-/// # Errors
-///
-/// With the likely unit.
+/// Refuses what is no radius of a body in metres, with the likely unit.
 pub fn check_radius(radius_m: f64) -> anyhow::Result<()> {
     if !(radius_m > 0.0 && radius_m.is_finite()) {
         anyhow::bail!("the radius is {radius_m} m, expected a number above 0");
@@ -207,10 +183,6 @@ pub fn check_radius(radius_m: f64) -> anyhow::Result<()> {
 const MOST_RADIUS_M: f64 = 2.0;
 
 /// Refuses what is no number of a robot, and one that is likely in another unit.
-///
-/// # Errors
-///
-/// With what is expected.
 pub fn check_number(axis: Axis, value: f64) -> anyhow::Result<()> {
     let is_line_of_sight = axis == Axis::HalfAngle && value == 0.0;
     if !(value > 0.0 && value.is_finite() || is_line_of_sight) {

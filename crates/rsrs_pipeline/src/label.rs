@@ -225,22 +225,14 @@ impl Labelled {
 
 /// Labels one bag with the phase that its swarm settled into.
 ///
-/// What the judge needs of the robots comes from the options, else from the record that the
-/// bag holds, else it is unknown.
-///
-/// # Errors
-///
-/// If the bag or its record cannot be read, or it has no poses, no commands, or too little time;
-/// the error names the bag.
+/// What the judge needs of the robots comes from the options, else from the record that the bag
+/// holds, else it is unknown. A bag that has no poses, no commands, or too little time has no
+/// label.
 pub fn label_bag(path: &Path, options: LabelOptions) -> anyhow::Result<Labelled> {
     Ok(judge(path, options)?.0)
 }
 
 /// As [`label_bag`], with what was judged.
-///
-/// # Errors
-///
-/// As [`label_bag`].
 pub fn judge(
     path: &Path,
     options: LabelOptions,
@@ -273,11 +265,7 @@ pub struct ReadRun {
 }
 
 impl ReadRun {
-    /// The label.
-    ///
-    /// # Errors
-    ///
-    /// If it has none; the error names the bag.
+    /// The label, or why it has none; the error names the bag.
     pub fn labelled(&self, path: &Path) -> anyhow::Result<Labelled> {
         self.label.clone().map_err(|none| none.refused(path))
     }
@@ -348,10 +336,6 @@ impl NoLabel {
 }
 
 /// Reads a recorded run, and labels it if that can be done.
-///
-/// # Errors
-///
-/// If the bag or its record cannot be read, or it has no poses or commands; the error names the bag.
 pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     let bag = recorded_run::open(path)?;
     let record = recorded_run::record_in(&bag)?;
@@ -517,10 +501,6 @@ fn only_a_part(path: &Path, part: RunPart) -> anyhow::Error {
 }
 
 /// Takes the label that a person has given to a bag.
-///
-/// # Errors
-///
-/// If the file with the labels does not read, or has none of this person.
 pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
     let labels = human_labels::read(path)?;
     let name = path.display();

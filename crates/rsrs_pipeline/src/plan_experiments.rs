@@ -81,16 +81,12 @@ pub struct PlannedRuns {
     pub n_as_measured: u64,
 }
 
-/// Plans the runs of a sweep's cells, if real robots mill as often as simulated ones as measured.
-///
-/// # Arguments
-///
-/// * `folder` — that of the sweep.
+/// Plans the runs of cells of the sweep in a folder, if real robots mill as often as simulated ones
+/// as measured.
 ///
 /// # Errors
 ///
-/// If the folder is not a sweep's, a cell was not swept or is named twice, no cell is named and none was
-/// chosen, or the simulation is called off.
+/// If a cell was not swept or is named twice, or no cell is named and none was chosen.
 pub fn plan_experiments(folder: &Path, options: &Options) -> anyhow::Result<PlannedExperiments> {
     let subject = Subject::read(folder, options)?;
     let planned: Vec<PlannedCell> = subject.cells.iter().map(|(_, planned)| *planned).collect();

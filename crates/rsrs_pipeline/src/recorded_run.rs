@@ -23,11 +23,8 @@ use crate::error::{helped, with_help};
 /// recorded any more.
 const STILL_GROWING: Duration = Duration::from_secs(5);
 
-/// Opens a bag whose bytes are those that were written.
-///
-/// # Errors
-///
-/// If it cannot be read, is no bag, breaks off, or is damaged; the error names it.
+/// Opens a bag whose bytes are those that were written: one that breaks off or is damaged is
+/// refused, by name.
 pub fn open(path: &Path) -> anyhow::Result<Bag> {
     let bag = open_damaged(path)?;
     let Some(damage) = break_in(&bag) else { return Ok(bag) };
@@ -42,10 +39,6 @@ pub fn open(path: &Path) -> anyhow::Result<Bag> {
 }
 
 /// Opens a bag, damaged or not.
-///
-/// # Errors
-///
-/// If it cannot be read or is no bag; the error names it.
 pub fn open_damaged(path: &Path) -> anyhow::Result<Bag> {
     let bag = Bag::open(path).map_err(helped)?;
     let info = bag.info();
@@ -55,10 +48,6 @@ pub fn open_damaged(path: &Path) -> anyhow::Result<Bag> {
 }
 
 /// The record of the run: `None` in a bag that no runner of ours has made.
-///
-/// # Errors
-///
-/// If there is one that does not read; the error names the bag.
 pub fn record_in(bag: &Bag) -> anyhow::Result<Option<ExperimentRecord>> {
     let Some(attachment) = bag.attachment(ATTACHMENT) else {
         return record_on_topic(bag);
@@ -108,10 +97,6 @@ fn texts_on(bag: &Bag, topic: &Topic) -> anyhow::Result<Vec<String>> {
 }
 
 /// How the run ended: `None` if the recorder was killed before its end.
-///
-/// # Errors
-///
-/// If its ending is invalid; the error names the bag.
 pub fn ending_in(bag: &Bag) -> anyhow::Result<Option<Ending>> {
     let Some(pairs) = bag.metadata(ENDING) else {
         return ending_on_topic(bag);

@@ -39,18 +39,12 @@ pub type Draw = fn(&Path, &SweepResult) -> anyhow::Result<()>;
 /// Sweeps into a folder: from its beginning, from where it was interrupted, or not at all if the
 /// results of this very sweep are there.
 ///
-/// # Arguments
-///
-/// * `folder` — the folder to make.
-/// * `name` — of the sweep, for errors.
-/// * `source` — the sweep.
-/// * `execution` — on how many threads, watched by whom.
-/// * `draw` — draws the results beside their tables.
+/// Errors call the sweep `name`; `draw` draws the results beside their tables.
 ///
 /// # Errors
 ///
-/// If a cell cannot be simulated, the folder holds anything else, it cannot be written, or the sweep
-/// is called off; after the last two it can be resumed.
+/// If a cell cannot be simulated, the folder holds anything else, it cannot be written, or the
+/// sweep is called off; after the last two it can be resumed.
 pub fn sweep_into(
     folder: &Path,
     name: &str,
@@ -82,10 +76,6 @@ pub fn sweep_into(
 }
 
 /// Sweeps into no folder, at most 100 runs of each cell; cells in which the robots find no place are left out.
-///
-/// # Errors
-///
-/// If no cell is left, or as [`sweep_into`].
 pub fn sweep_in_memory(
     name: &str,
     mut source: ResolvedSweep,
@@ -122,21 +112,12 @@ pub fn sweep_in_memory(
 /// Runs of each cell of a sweep into no folder, in each world, at most.
 const ENOUGH: u64 = 100;
 
-/// Does one machine's part of a sweep, and leaves it in its folder for [`merge`].
+/// Does one machine's part of a sweep as [`sweep_into`] does all of it, leaves it in its folder for
+/// [`merge`], and returns how many replicates that is; `None` if the folder holds the whole sweep.
+///
+/// An adaptive sweep is refused, because its work follows from what all machines find.
 ///
 /// [`merge`]: crate::sweep::merge::merge
-///
-/// # Arguments
-///
-/// As for [`sweep_into`].
-///
-/// # Returns
-///
-/// How many replicates are this machine's; `None` if the folder holds the whole sweep.
-///
-/// # Errors
-///
-/// As [`sweep_into`], and of an adaptive sweep, whose work follows from what all machines find.
 pub fn sweep_shard(
     folder: &Path,
     name: &str,
@@ -176,7 +157,6 @@ pub fn knowledge(result: &SweepResult) -> Option<Vec<Knowledge>> {
     Some((0..counts.len()).map(|cell| schedule.knowledge(&counts, cell)).collect())
 }
 
-/// What is to be swept.
 pub(crate) struct Plan {
     cells: Vec<Cell>,
     /// Those of all cells with the robots made worse, and after them those of all cells with the
@@ -189,15 +169,7 @@ pub(crate) struct Plan {
 type Round = Vec<Piece>;
 
 impl Plan {
-    /// What a sweep asks for.
-    ///
-    /// # Arguments
-    ///
-    /// * `name` — of the file, for errors.
-    ///
-    /// # Errors
-    ///
-    /// If a cell cannot be simulated.
+    /// What a sweep asks for; errors call its file `name`.
     pub fn new(name: &str, source: &ResolvedSweep, n_threads: usize) -> anyhow::Result<Self> {
         let (cells, mut conditions): (Vec<Cell>, Vec<Conditions>) =
             source.cells(name)?.into_iter().unzip();
@@ -219,11 +191,7 @@ impl Plan {
         (0..).zip(blocks(&self.conditions, self.runs.duration_s, self.first_round()))
     }
 
-    /// What came out.
-    ///
-    /// # Arguments
-    ///
-    /// * `counts` — in the order of the conditions.
+    /// What came out, from the counts in the order of the conditions.
     fn result(&self, source: ResolvedSweep, counts: &[PhaseCounts]) -> SweepResult {
         let axes = source.sweep.swept_axes();
         let diagram = |counts: &[PhaseCounts]| PhaseDiagram {
@@ -264,7 +232,6 @@ impl Plan {
     }
 }
 
-/// A sweep at work.
 struct Sweeping<'a> {
     plan: &'a Plan,
     site: &'a Unfinished,
@@ -274,7 +241,6 @@ struct Sweeping<'a> {
     execution: Execution<'a>,
 }
 
-/// What was swept.
 struct Swept {
     /// Shape `[n_cells]`.
     counts: Vec<PhaseCounts>,
@@ -340,11 +306,8 @@ impl Sweeping<'_> {
         more.enumerate().map(piece).filter(|piece| piece.n_rows() > 0).collect()
     }
 
-    /// Finishes the blocks of a round and counts their phases.
-    ///
-    /// # Arguments
-    ///
-    /// * `n_before` — blocks of the rounds before.
+    /// Finishes the blocks of a round, which come after `n_before` of the rounds before, and counts
+    /// their phases.
     fn work_on(
         &self,
         round: &Round,

@@ -79,15 +79,11 @@ pub struct Case {
     options: ReachOptions,
 }
 
-/// Judges the simulated robot of a sweep.
-///
-/// # Arguments
-///
-/// * `sweep` — a sweep file, or the folder of a sweep.
+/// Judges the simulated robot of a sweep file, or of the folder of a sweep.
 ///
 /// # Errors
 ///
-/// If a file is wrong, or the sweep has several simulated robots and `at` and `class` do not name one.
+/// If the sweep has several simulated robots and `at` and `class` do not name one.
 pub fn validate(sweep: &Path, options: &Options) -> anyhow::Result<Validated> {
     let swept = if sweep.is_dir() { Some(folder::read(sweep)?) } else { None };
     let source = match &swept {
@@ -99,11 +95,7 @@ pub fn validate(sweep: &Path, options: &Options) -> anyhow::Result<Validated> {
     Ok(Validated { case, answer, swept })
 }
 
-/// Reads what is compared.
-///
-/// # Arguments
-///
-/// * `name` — of the sweep, for errors.
+/// Reads what is compared; errors call the sweep `name`.
 fn read(name: &str, source: ResolvedSweep, options: &Options) -> anyhow::Result<Case> {
     let source = judged_source(name, source, options.class.as_deref())?;
     let at = options.at.clone();

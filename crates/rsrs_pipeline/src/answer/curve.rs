@@ -46,19 +46,7 @@ pub struct Swept {
     pub ring_m: Option<f64>,
 }
 
-/// Moves one quantity from the recommendation.
-///
-/// # Arguments
-///
-/// * `cell` — the recommendation.
-///
-/// # Returns
-///
-/// `None` if robots have no such quantity.
-///
-/// # Errors
-///
-/// If runs are called off or fail.
+/// Moves one quantity from the recommended cell; `None` if robots have no such quantity.
 pub fn quantity(
     search: &Search<'_>,
     cell: &Cell,
@@ -194,12 +182,8 @@ fn same(one: f64, other: f64) -> bool {
     (one - other).abs() <= 1e-9 * one.abs().max(1.0)
 }
 
-/// The first and the last point around a value before the share is less than wanted: by itself surely,
-/// or pooled with its neighbours.
-///
-/// # Returns
-///
-/// `None` if it is surely less at the value itself.
+/// The first and the last point around a value before the share is less than wanted: by itself
+/// surely, or pooled with its neighbours. `None` if it is surely less at the value itself.
 fn around(curve: &[Point], now: f64, wanted: f64) -> Option<(usize, usize)> {
     let at = curve.iter().position(|point| same(point.value, now))?;
     if curve[at].b_s_high < wanted {

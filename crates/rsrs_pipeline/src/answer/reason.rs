@@ -41,12 +41,8 @@ pub struct Edge {
 const RARE: f64 = 0.5;
 
 impl Edge {
-    /// The end of a range.
-    ///
-    /// # Arguments
-    ///
-    /// * `outward` — what was tried from the recommendation outward, itself first.
-    /// * `n_inside` — how many of these belong to the range; not all.
+    /// The end of a range, of what was tried from the recommendation outward, itself first: the
+    /// first `n_inside` belong to the range, and not all do.
     pub fn of(outward: &[&Swept], n_inside: usize) -> Self {
         let first = outward[n_inside];
         let is_rare = |index: &usize| milling(outward[*index]) < RARE * milling(outward[0]);

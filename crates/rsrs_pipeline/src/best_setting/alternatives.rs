@@ -19,10 +19,6 @@ const HOPELESS: f64 = 0.1;
 const MORE: [isize; 4] = [-2, -1, 1, 2];
 
 /// Runs the setting with other starts and numbers, in both worlds.
-///
-/// # Errors
-///
-/// If the runs are called off.
 pub fn add(source: &ResolvedSweep, best: &mut Best, options: Options<'_>) -> anyhow::Result<()> {
     let mut worlds = vec![source.conditions_of(best.index)?];
     if let Some(measured) = source.as_measured() {

@@ -27,12 +27,8 @@ const PLACEMENT_OVER_ARENA: f64 = 0.4;
 const CROWDED: f64 = 3.0;
 
 impl Floor {
-    /// The disc follows from the range, or where bodies do not fit into that, from their size; it lies
-    /// within the arena.
-    ///
-    /// # Arguments
-    ///
-    /// * `arena_m` — `None` for one so large that its walls are not reached.
+    /// The disc follows from the range, or where bodies do not fit into that, from their size; it
+    /// lies within the arena. Without `arena_m` that is so large that its walls are not reached.
     pub fn new(range_m: f64, (n_robots, radius_m): (usize, f64), arena_m: Option<f64>) -> Self {
         let from_m = range_m.max(CROWDED * radius_m * (n_robots as f64).sqrt());
         let arena_m = arena_m.unwrap_or_else(|| significant(ARENA_OVER_RANGE * from_m));
@@ -144,12 +140,8 @@ pub fn of_robot(profile: &RobotProfile, robots: Option<usize>) -> SweepFile {
     plane.within_wheels(profile)
 }
 
-/// The settings of a sweep.
-///
-/// # Returns
-///
-/// The sweep without capabilities, and those that it fixes: they are the robot's. Capabilities that it
-/// sweeps are left out.
+/// The settings of a sweep: without capabilities, and those that it fixes, which are the robot's.
+/// Capabilities that it sweeps are left out.
 pub fn without_capabilities(sweep: &SweepFile) -> (SweepFile, Vec<(Axis, f64)>) {
     let (capabilities, values): (Vec<_>, Vec<_>) =
         sweep.fixed.values.iter().copied().partition(|(axis, _)| axis.is_capability());

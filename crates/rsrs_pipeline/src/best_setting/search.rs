@@ -93,10 +93,6 @@ pub const ATTEMPTS: u32 = 4;
 
 impl<'a> Search<'a> {
     /// Looks among the settings of a sweep.
-    ///
-    /// # Errors
-    ///
-    /// If a cell cannot be simulated.
     pub fn new(result: &'a SweepResult, options: Options<'a>) -> anyhow::Result<Self> {
         let source = &result.source;
         let cells: Vec<Cell> =
@@ -115,29 +111,14 @@ impl<'a> Search<'a> {
         Ok(Self { source, cells, settings, options })
     }
 
-    /// Tries all settings with a changed robot.
-    ///
-    /// # Returns
-    ///
-    /// Settings, the best first; empty if the changed robot is none, or fits in none of them.
-    ///
-    /// # Errors
-    ///
-    /// If the runs are called off or fail.
+    /// Tries all settings with a changed robot, and returns them, the best first; none if there is
+    /// no such robot, or it fits in none of them.
     pub fn best(&self, changes: &Changes, doing: &str) -> anyhow::Result<Vec<Tried>> {
         let cells = with_settings(&self.cells, changes);
         self.tried(changes, &cells, (WIDE, doing))
     }
 
-    /// Tries promising settings with a changed robot.
-    ///
-    /// # Arguments
-    ///
-    /// * `cells` — of [`promising`].
-    ///
-    /// # Errors
-    ///
-    /// As [`Search::best`].
+    /// Tries settings that are [`promising`] with a changed robot.
     pub fn best_of(
         &self,
         changes: &Changes,
@@ -149,10 +130,6 @@ impl<'a> Search<'a> {
     }
 
     /// Tries the settings that were best for nearly the same robot.
-    ///
-    /// # Errors
-    ///
-    /// As [`Search::best`].
     pub fn again(
         &self,
         changes: &Changes,
@@ -183,21 +160,11 @@ impl<'a> Search<'a> {
             .is_some_and(|best| best.share.value() >= (self.options.wanted + MARGIN).min(0.995))
     }
 
-    /// Finds the smallest change that reaches what is wanted.
+    /// Finds the smallest change that reaches what is wanted, and how it was confirmed; `None` if
+    /// fresh runs confirm none.
     ///
-    /// # Arguments
-    ///
-    /// * `at` — the changes for a share of the way, from 0, where they do not suffice, to 1, where
-    ///   they do.
-    /// * `ends` — settings that were tried at both ends.
-    ///
-    /// # Returns
-    ///
-    /// The share of the way, and how it was confirmed; `None` if fresh runs confirm none.
-    ///
-    /// # Errors
-    ///
-    /// As [`Search::best`].
+    /// `at` gives the changes for a share of the way, from 0, where they do not suffice, to 1,
+    /// where they do; `ends` are the settings that were tried at both.
     pub fn smallest(
         &self,
         at: &dyn Fn(f64) -> Changes,
@@ -233,15 +200,8 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    /// Runs a changed robot in one setting on fresh seeds, made worse and as measured.
-    ///
-    /// # Arguments
-    ///
-    /// * `attempt` — from 0; each has seeds of its own.
-    ///
-    /// # Errors
-    ///
-    /// As [`Search::best`].
+    /// Runs a changed robot in one setting on fresh seeds, made worse and as measured; each
+    /// attempt, from 0, has seeds of its own.
     pub fn confirmed(
         &self,
         changes: &Changes,
@@ -309,10 +269,6 @@ impl<'a> Search<'a> {
     }
 
     /// The conditions of a changed robot in a setting.
-    ///
-    /// # Errors
-    ///
-    /// If there is no such robot, or it cannot be simulated there.
     pub fn conditions(
         &self,
         (changes, robots): (&Changes, Robots),
@@ -338,11 +294,8 @@ impl<'a> Search<'a> {
         Runs { seed, replicates, duration_s: self.source.sweep.duration_s, n_threads }
     }
 
-    /// The conditions of a changed robot in a setting, made worse and as measured.
-    ///
-    /// # Returns
-    ///
-    /// `None` if there is no such robot, or it cannot be simulated there.
+    /// The conditions of a changed robot in a setting, made worse and as measured; `None` if there
+    /// is no such robot, or it cannot be simulated there.
     pub fn in_both_worlds(&self, changes: &Changes, cell: &Cell) -> Option<[Conditions; 2]> {
         let of = |robots| {
             let conditions = self.conditions((changes, robots), cell).ok()?;
@@ -357,10 +310,6 @@ impl<'a> Search<'a> {
     }
 
     /// How so many runs under each of some conditions end.
-    ///
-    /// # Errors
-    ///
-    /// As [`Search::best`].
     pub fn counts(
         &self,
         conditions: &[Conditions],
@@ -371,10 +320,6 @@ impl<'a> Search<'a> {
     }
 
     /// What so many runs under each of some conditions come to.
-    ///
-    /// # Errors
-    ///
-    /// As [`Search::best`].
     pub fn simulate(
         &self,
         conditions: &[Conditions],

@@ -12,18 +12,11 @@ use crate::files::read_text;
 /// Their list, in the folder of the experiment.
 pub const ATTEMPTS: &str = "attempts.json";
 
-/// The runs of an experiment that gave no result, in the order in which they were made.
+/// The runs of an experiment that gave no result, in the order in which they were made; its bag is
+/// in `folder`.
 ///
-/// A recording that was kept aside before its entry was written, or by a version that wrote none, is
-/// among them.
-///
-/// # Arguments
-///
-/// * `folder` — that of the experiment, in which its bag is.
-///
-/// # Errors
-///
-/// If the list or the folder cannot be read.
+/// A recording that was kept aside before its entry was written, or by a version that wrote none,
+/// is among them.
 pub fn attempts_in(folder: &Path) -> anyhow::Result<Vec<Attempt>> {
     let path = folder.join(ATTEMPTS);
     let mut attempts: Vec<Attempt> = if path.exists() {
@@ -46,20 +39,9 @@ pub fn attempts_in(folder: &Path) -> anyhow::Result<Vec<Attempt>> {
     Ok(attempts)
 }
 
-/// Keeps what there is of a run that gave no result: its recording under another name, and what it was
-/// in the list.
-///
-/// # Arguments
-///
-/// * `attempt` — what it was; `None` where its recording is all that is known of it.
-///
-/// # Returns
-///
-/// It, if there was anything.
-///
-/// # Errors
-///
-/// If the disk is full, or refuses.
+/// Keeps what there is of a run that gave no result, and returns it: its recording under another
+/// name, and what it was in the list. Without an `attempt`, its recording is all that is known of
+/// it; `None` if there is nothing to keep.
 pub fn keep(folder: &Path, attempt: Option<Attempt>) -> anyhow::Result<Option<Attempt>> {
     let aside = keep_aside(&folder.join(BAG))?;
     let kept = match (attempt, &aside) {

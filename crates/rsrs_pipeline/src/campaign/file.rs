@@ -73,15 +73,8 @@ pub struct Experiment {
     pub fixed: Option<FixedRun>,
 }
 
-/// Reads a campaign file.
-///
-/// # Returns
-///
-/// Its text and all of its experiments, in order: each cell with each seed, as often as asked for.
-///
-/// # Errors
-///
-/// If it cannot be read or is wrong.
+/// Reads the text of a campaign file, and all of its experiments, in order: each cell with each
+/// seed, as often as asked for.
 pub fn read(path: &Path) -> anyhow::Result<(String, Vec<Experiment>)> {
     let file = path.display().to_string();
     let text = read_text(path)?;

@@ -67,11 +67,8 @@ pub struct CampaignFolder {
 }
 
 impl CampaignFolder {
-    /// Makes the folder, or goes on with the one that is there.
-    ///
-    /// # Arguments
-    ///
-    /// * `text`, `items` — the campaign file, and its experiments.
+    /// Makes the folder for the text of a campaign file and its experiments, or goes on with the
+    /// one that is there.
     ///
     /// # Errors
     ///
@@ -140,14 +137,11 @@ impl CampaignFolder {
         self.path.join(&item.experiment.folder)
     }
 
-    /// Whether an experiment has its result, and all of it is as it was.
+    /// Whether an experiment has its result, and all of it is as it was: a file that is gone or
+    /// changed is an error that names it.
     ///
-    /// One whose run was void, or could not be judged, and which a version took for finished that did not
-    /// run it again, has none.
-    ///
-    /// # Errors
-    ///
-    /// If a file of a finished experiment is gone or changed, by name.
+    /// One whose run was void, or could not be judged, and which a version took for finished that
+    /// did not run it again, has none.
     pub fn is_finished(&self, item: &Item) -> anyhow::Result<bool> {
         let Some(manifest) = self.manifest(item)? else { return Ok(false) };
         manifest.verify(&self.of(item))?;
@@ -155,10 +149,6 @@ impl CampaignFolder {
     }
 
     /// The manifest of an experiment, without a look at its files; `None` if it was never finished.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be read, or is of another experiment.
     pub fn manifest(&self, item: &Item) -> anyhow::Result<Option<Manifest>> {
         let folder = self.of(item);
         let Some(manifest) = Manifest::read(&folder)? else { return Ok(None) };
@@ -168,15 +158,8 @@ impl CampaignFolder {
         Ok(Some(manifest))
     }
 
-    /// Finishes an experiment whose bag was closed, though its runner was killed before the end.
-    ///
-    /// # Returns
-    ///
-    /// Whether there was one. A recording that broke off is no closed bag.
-    ///
-    /// # Errors
-    ///
-    /// If the disk is full, or refuses.
+    /// Finishes an experiment whose bag was closed, though its runner was killed before the end;
+    /// `None` if there is none. A recording that broke off is no closed bag.
     pub fn adopt(&self, item: &Item) -> anyhow::Result<Option<Manifest>> {
         let path = self.of(item).join(BAG);
         if !path.join("metadata.yaml").is_file() {
@@ -202,10 +185,6 @@ impl CampaignFolder {
 
     /// Labels the bag of a run that was completed, and writes the experiment's manifest if that is its
     /// result.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be read, or the disk is full or refuses.
     pub fn finish(
         &self,
         item: &Item,
@@ -259,19 +238,11 @@ impl CampaignFolder {
     }
 
     /// The runs of an experiment that gave no result.
-    ///
-    /// # Errors
-    ///
-    /// If their list cannot be read.
     pub fn attempts(&self, item: &Item) -> anyhow::Result<Vec<Attempt>> {
         attempts_in(&self.of(item))
     }
 
     /// Whether the label of a finished experiment is near another one.
-    ///
-    /// # Errors
-    ///
-    /// If there is a label that cannot be read.
     pub fn settledness(&self, item: &Item) -> anyhow::Result<Settledness> {
         let path = self.of(item).join(LABEL);
         if !path.exists() {
@@ -281,19 +252,9 @@ impl CampaignFolder {
             .with_context(|| format!("{} is no label", path.display()))
     }
 
-    /// Keeps what there is of a run that gave no result, and makes the experiment an open one.
-    ///
-    /// # Arguments
-    ///
-    /// * `attempt` — what it was; `None` where its recording is all that is known of it.
-    ///
-    /// # Returns
-    ///
-    /// It, if there was anything.
-    ///
-    /// # Errors
-    ///
-    /// If the system refuses.
+    /// Keeps what there is of a run that gave no result, returns it, and makes the experiment an
+    /// open one. Without an `attempt`, its recording is all that is known of it; `None` if there is
+    /// nothing to keep.
     pub fn keep(&self, item: &Item, attempt: Option<Attempt>) -> anyhow::Result<Option<Attempt>> {
         let folder = self.of(item);
         if !folder.exists() {

@@ -95,10 +95,6 @@ impl Manifest {
     }
 
     /// Reads the manifest of an experiment; `None` where there is none, because it is not finished.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be read, or is not what was written.
     pub fn read(folder: &Path) -> anyhow::Result<Option<Self>> {
         let path = folder.join(MANIFEST);
         let Some(text) = read_if_there(&path)? else { return Ok(None) };
@@ -108,10 +104,6 @@ impl Manifest {
     }
 
     /// Writes the manifest, whole or not at all, when all that it lists is on the disk.
-    ///
-    /// # Errors
-    ///
-    /// If the disk is full, or refuses.
     pub fn write(&self, folder: &Path) -> anyhow::Result<()> {
         for entry in &self.files {
             let path = folder.join(&entry.path);
@@ -122,13 +114,10 @@ impl Manifest {
         write_whole(&folder.join(MANIFEST), self)
     }
 
-    /// Whether every file is as it was when the experiment ended.
+    /// Looks whether every file is as it was when the experiment ended; the error names the first
+    /// that is gone, or another one now.
     ///
     /// Files that came later, such as the labels of people, are no difference.
-    ///
-    /// # Errors
-    ///
-    /// The first file that is gone or another one now, by name.
     pub fn verify(&self, folder: &Path) -> anyhow::Result<()> {
         for entry in &self.files {
             let path = folder.join(&entry.path);
@@ -159,11 +148,6 @@ impl Manifest {
 }
 
 impl Entry {
-    /// Reads a file through.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be read.
     fn of(folder: &Path, path: &str) -> anyhow::Result<Self> {
         let file = folder.join(path);
         let (size_bytes, sha256) = digest(&file).map_err(|error| anyhow!("{error}"))?;
@@ -171,15 +155,8 @@ impl Entry {
     }
 }
 
-/// Every file below a folder's parts, each with its checksum, sorted by path.
-///
-/// # Arguments
-///
-/// * `parts` — files and folders in `folder`.
-///
-/// # Errors
-///
-/// If one of them cannot be read.
+/// Every file below a folder's parts, which are files and folders in it, each with its checksum,
+/// sorted by path.
 pub fn entries(folder: &Path, parts: &[&str]) -> anyhow::Result<Vec<Entry>> {
     let mut paths = Vec::new();
     for part in parts {
@@ -225,10 +202,6 @@ fn digest(path: &Path) -> io::Result<(u64, String)> {
 
 /// Writes a value as JSON, so that a reader finds the old file or the new one, whenever this program
 /// or the machine is killed.
-///
-/// # Errors
-///
-/// If the disk is full, or refuses.
 pub fn write_whole(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
     let text = serde_json::to_string_pretty(value).context("plain data as JSON")?;
     write_durably(path, format!("{text}\n").as_bytes())

@@ -110,15 +110,8 @@ impl Summary {
         })
     }
 
-    /// Looks at all experiments of a campaign.
-    ///
-    /// # Arguments
-    ///
-    /// * `command` — the one that goes on, if there is something left.
-    ///
-    /// # Errors
-    ///
-    /// If a manifest cannot be read.
+    /// Looks at all experiments of a campaign; `command` is the one that goes on, if there is
+    /// something left.
     pub fn of(folder: &CampaignFolder, items: &[Item], command: &str) -> anyhow::Result<Self> {
         let row = |item: &Item| Row::of(folder, item);
         let experiments = items.iter().map(row).collect::<anyhow::Result<Vec<Row>>>()?;

@@ -69,8 +69,8 @@ impl InPseudoRealities {
 ///
 /// # Errors
 ///
-/// If the profile has no intervals, or such wide ones are of robots that cannot be, or a class has a profile of its
-/// own.
+/// If the profile has no intervals, or such wide ones are of robots that cannot be, or a class has
+/// a profile of its own.
 pub fn can_be_drawn(result: &SweepResult, widening: f64) -> anyhow::Result<()> {
     result.source.refuse_profiles_of_classes("pseudo-realities are drawn around one profile")?;
     PseudoRealities::around(&result.source.profile, widening).map(|_| ()).map_err(helped)
@@ -78,10 +78,6 @@ pub fn can_be_drawn(result: &SweepResult, widening: f64) -> anyhow::Result<()> {
 
 /// Runs every cell of a sweep with profiles drawn around the intervals of its own: in the place of robots that are
 /// deliberately worse, robots that are as good as is known.
-///
-/// # Errors
-///
-/// If the profile has no intervals, or a cell cannot be simulated with a drawn one, or it is called off.
 pub fn pseudo_realities(
     result: &SweepResult,
     draws: Draws,

@@ -71,11 +71,7 @@ pub fn design(admitted: &[Admitted]) -> anyhow::Result<Option<FixedDesign>> {
     Ok(design(first))
 }
 
-/// The margin of a comparison.
-///
-/// # Errors
-///
-/// If another one was fixed than is asked for.
+/// The margin of a comparison, which is refused if it is not the one that was fixed.
 pub fn margin(asked: Option<f64>, design: Option<FixedDesign>) -> anyhow::Result<f64> {
     match (asked, design) {
         (Some(asked), Some(FixedDesign { margin, .. })) if asked.to_bits() != margin.to_bits() => {
@@ -101,15 +97,7 @@ struct Slot {
 }
 
 impl FixedCampaign {
-    /// Where a campaign stands.
-    ///
-    /// # Arguments
-    ///
-    /// * `simulated` — the simulated runs of a cell, by its index in the diagram.
-    ///
-    /// # Errors
-    ///
-    /// Those of `simulated`.
+    /// Where a campaign stands; `simulated` has the runs of a cell, by its index in the diagram.
     pub fn of(
         design: FixedDesign,
         runs: &Runs,

@@ -47,10 +47,6 @@ pub struct Prediction<'a> {
 
 impl<'a> Prediction<'a> {
     /// That of a sweep, with the choice beside it.
-    ///
-    /// # Errors
-    ///
-    /// If the choice cannot be read or is of another sweep.
     pub fn of(folder: &'a Path, result: &'a SweepResult) -> anyhow::Result<Self> {
         let chosen = match folder::read_choice(folder)? {
             None => None,
@@ -109,10 +105,6 @@ impl<'a> Prediction<'a> {
 
     /// Replicates of the sweep; of the chosen cell its fresh ones, because those of the sweep have
     /// chosen it and flatter it.
-    ///
-    /// # Errors
-    ///
-    /// If the choice does not state how its fresh runs ended.
     pub fn of_cell(&self, index: usize) -> anyhow::Result<Simulated> {
         match &self.chosen {
             Some((chosen, choice)) if *chosen == index => match choice.phases {

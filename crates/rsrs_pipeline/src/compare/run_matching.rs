@@ -73,13 +73,10 @@ impl Admitted {
     }
 }
 
-/// Reads the records of bags, and refuses those that no swept cell stands for. Attempts that a campaign
-/// has made again are kept beside their bags and come along.
+/// Reads the records of bags, and refuses those that no swept cell stands for, all in one error.
+/// Attempts that a campaign has made again are kept beside their bags and come along.
 ///
-/// # Errors
-///
-/// If the sweep varies what is unknown of a real robot; else all bags that are refused, each
-/// with its reason.
+/// A sweep that varies what is unknown of a real robot is refused first.
 pub fn admit(
     result: &SweepResult,
     bags: &[PathBuf],
@@ -155,16 +152,8 @@ const COMPARE: Refusal = Refusal {
 /// Bags that the judge cannot label.
 pub const LABEL: Refusal = Refusal { what: "labelled", help: "leave such bags out" };
 
-/// Turns the reasons for which bags are refused into one error that has them all.
-///
-/// # Arguments
-///
-/// * `reasons` — one for each bag that is refused, naming it; none is no error.
-/// * `n_bags` — of how many.
-///
-/// # Errors
-///
-/// If there is a reason.
+/// Turns the reasons for which some of `n_bags` bags are refused, one each, into one error that has
+/// them all; without a reason there is none.
 pub fn refuse(refusal: Refusal, reasons: &[anyhow::Error], n_bags: usize) -> anyhow::Result<()> {
     let Refusal { what, help } = refusal;
     let Some((first, others)) = reasons.split_first() else { return Ok(()) };
@@ -187,7 +176,6 @@ struct RunMatcher<'a> {
     operator_conditions: Vec<OperatorConditions>,
     /// Digests of the worlds that were simulated, in the order of the diagram.
     worlds: Vec<u64>,
-    /// Seed of the sweep.
     seed: u64,
     /// Digest of the profile of its robots, and what to do about others.
     profile_digest: String,

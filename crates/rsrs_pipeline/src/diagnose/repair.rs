@@ -44,15 +44,8 @@ fn share((_, tried): &Best) -> f64 {
     tried.as_ref().map_or(0.0, |tried| tried.share.value())
 }
 
-/// Finds the changes after which robots mill.
-///
-/// # Arguments
-///
-/// * `unchanged` — the settings, tried with the robot as it is.
-///
-/// # Errors
-///
-/// If runs are called off or fail.
+/// Finds the changes after which robots mill, from the settings that were tried with the robot as
+/// it is.
 pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repairs> {
     let noise = imperfections(&search.source.profile);
     let needs = needs(search, &noise)?;

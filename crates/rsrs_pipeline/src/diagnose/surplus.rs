@@ -5,15 +5,8 @@ use crate::best_setting::search::{Changes, Search, Tried};
 use super::Spare;
 use super::remedy::savings;
 
-/// Finds how much worse each capability may be while all others stay.
-///
-/// # Arguments
-///
-/// * `unchanged` — the settings, tried with the robot as it is.
-///
-/// # Errors
-///
-/// If runs are called off or fail.
+/// Finds how much worse each capability may be while all others stay, from the settings that were
+/// tried with the robot as it is.
 pub fn spare(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Vec<Spare>> {
     let mut found = Vec::new();
     for remedy in savings(&search.source.profile) {

@@ -61,21 +61,8 @@ pub struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Opens a bag for a run.
-    ///
-    /// # Arguments
-    ///
-    /// * `folder` — where the bag goes; it must not exist.
-    /// * `record` — the run.
-    /// * `more` — topics besides the lease and those of the robots.
-    ///
-    /// # Returns
-    ///
-    /// The bag, and the channels of `more`.
-    ///
-    /// # Errors
-    ///
-    /// If the folder exists or cannot be written.
+    /// Opens a bag for a run, in a folder that must not exist, and returns it with the channels of
+    /// topics besides the lease and those of the robots.
     pub fn open<const N: usize>(
         folder: &Path,
         record: &'a ExperimentRecord,
@@ -126,10 +113,6 @@ impl<'a> Recorder<'a> {
     }
 
     /// Writes what a robot saw: `detection` last, which it answers.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be written.
     pub fn detection(&mut self, step: &RobotStep) -> Result<(), BagError> {
         for (place, channel) in self.robots[step.robot].further.clone().into_iter().enumerate() {
             self.put(channel, step.time_ns, &Bool { data: step.readings.has(place + 1) })?;
@@ -139,10 +122,6 @@ impl<'a> Recorder<'a> {
     }
 
     /// Writes where a robot was.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be written.
     pub fn odometry(&mut self, step: &RobotStep) -> Result<(), BagError> {
         let robot = &self.robots[step.robot];
         let (channel, message) = (robot.odom, odometry(&robot.name, step));
@@ -150,10 +129,6 @@ impl<'a> Recorder<'a> {
     }
 
     /// Writes where an object was, in metres.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be written.
     pub fn object(
         &mut self,
         object: usize,
@@ -165,10 +140,6 @@ impl<'a> Recorder<'a> {
     }
 
     /// Writes a command.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be written.
     pub fn command(&mut self, step: &RobotStep) -> Result<(), BagError> {
         let channel = self.robots[step.robot].cmd_vel;
         let stamp = Stamp::from_nanos(step.time_ns);
@@ -176,10 +147,6 @@ impl<'a> Recorder<'a> {
     }
 
     /// Writes a lease for all robots.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be written.
     pub fn lease(&mut self, time_ns: u64, state: LeaseState) -> Result<(), BagError> {
         let lease = RunLease {
             header: Header { stamp: Stamp::from_nanos(time_ns), frame_id: String::new() },
@@ -194,10 +161,6 @@ impl<'a> Recorder<'a> {
     }
 
     /// Writes any message.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be written.
     pub fn put<M: RosMessage>(
         &mut self,
         channel: ChannelId,
@@ -212,10 +175,6 @@ impl<'a> Recorder<'a> {
     }
 
     /// Ends the bag of a completed run.
-    ///
-    /// # Errors
-    ///
-    /// If the bag cannot be written.
     pub fn close(mut self) -> Result<BagSummary, BagError> {
         let ending = Ending::completed();
         let text = Text { data: ending.to_json(&self.record.run_id) };

@@ -48,18 +48,8 @@ pub struct Episode {
     pub settling: Option<Settling>,
 }
 
-/// Runs one replicate of a sweep again, and writes it as a bag.
-///
-/// # Arguments
-///
-/// * `folder` — that of the sweep.
-/// * `cell`, `replicate` — the cell, and which replicate of it, from 0.
-/// * `bag` — folder of the bag; it must not exist.
-///
-/// # Errors
-///
-/// If the folder is not a sweep's, the cell or the replicate is not in it, or the bag exists or
-/// cannot be written.
+/// Runs one replicate, from 0, of a cell of the sweep in `folder` again, and writes it as a bag
+/// into a folder that must not exist.
 pub fn replay(
     folder: &Path,
     cell: &Cell,
@@ -92,10 +82,6 @@ pub fn replay(
 }
 
 /// The cell of a sweep that has one alone.
-///
-/// # Errors
-///
-/// If the folder is not a sweep's.
 pub fn only_cell(folder: &Path) -> anyhow::Result<Option<Cell>> {
     let result = folder::read(folder)?;
     Ok(match result.diagram.cells.as_slice() {

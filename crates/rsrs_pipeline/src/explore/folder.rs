@@ -40,8 +40,7 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// If it holds another search or something else, another process is at work in it, or it cannot
-    /// be made.
+    /// If it holds another search or something else, or another process is at work in it.
     pub fn open(
         path: &Path,
         robot: &RobotProfile,

@@ -23,14 +23,9 @@ use crate::files::write_file;
 
 /// Controllers of a gallery at most.
 const MOST: usize = 24;
-/// Folder of the sweeps.
 const SWEEPS: &str = "sweeps";
 
 /// Confirms what was found, and writes sweeps.
-///
-/// # Errors
-///
-/// If a file cannot be written, or it is called off.
 pub fn write(
     laboratory: &Laboratory,
     site: &Folder,

@@ -17,11 +17,8 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens a journal, and makes it if it is not there. A last line that was not finished is dropped.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be read or written, or a line before the last one is none of a journal.
+    /// Opens a journal, and makes it if it is not there. A last line that was not finished is
+    /// dropped; any other one that is none is an error.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let cannot = |what| format!("cannot {what} {}", path.display());
         let text = read_if_there(path)?.unwrap_or_default();
@@ -53,10 +50,6 @@ impl Journal {
     }
 
     /// Adds trials.
-    ///
-    /// # Errors
-    ///
-    /// If they cannot be written.
     pub fn add(&mut self, trials: &[Trial]) -> anyhow::Result<()> {
         let mut lines = String::new();
         for trial in trials {

@@ -40,10 +40,6 @@ pub struct Seen {
 
 impl Judge {
     /// The judge of the search in a folder.
-    ///
-    /// # Errors
-    ///
-    /// If the folder is not that of a search.
     pub fn of_search(folder: &Path) -> anyhow::Result<Self> {
         let robots = read_profile(&folder.join(PROFILE))?;
         let file = folder.join(SETTINGS);
@@ -71,11 +67,7 @@ impl Judge {
         Ok(Self { conditions, inradius_m })
     }
 
-    /// What a run shows.
-    ///
-    /// # Errors
-    ///
-    /// If it is too short, or has other robots than the search.
+    /// What a run shows, if it is long enough and has the robots of the search.
     pub fn see(&self, run: &Trajectory) -> anyhow::Result<Seen> {
         let expected = self.conditions.robots;
         anyhow::ensure!(

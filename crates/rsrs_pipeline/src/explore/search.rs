@@ -30,10 +30,6 @@ const LEAST_STEP: f64 = 0.02;
 
 /// Searches, and returns one controller for each niche, or where a behaviour is searched for the ones
 /// that come nearest to it.
-///
-/// # Errors
-///
-/// If a controller cannot be simulated, the journal cannot be written, or it is called off.
 pub fn search(
     laboratory: &Laboratory,
     journal: &mut Journal,

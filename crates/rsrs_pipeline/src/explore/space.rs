@@ -38,12 +38,9 @@ impl Space {
         }
     }
 
-    /// What is set at a point. Numbers with which these robots would be commanded too much are moved
-    /// towards those in the file, with which they are not.
-    ///
-    /// # Arguments
-    ///
-    /// * `settings` — of the world, with a number of robots.
+    /// What is set at a point, in a world whose settings have a number of robots. Numbers with
+    /// which these robots would be commanded too much are moved towards those in the file, with
+    /// which they are not.
     pub fn values(
         &self,
         point: &[f64],

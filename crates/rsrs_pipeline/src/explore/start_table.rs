@@ -18,11 +18,7 @@ pub struct StartTable {
 }
 
 impl StartTable {
-    /// Reads a table.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be read, is none, or has no headings.
+    /// Reads a table, which must have headings.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let text = read_text(path)?;
         let starts = read_starts(&path.display().to_string(), &text, None).map_err(helped)?;

@@ -222,10 +222,6 @@ pub const MOST: f64 = 0.5;
 
 impl Laboratory {
     /// Robots in an arena.
-    ///
-    /// # Errors
-    ///
-    /// If the robots or the options make no world.
     pub fn new(measured: &RobotProfile, options: &Options) -> anyhow::Result<Self> {
         let factors = Harsher::default().factors(measured);
         let simulated = factors.apply(measured)?;
@@ -340,15 +336,7 @@ impl Laboratory {
         Conditions::resolve(profile, &settings)
     }
 
-    /// Tries some controllers.
-    ///
-    /// # Arguments
-    ///
-    /// * `first` — number of the first of them.
-    ///
-    /// # Errors
-    ///
-    /// If one cannot be simulated, or it is called off.
+    /// Tries some controllers, which are numbered from `first`.
     pub fn try_out(
         &self,
         first: usize,
@@ -379,19 +367,8 @@ impl Laboratory {
         Ok((0..points.len()).map(trial).collect())
     }
 
-    /// How often fresh runs of a controller show what it was found for: by name, or by niche.
-    ///
-    /// # Arguments
-    ///
-    /// * `seed` — of the fresh runs.
-    ///
-    /// # Returns
-    ///
-    /// How many of them do, and what those show.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::try_out`].
+    /// How often fresh runs of a controller show what it was found for, by name or by niche, and
+    /// what those that do look like.
     pub fn confirm(
         &self,
         trial: &Trial,
@@ -403,10 +380,6 @@ impl Laboratory {
 
     /// How often fresh runs show the same as measured, and where the robots do something else when they
     /// touch: push where they stop or pass, and stop where they push.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::try_out`].
     pub fn elsewhere(
         &self,
         trial: &Trial,

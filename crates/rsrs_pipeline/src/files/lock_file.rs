@@ -7,15 +7,8 @@ use std::path::Path;
 
 use anyhow::Context;
 
-/// Locks a file, which is made if it is not there; it stays locked while it is held open.
-///
-/// # Returns
-///
-/// `None` if another process holds it.
-///
-/// # Errors
-///
-/// If the file cannot be opened or locked.
+/// Locks a file, which is made if it is not there; it stays locked while it is held open. `None` if
+/// another process holds it.
 pub fn try_lock(path: &Path) -> anyhow::Result<Option<File>> {
     loop {
         let file = File::options()

@@ -66,10 +66,6 @@ struct Seen {
 }
 
 /// Compares the labels of the judge and of people.
-///
-/// # Errors
-///
-/// If labels beside a bag do not read, or no person has labelled any bag.
 pub fn agreement(bags: &[PathBuf], options: LabelOptions) -> anyhow::Result<AgreementReport> {
     let labels = bags.iter().map(|bag| human_labels::read(bag)).collect::<Result<Vec<_>, _>>()?;
     if labels.iter().all(Vec::is_empty) {

@@ -44,11 +44,7 @@ pub struct HumanLabel {
 }
 
 impl HumanLabel {
-    /// A label that is given now.
-    ///
-    /// # Errors
-    ///
-    /// If `by` is empty, or the judge.
+    /// A label that is given now; `by` is neither empty nor the judge.
     pub fn now(phase: Phase, by: &str, note: Option<&str>) -> anyhow::Result<Self> {
         let label = Self {
             phase,
@@ -98,10 +94,6 @@ pub fn path_of(bag: &Path) -> PathBuf {
 }
 
 /// All labels of a bag, in the order in which they were given; none without a file.
-///
-/// # Errors
-///
-/// If there is a file that does not read, with file, line and column where they are known.
 pub fn read(bag: &Path) -> anyhow::Result<Vec<HumanLabel>> {
     let path = path_of(bag);
     read_if_there(&path)?.map_or_else(|| Ok(Vec::new()), |text| parse(&path, &text))
@@ -112,15 +104,8 @@ pub fn by<'a>(labels: &'a [HumanLabel], who: &str) -> Option<&'a HumanLabel> {
     labels.iter().rev().find(|label| label.by == who)
 }
 
-/// Adds a label to those of a bag; what was there stays as it is, to the byte.
-///
-/// # Returns
-///
-/// Where it was written.
-///
-/// # Errors
-///
-/// If what is there does not read, a label would not read back, or the file cannot be written.
+/// Adds a label to those of a bag, and returns the path of their file; what was there stays as it
+/// is, to the byte. A label that would not read back is refused.
 pub fn add(bag: &Path, label: &HumanLabel) -> anyhow::Result<PathBuf> {
     let path = path_of(bag);
     let failed = |what: &str| format!("cannot {what} {}", path.display());
@@ -144,15 +129,8 @@ pub fn add(bag: &Path, label: &HumanLabel) -> anyhow::Result<PathBuf> {
     Ok(path)
 }
 
-/// Copies the labels of a bag beside another one of the same run, which has none.
-///
-/// # Returns
-///
-/// How many.
-///
-/// # Errors
-///
-/// If they do not read, or cannot be written.
+/// Copies the labels of a bag beside another one of the same run, which has none, and returns how
+/// many there are.
 pub fn carry(from: &Path, to: &Path) -> anyhow::Result<usize> {
     let labels = read(from)?;
     if !labels.is_empty() {

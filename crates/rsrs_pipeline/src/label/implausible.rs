@@ -22,11 +22,8 @@ pub struct ImplausibleMotion {
     pub text: String,
 }
 
-/// Holds the poses of a run against its commands.
-///
-/// # Arguments
-///
-/// * `lost` — robots that did not take part to the end, of which nothing is asked.
+/// Holds the poses of a run against its commands. Of robots that were lost, and did not take part
+/// to the end, nothing is asked.
 pub fn find(
     recorded: &RecordedTrajectory,
     bodies: &Bodies,

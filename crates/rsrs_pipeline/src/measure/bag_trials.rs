@@ -54,18 +54,11 @@ pub fn is_bag(path: &Path) -> bool {
     path.is_dir() || path.extension().is_some_and(|ending| ending == "mcap")
 }
 
-/// Reads the trials out of a bag.
+/// Reads the trials out of a bag: a rosbag2 folder or an `.mcap` file. Robots in it should drive
+/// where nothing is in their way.
 ///
-/// # Arguments
-///
-/// * `path` — a rosbag2 folder or an `.mcap` file; robots in it should drive where nothing is in
-///   their way.
-/// * `class` — whose robots' trials are wanted where the run has classes.
-///
-/// # Errors
-///
-/// If the bag cannot be read, has no poses or commands, or its robots are of several profiles and no class is wanted;
-/// the error names the bag.
+/// Where the run has classes of robots, `class` is the one whose trials are wanted; robots of
+/// several profiles without one are refused.
 pub fn read(path: &Path, class: Option<&str>) -> anyhow::Result<BagTrials> {
     let bag = recorded_run::open(path)?;
     let record = recorded_run::record_in(&bag)?;
@@ -182,11 +175,8 @@ fn standing(
     Ok(Some(StaticSensorTrial { robot: robot.clone(), neighbour, readings }))
 }
 
-/// What was seen in several bags as one table; a row's `line` is its position, from 1.
-///
-/// # Returns
-///
-/// `None` if no robot stood and sensed in any of them.
+/// What was seen in several bags as one table; a row's `line` is its position, from 1. `None` if no
+/// robot stood and sensed in any of them.
 pub fn detection_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<DetectionTrial>> {
     let standing =
         || bags.iter().filter_map(|(path, it)| Some((path, it.backend, it.standing.as_ref()?)));
@@ -221,11 +211,8 @@ fn position(robots: &mut Vec<String>, name: &str) -> usize {
     })
 }
 
-/// The periods of several bags as one table; a row's `line` is its position, from 1.
-///
-/// # Returns
-///
-/// `None` if no bag has detections.
+/// The periods of several bags as one table; a row's `line` is its position, from 1. `None` if no
+/// bag has detections.
 pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>> {
     let paths: Vec<&PathBuf> = bags.iter().map(|(path, _)| path).collect();
     let mut table = empty_table(&paths);

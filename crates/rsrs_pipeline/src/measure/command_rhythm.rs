@@ -26,10 +26,6 @@ struct Times {
 }
 
 /// Reads the rhythm of a trial out of its bag, without the time in which the robot got going.
-///
-/// # Errors
-///
-/// If the bag cannot be read.
 pub fn read(bag: &Path, robot: &str) -> anyhow::Result<CommandRhythm> {
     let command = topics::CMD_VEL.for_robot(robot);
     let detection = topics::DETECTION.for_robot(robot);

@@ -27,12 +27,8 @@ pub struct FittedFiles {
     pub notes: Vec<String>,
 }
 
-/// Fits a profile.
-///
-/// # Errors
-///
-/// If a file is wrong, with its line, or holds too little; if trials of the simulator are among those
-/// of robots, and that is refused.
+/// Fits a profile. Trials of the simulator among those of robots are refused, unless `mixture`
+/// allows them.
 pub fn fit_files(
     paths: &Paths,
     unmeasured: &Unmeasured,

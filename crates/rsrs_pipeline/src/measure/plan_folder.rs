@@ -10,21 +10,13 @@ use crate::error::{helped, with_help};
 use crate::files::{read_text, write_file};
 
 /// Names of the robots of a fleet file that may be used.
-///
-/// # Errors
-///
-/// If the file cannot be read or is wrong.
 pub fn enabled_robots(fleet: &Path) -> anyhow::Result<Vec<String>> {
     let name = fleet.display().to_string();
     let fleet = FleetFile::parse(&name, &read_text(fleet)?).map_err(helped)?;
     Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
 }
 
-/// Makes the folder of a plan, with its sheet and its tables.
-///
-/// # Errors
-///
-/// If the folder exists or cannot be written.
+/// Makes the folder of a plan, which must not exist, with its sheet and its tables.
 pub fn write(folder: &Path, plan: &Plan) -> anyhow::Result<()> {
     if folder.exists() {
         return Err(with_help(

@@ -18,15 +18,7 @@ pub struct Readings {
 }
 
 /// Counts the first readings of a robot's sensor while the run was running, without the time in
-/// which it settled.
-///
-/// # Arguments
-///
-/// * `most` — readings that are wanted; `None` takes all that there are.
-///
-/// # Errors
-///
-/// If the bag cannot be read, or has none.
+/// which it settled: `most` of them, or all that there are. A bag that has none is an error.
 pub fn count(bag: &Path, robot: &str, most: Option<u64>) -> anyhow::Result<Readings> {
     let detection = topics::DETECTION.for_robot(robot);
     let window = trial_window::read(bag, [detection.clone()])?;

@@ -51,10 +51,6 @@ pub struct Paths {
 
 impl Paths {
     /// Those in the folder of a plan, filled in.
-    ///
-    /// # Errors
-    ///
-    /// If its folder of bags cannot be read.
     pub fn of_plan(folder: &Path) -> anyhow::Result<Self> {
         let all = |name: &str| Some(folder.join(name));
         // Who needs no arcs or periods deletes those tables.
@@ -98,11 +94,7 @@ fn drives_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 impl Sources {
-    /// Reads all files.
-    ///
-    /// # Errors
-    ///
-    /// If a file is wrong, or there is no measurement of detections.
+    /// Reads all files; one measurement of detections has to be among them.
     pub fn read(paths: &Paths) -> anyhow::Result<Self> {
         let bags = read_bags(&paths.bags)?;
         let Trajectories { mut driven, mut from_rest, mut moved_by, .. } =

@@ -9,10 +9,6 @@ use crate::files::read_text;
 use crate::measure::bag_trials::{self, is_bag};
 
 /// Reads one table.
-///
-/// # Errors
-///
-/// If the file cannot be read or is not such a table, with file and line.
 pub fn table<T>(
     path: &Path,
     parse: impl Fn(&str, &str) -> Result<T, TrialError>,
@@ -35,15 +31,8 @@ pub struct Trajectories {
     pub simulated: Vec<PathBuf>,
 }
 
-/// Reads trajectories from all tables and bags, one after the other.
-///
-/// # Arguments
-///
-/// * `class` — whose robots' trials are wanted of bags in which there are several; who drove in a table is not known.
-///
-/// # Errors
-///
-/// As [`table`] and [`bag_trials::read`].
+/// Reads trajectories from all tables and bags, one after the other. Of bags with several classes
+/// of robots, `class` selects whose trials are wanted; who drove in a table is not known.
 pub fn trajectories(paths: &[PathBuf], class: Option<&str>) -> anyhow::Result<Trajectories> {
     let mut found = Trajectories::default();
     for path in paths {

@@ -29,16 +29,8 @@ impl TrialWindow {
     }
 }
 
-/// Reads the window of a trial: from when its robot has settled after the first lease of a run that is
-/// running, until a lease of the same run that is not.
-///
-/// # Arguments
-///
-/// * `topics` — full names of those that are wanted.
-///
-/// # Errors
-///
-/// If the bag cannot be read.
+/// Reads topics with these full names in the window of a trial: from when its robot has settled
+/// after the first lease of a run that is running, until a lease of the same run that is not.
 pub fn read(bag: &Path, topics: impl IntoIterator<Item = String>) -> anyhow::Result<TrialWindow> {
     let what = || bag.display().to_string();
     let opened = recorded_run::open(bag)?;

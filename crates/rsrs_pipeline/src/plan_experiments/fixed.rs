@@ -39,16 +39,8 @@ impl PlannedCampaign {
         self.plan.decided >= self.wanted
     }
 
-    /// The campaign file.
-    ///
-    /// # Arguments
-    ///
-    /// * `place` — where it will lie; its paths are relative to that, as far as they can be.
-    /// * `experiment`, `sweep` — the experiment file, and the folder of the sweep.
-    ///
-    /// # Errors
-    ///
-    /// If the current folder is not known.
+    /// The campaign file that will lie at `place`, for an experiment file and the folder of a
+    /// sweep; its paths are relative to that, as far as they can be.
     pub fn file(&self, place: &Path, experiment: &Path, sweep: &Path) -> anyhow::Result<String> {
         let named = |path: &Path| Ok::<_, anyhow::Error>(quoted(&beside(place, path)?));
         let (experiment, sweep) = (named(experiment)?, named(sweep)?);
@@ -85,16 +77,8 @@ fn quoted(path: &Path) -> String {
     format!("'{}'", path.display().to_string().replace('\'', "''"))
 }
 
-/// Plans the least number of runs that decides at once, if real robots mill as often as simulated ones as
-/// measured.
-///
-/// # Arguments
-///
-/// * `folder` — that of the sweep.
-///
-/// # Errors
-///
-/// As [`plan_experiments`](super::plan_experiments).
+/// Plans the least number of runs that decides at once, if real robots mill as often as those as
+/// measured in the sweep of a folder.
 pub fn plan_campaign(folder: &Path, options: &Options) -> anyhow::Result<PlannedCampaign> {
     let subject = Subject::read(folder, options)?;
     let cells = subject.cells.iter().map(|(_, cell)| PlannedCell {

@@ -39,13 +39,9 @@ pub struct PosesOfRun {
 }
 
 impl PosesOfRun {
-    /// The source that was asked for, else that of the record, else that which the fleet file in the
-    /// bag has for the robots of the record, else whatever the bag has.
-    ///
-    /// # Errors
-    ///
-    /// If the record states none, and the robots of its fleet file have different ones; the error names
-    /// the bag.
+    /// The source that was asked for, else that of the record, else that which the fleet file in
+    /// the bag has for the robots of the record (an error if they have different ones), else
+    /// whatever the bag has.
     pub fn of(
         bag: &Bag,
         record: Option<&ExperimentRecord>,
@@ -82,10 +78,6 @@ impl PosesOfRun {
     ///
     /// A run may have been admitted because its frames are tied together on `/tf`, though poses of each
     /// robot are in a frame of its own: then these transforms are its poses.
-    ///
-    /// # Errors
-    ///
-    /// As [`read_trajectory`].
     pub fn read(
         self,
         bag: &Bag,

@@ -72,16 +72,13 @@ pub struct Difference {
     pub today: Command,
 }
 
-/// Feeds the recorded detections of every robot to the controller.
-///
-/// # Arguments
-///
-/// * `parameters` — of the controller; `None` takes those of the bag's record.
+/// Feeds the recorded detections of every robot to the controller, with these parameters or else
+/// those of the bag's record.
 ///
 /// # Errors
 ///
-/// If the bag cannot be read, has no robot with detections and commands, or does not contain what the
-/// controller was set to.
+/// If the bag has no robot with detections and commands, or does not contain what the controller
+/// was set to.
 pub fn replay_into_controller(
     bag: &Bag,
     parameters: Option<ControllerParameters>,

@@ -53,15 +53,8 @@ enum Labels {
     Several(Vec<JudgedPhase>),
 }
 
-/// Labels a bag, and compares the label with a recorded one.
-///
-/// # Arguments
-///
-/// * `recorded` — file with the recorded label; `None` takes `label.json` beside the bag.
-///
-/// # Errors
-///
-/// If the bag cannot be judged, or there is no label of a judge to compare with.
+/// Labels a bag, and compares the label with one that a judge gave before: that of a file, or of
+/// `label.json` beside the bag.
 pub fn replay_into_judge(bag: &Path, recorded: Option<&Path>) -> anyhow::Result<JudgeReplay> {
     let path = recorded.map_or_else(|| beside(bag), Path::to_owned);
     // The phases of the label may be those of a behaviour that the bag has.

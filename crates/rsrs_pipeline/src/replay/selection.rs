@@ -64,11 +64,7 @@ fn steers(name: &str, type_name: &str) -> bool {
 /// Depth where the recording has none.
 const DEPTH: u32 = 100;
 
-/// Chooses topics of a bag.
-///
-/// # Arguments
-///
-/// * `wanted` — full names; none takes all that are not guarded.
+/// Chooses topics of a bag by their full names; without any, all that are not guarded.
 ///
 /// # Errors
 ///

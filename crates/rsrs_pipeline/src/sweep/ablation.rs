@@ -46,19 +46,8 @@ pub struct FactorEffect {
     pub b_s_without: f64,
 }
 
-/// Runs one cell of a sweep with each factor alone and with all but each.
-///
-/// # Arguments
-///
-/// * `replicates` — runs of each variant.
-///
-/// # Returns
-///
+/// Runs one cell of a sweep with each factor alone and with all but each, `replicates` times;
 /// `None` if no factor changes a robot.
-///
-/// # Errors
-///
-/// If the cell cannot be simulated, or it is called off.
 pub fn ablate(
     source: &ResolvedSweep,
     cell: &Cell,
@@ -109,14 +98,7 @@ pub fn ablate(
 }
 
 /// The cell of a sweep that mills most often with the robots as measured; of equals the first.
-///
-/// # Returns
-///
 /// `None` if the sweep's robots are those as measured.
-///
-/// # Errors
-///
-/// As [`ablate`].
 pub fn best_as_measured(
     source: &ResolvedSweep,
     replicates: u64,
@@ -143,15 +125,7 @@ pub fn best_as_measured(
 }
 
 /// Of a sweep in which no cell mills in most runs, what the factors do in the cell that mills most
-/// often as measured.
-///
-/// # Returns
-///
-/// `None` if some cell mills in most runs, or no factor changes a robot.
-///
-/// # Errors
-///
-/// As [`ablate`].
+/// often as measured; `None` if some cell mills in most runs, or no factor changes a robot.
 pub fn of_barren_sweep(
     result: &SweepResult,
     execution: Execution<'_>,

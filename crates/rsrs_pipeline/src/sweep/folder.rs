@@ -26,11 +26,8 @@ const SWEEP: &str = "sweep.yaml";
 const CELLS: &str = "cells.csv";
 const CHOICE: &str = "choice.json";
 
-/// Reads the folder of a sweep back.
-///
-/// # Errors
-///
-/// If it is not the folder of a sweep, the sweep is unfinished, or a file in it was changed.
+/// Reads the folder of a sweep back; one that is unfinished, or in which a file was changed, is
+/// refused.
 pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
     let source = read_source(folder)?;
     if unfinished::is_unfinished(folder) {
@@ -64,10 +61,6 @@ pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
 }
 
 /// Reads the choice that lies beside a sweep's files; `None` if there is none.
-///
-/// # Errors
-///
-/// If there is a file that is no choice.
 pub fn read_choice(folder: &Path) -> anyhow::Result<Option<Choice>> {
     let path = folder.join(CHOICE);
     if !path.exists() {
@@ -80,10 +73,6 @@ pub fn read_choice(folder: &Path) -> anyhow::Result<Option<Choice>> {
 }
 
 /// Reads what was swept into a folder, or is being swept.
-///
-/// # Errors
-///
-/// If it is not the folder of a sweep.
 pub fn read_source(folder: &Path) -> anyhow::Result<ResolvedSweep> {
     let path = folder.join(SWEEP);
     if !path.exists() {

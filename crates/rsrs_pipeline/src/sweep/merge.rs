@@ -16,18 +16,14 @@ use crate::sweep::{Draw, Plan, sweep_into};
 
 /// Puts shards together into the folder that one machine would have made, byte for byte.
 ///
-/// The shards' folders stay as they are.
-///
-/// # Arguments
-///
-/// * `shards` — their folders, in any order; blocks may be in several of them.
-/// * `folder` — the folder to make; one in which this was interrupted is gone on with.
-/// * `draw` — draws the results beside their tables.
+/// The shards' folders are in any order and stay as they are; blocks may be in several of them. A
+/// folder in which this was interrupted is gone on with. `draw` draws the results beside their
+/// tables.
 ///
 /// # Errors
 ///
-/// If folders are not shards of one sweep, or one is still being swept into; if replicates are in
-/// none of them; if the folder cannot be written.
+/// If folders are not shards of one sweep, or one is still being swept into, or replicates are in
+/// none of them.
 pub fn merge(
     shards: &[PathBuf],
     folder: &Path,

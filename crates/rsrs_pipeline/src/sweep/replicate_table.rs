@@ -19,16 +19,9 @@ use rsrs_sim::sweep::ReplicateOutcome;
 
 use crate::sweep::result::{SweepResult, World};
 
-/// The mean of one order parameter over the runs of each cell in a world; of a radius, over those that
-/// ended as wanted.
-///
-/// # Returns
-///
-/// In the order of the diagram; `None` where no run of a cell has a number.
-///
-/// # Errors
-///
-/// If the table of the folder cannot be read.
+/// The mean of one order parameter over the runs of each cell in a world, in the order of the
+/// diagram; of a radius, over those that ended as wanted. `None` where no run of a cell has a
+/// number.
 pub fn means(
     folder: &Path,
     result: &SweepResult,
@@ -101,16 +94,8 @@ pub struct ReplicateTable<'a> {
 }
 
 impl<'a> ReplicateTable<'a> {
-    /// Begins a table.
-    ///
-    /// # Arguments
-    ///
-    /// * `result` — the sweep; outcomes refer to its cells by index, first to those of robots made
-    ///   worse, and from there on to those of robots as measured.
-    ///
-    /// # Errors
-    ///
-    /// If the file cannot be written.
+    /// Begins a table. Its outcomes refer to the cells of the sweep by index, first to those of
+    /// robots made worse, and from there on to those of robots as measured.
     pub fn create(path: &'a Path, result: &'a SweepResult) -> anyhow::Result<Self> {
         let (diagram, seed) = (&result.diagram, result.source.sweep.seed);
         let worlds = match result.source.as_measured() {
@@ -132,10 +117,6 @@ impl<'a> ReplicateTable<'a> {
     }
 
     /// Appends rows.
-    ///
-    /// # Errors
-    ///
-    /// If they cannot be written.
     pub fn append(&mut self, outcomes: &[ReplicateOutcome]) -> anyhow::Result<()> {
         // In pieces that fit into a group, of which there is no second copy.
         let mut left = outcomes;
@@ -155,10 +136,6 @@ impl<'a> ReplicateTable<'a> {
     }
 
     /// Writes what is left, and the file's end.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be written.
     pub fn finish(mut self) -> anyhow::Result<()> {
         let group = std::mem::take(&mut self.rows);
         if !group.is_empty() {

@@ -43,11 +43,7 @@ impl World {
 }
 
 impl SweepResult {
-    /// Both worlds.
-    ///
-    /// # Errors
-    ///
-    /// If the folder was made before sweeps held both worlds.
+    /// Both worlds, which folders do not have that were made before sweeps held them.
     pub fn worlds(&self) -> anyhow::Result<Worlds<'_>> {
         let is_one = self.source.as_measured().is_none();
         if self.as_measured.is_none() && !is_one {
@@ -61,11 +57,8 @@ impl SweepResult {
         Ok(Worlds { simulated: &self.diagram, as_measured: self.as_measured.as_ref() })
     }
 
-    /// The cells of so many robots; all of them where no number is given.
-    ///
-    /// # Errors
-    ///
-    /// If there is none.
+    /// The cells of so many robots, of which there must be one; all of them where no number is
+    /// given.
     pub fn of_robots(mut self, robots: Option<usize>) -> anyhow::Result<Self> {
         let Some(robots) = robots else { return Ok(self) };
         let cells = self.source.cells("sweep.yaml")?;
@@ -91,10 +84,6 @@ impl SweepResult {
     }
 
     /// The diagram of one world.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::worlds`], for the world as measured.
     pub fn of_world(&self, world: World) -> anyhow::Result<&PhaseDiagram> {
         match world {
             World::Harsher => Ok(&self.diagram),

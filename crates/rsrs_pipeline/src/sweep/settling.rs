@@ -30,10 +30,6 @@ pub struct Unsettled {
 }
 
 /// Whether one cell of a sweep is settled; `None` if its runs are too short for that.
-///
-/// # Errors
-///
-/// If it is called off.
 pub fn of_cell(
     source: &ResolvedSweep,
     index: usize,
@@ -44,10 +40,6 @@ pub fn of_cell(
 
 /// The same by the runs that the sweep itself has of the cell, of which a person may have few because each takes long;
 /// `None` also of a single run, which can show nothing.
-///
-/// # Errors
-///
-/// If it is called off.
 pub fn of_cell_as_swept(
     source: &ResolvedSweep,
     index: usize,
@@ -71,10 +63,6 @@ fn of_runs(
 }
 
 /// When half of those of some runs that ended as wanted had come to it, in seconds; `None` if none did.
-///
-/// # Errors
-///
-/// If a run cannot be simulated or judged.
 pub fn median_time_s(
     conditions: &Conditions,
     duration_s: f64,
@@ -91,11 +79,8 @@ pub fn median_time_s(
     Ok(times_s.get(times_s.len() / 2).copied())
 }
 
-/// The cells at the edge of a sweep's milling region that are not settled.
-///
-/// # Errors
-///
-/// If it is called off.
+/// How many cells are at the edge of a sweep's milling region, and those of them that are not
+/// settled.
 pub fn at_edge(
     result: &SweepResult,
     execution: Execution<'_>,

@@ -13,11 +13,7 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Whether a block is this machine's.
-    ///
-    /// # Arguments
-    ///
-    /// * `block` — its number, from 0.
+    /// Whether a block, by its number from 0, is this machine's.
     pub fn has(self, block: u64) -> bool {
         block % self.of == self.number - 1
     }

@@ -34,10 +34,6 @@ pub struct ResolvedSweep {
 
 impl ResolvedSweep {
     /// Reads a sweep file and the profile that it names.
-    ///
-    /// # Errors
-    ///
-    /// If a file cannot be read or is not what it should be, with file, line and column.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
         Self::parse(&name, &read_text(path)?, path.parent().unwrap_or(Path::new("")))
@@ -45,22 +41,15 @@ impl ResolvedSweep {
 
     /// Reads the text of a sweep file, called `name` in errors, and the profile that it names, relative to
     /// the folder `beside`.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::read`].
     pub fn parse(name: &str, text: &str, beside: &Path) -> anyhow::Result<Self> {
         let sweep = SweepFile::parse(name, text).map_err(helped)?;
         let profile = read_profile(&beside.join(&sweep.profile)).map_err(named(name, "profile"))?;
         Self::of_robot(name, sweep, profile, beside)
     }
 
-    /// A sweep of this robot, whatever profile it names; its table of starts, its controller, its world and its behaviour are
-    /// relative to the folder `beside`.
-    ///
-    /// # Errors
-    ///
-    /// If one of these files cannot be read or is none; what cannot be read is named as a key of the file `name`.
+    /// A sweep of this robot, whatever profile it names; its table of starts, its controller, its
+    /// world and its behaviour are relative to the folder `beside`. What cannot be read of these is
+    /// named as a key of the file `name`.
     pub fn of_robot(
         name: &str,
         mut sweep: SweepFile,
@@ -93,10 +82,6 @@ impl ResolvedSweep {
     }
 
     /// Reads a sweep file and its profile, or what a sweep has left of both in its result folder.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::read`].
     pub fn read_either(path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
         let text = read_text(path)?;
@@ -118,10 +103,6 @@ impl ResolvedSweep {
     }
 
     /// The same sweep with the robots of one class alone: they have that class's profile, and no class has another.
-    ///
-    /// # Errors
-    ///
-    /// If there is no such class.
     pub fn of_class(&self, class: &str) -> anyhow::Result<Self> {
         let classes = self.sweep.world().map_or(&[][..], |world| &world.classes);
         let Some(found) = classes.iter().find(|it| it.name == class) else {
@@ -153,15 +134,8 @@ impl ResolvedSweep {
         self.sweep.world().is_some_and(|world| world.profiles().next().is_some())
     }
 
-    /// Refuses what is of one profile where classes of robots have others.
-    ///
-    /// # Arguments
-    ///
-    /// * `what` — is done with one profile, as a clause.
-    ///
-    /// # Errors
-    ///
-    /// If a class has a profile of its own.
+    /// Refuses, where a class has a profile of its own, what is done with one profile: `what`
+    /// states that as a clause.
     pub fn refuse_profiles_of_classes(&self, what: &str) -> anyhow::Result<()> {
         let mut profiles = self.sweep.world().into_iter().flat_map(WorldFile::profiles);
         profiles.next().map_or(Ok(()), |(class, _)| {
@@ -178,33 +152,18 @@ impl ResolvedSweep {
     }
 
     /// The cells with their conditions.
-    ///
-    /// # Errors
-    ///
-    /// If a cell cannot be simulated.
     pub fn cells(&self, file: &str) -> anyhow::Result<Vec<(Cell, Conditions)>> {
         self.sweep.resolve(file, &self.profile).map_err(helped)
     }
 
-    /// The conditions of one cell.
-    ///
-    /// # Arguments
-    ///
-    /// * `index` — of the cell, in the order of [`ResolvedSweep::cells`].
-    ///
-    /// # Errors
-    ///
-    /// If a cell cannot be simulated.
+    /// The conditions of one cell, by its index in the order of [`ResolvedSweep::cells`].
     pub fn conditions_of(&self, index: usize) -> anyhow::Result<Conditions> {
         Ok(self.cells("sweep.yaml")?.swap_remove(index).1)
     }
 }
 
-/// States where a file is named that cannot be read; one that is read and is wrong has a line of its own to be mended.
-///
-/// # Arguments
-///
-/// * `file`, `key` — what names it.
+/// States which key of which file names one that cannot be read; one that is read and is wrong has
+/// a line of its own to be mended.
 fn named<'a>(file: &'a str, key: &'a str) -> impl FnOnce(anyhow::Error) -> anyhow::Error + 'a {
     move |error| {
         if error.downcast_ref::<std::io::Error>().is_none() {
@@ -226,21 +185,12 @@ fn read_start_table(path: &Path, headings: Option<Headings>) -> anyhow::Result<S
 }
 
 /// Reads a controller's table, for robots of this profile.
-///
-/// # Errors
-///
-/// If the file cannot be read or is no controller of theirs.
 pub fn read_controller(path: &Path, profile: &RobotProfile) -> anyhow::Result<ControllerTable> {
     let name = path.display().to_string();
     ControllerTable::parse(&name, &read_text(path)?, profile).map_err(helped)
 }
 
 /// Reads what is in arenas of these sides, in metres, besides so many robots, and the profiles of classes.
-///
-/// # Errors
-///
-/// If the file cannot be read, or describes no world that can be there, or a profile that it names cannot be read or
-/// does not describe a robot.
 pub fn read_world(path: &Path, arenas_m: &[f64], robots: &[usize]) -> anyhow::Result<WorldFile> {
     let name = path.display().to_string();
     let mut world = WorldFile::parse(&name, &read_text(path)?, arenas_m, robots).map_err(helped)?;
@@ -252,10 +202,6 @@ pub fn read_world(path: &Path, arenas_m: &[f64], robots: &[usize]) -> anyhow::Re
 }
 
 /// What swarms are judged for, by its name or the path of its file, as people type it.
-///
-/// # Errors
-///
-/// If there is no behaviour of that name, or as [`read_behaviour`].
 pub fn behaviour(text: &str) -> anyhow::Result<Behaviour> {
     if NamedBehaviour::is_path(text) {
         return read_behaviour(Path::new(text));
@@ -264,19 +210,11 @@ pub fn behaviour(text: &str) -> anyhow::Result<Behaviour> {
 }
 
 /// Reads what swarms are judged for.
-///
-/// # Errors
-///
-/// If the file cannot be read or describes no behaviour.
 pub fn read_behaviour(path: &Path) -> anyhow::Result<Behaviour> {
     Behaviour::parse(&path.display().to_string(), &read_text(path)?).map_err(helped)
 }
 
 /// Reads a profile.
-///
-/// # Errors
-///
-/// If the file cannot be read or does not describe a robot.
 pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
     let name = path.display().to_string();
     let text = read_text(path)?;
@@ -288,10 +226,6 @@ pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
 }
 
 /// How many robots the fleet has whose file, `fleet.yaml`, lies beside a profile; `None` if there is none.
-///
-/// # Errors
-///
-/// If that file is no fleet.
 pub fn robots_beside(profile: &Path) -> anyhow::Result<Option<usize>> {
     let path = profile.with_file_name("fleet.yaml");
     if !path.exists() {

@@ -14,14 +14,8 @@ use super::file::Turning;
 
 /// Looks for what the trajectories show of turning, and whether a profile with it contains them.
 ///
-/// # Returns
-///
-/// The least that contains them: a lag, another gain while driving, or both; `None` if they turn as the
-/// profile states, or leave for another reason.
-///
-/// # Errors
-///
-/// If the trials cannot be simulated.
+/// It is the least that does: a lag, another gain while driving, or both; `None` if they turn as
+/// the profile states, or leave for another reason.
 pub fn turning(
     measured: &RobotProfile,
     factors: HarsherFactors,

@@ -100,11 +100,8 @@ pub struct StoredAnswer {
 }
 
 impl Judged {
-    /// The simulated robot of a sweep, at some values of the capabilities that it sweeps.
-    ///
-    /// # Arguments
-    ///
-    /// * `source` — of the class, if one is judged.
+    /// The simulated robot of a sweep, at some values of the capabilities that it sweeps; if one
+    /// class is judged, the sweep is that of the class.
     ///
     /// # Panics
     ///
@@ -147,26 +144,14 @@ impl Judged {
 
 impl ValidationReport {
     /// Writes the answer into a folder.
-    ///
-    /// # Errors
-    ///
-    /// If the file cannot be written.
     pub fn write(&self, folder: &Path) -> anyhow::Result<()> {
         let json = serde_json::to_string_pretty(self).context("the answer as JSON")?;
         write_file(&folder.join(NAME), format!("{json}\n").as_bytes())
     }
 }
 
-/// The answer that is kept in the folder of a sweep: whether its simulator was validated.
-///
-/// # Arguments
-///
-/// * `folder` — of the sweep.
-/// * `source` — what it holds; an answer about another profile or other factors does not count.
-///
-/// # Errors
-///
-/// If there is a file that is no answer.
+/// The answer that is kept in the folder of a sweep: whether its simulator was validated. One about
+/// another profile or other factors than those of `source` does not count.
 pub fn stored(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Option<StoredAnswer>> {
     let path = folder.join(NAME);
     if !path.exists() {

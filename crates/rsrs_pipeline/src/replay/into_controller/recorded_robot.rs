@@ -116,10 +116,6 @@ impl RecordedRobot {
 }
 
 /// Reads what a bag has of each robot, and when they ran.
-///
-/// # Errors
-///
-/// If it cannot be read, or a message is not what its topic is for.
 pub(super) fn collect(bag: &Bag) -> anyhow::Result<(BTreeMap<String, RecordedRobot>, Running)> {
     let wanted = bag.topics().into_iter().map(|topic| topic.name).filter(|name| {
         name == topics::LEASE.name

@@ -76,10 +76,6 @@ fn kind_column(kind: IntervalKind) -> Option<(&'static str, &'static str)> {
 }
 
 /// Reads what [`to_csv`] wrote, or an earlier version of it, which had one world only.
-///
-/// # Errors
-///
-/// If a line is not that of a cell with these axes and this kind of interval.
 pub fn from_csv(
     text: &str,
     axes: &[Axis],

@@ -8,12 +8,9 @@ use crate::sweep::source::ResolvedSweep;
 /// What other keys follow from where they are left out, so that a difference is named where it was made.
 const FIRST: [&str; 2] = ["profile", "harsher"];
 
-/// The first difference between the sweep of a folder and another one, in words:
-/// `replicates is 16 there, and 32 here`.
-///
-/// # Returns
-///
-/// `None` if both ask for the same results: everything but the program's version is the same.
+/// The first difference between the sweep of a folder and another one, in words: `replicates is 16
+/// there, and 32 here`. `None` if both ask for the same results: everything but the program's
+/// version is the same.
 pub fn first_difference(there: &ResolvedSweep, here: &ResolvedSweep) -> Option<String> {
     let sweeps = [there, here].map(|source| keys(&source.sweep));
     let [a, b] = &sweeps;

@@ -72,8 +72,7 @@ pub struct Unfinished {
 ///
 /// # Errors
 ///
-/// If the folder holds anything else than this very sweep, another process is at work in it, or it
-/// cannot be made.
+/// If the folder holds anything else than this very sweep, or another process is at work in it.
 pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Site> {
     let sweep = serde_saphyr::to_string(source).context("the sweep as YAML")?;
     let made = make(folder, &sweep)?;
@@ -104,11 +103,8 @@ pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Site> {
     Ok(Site::Unfinished(unfinished))
 }
 
-/// Makes the folder: beside its place, so that there is never one without its `sweep.yaml`.
-///
-/// # Returns
-///
-/// The lock of the new folder; `None` if there is a folder already, or another process has made it.
+/// Makes the folder, and returns its lock; `None` if there is a folder already, or another process
+/// has made it. It is made beside its place, so that there is never one without its `sweep.yaml`.
 fn make(folder: &Path, sweep: &str) -> anyhow::Result<Option<File>> {
     let name = folder.file_name().context("the output folder needs a name")?;
     let draft = folder.with_file_name(format!(".{}.new", name.to_string_lossy()));
@@ -204,10 +200,6 @@ impl Unfinished {
     }
 
     /// Reads a block that is there and whole; nothing is changed.
-    ///
-    /// # Errors
-    ///
-    /// If a file cannot be read.
     pub fn peek(
         &self,
         number: u64,
@@ -222,10 +214,6 @@ impl Unfinished {
     }
 
     /// Reads a block that is there; what is there and damaged is removed.
-    ///
-    /// # Errors
-    ///
-    /// If a file cannot be read or removed.
     pub fn read(
         &self,
         number: u64,
@@ -240,11 +228,7 @@ impl Unfinished {
         Ok(outcomes)
     }
 
-    /// Keeps a finished block.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be written; the blocks that are kept are not touched.
+    /// Keeps a finished block; if that fails, the blocks that are kept are not touched.
     pub fn keep(
         &self,
         number: u64,
@@ -262,13 +246,8 @@ impl Unfinished {
         kept
     }
 
-    /// Writes the results from all blocks, and ends the work.
-    ///
-    /// # Arguments
-    ///
-    /// * `blocks` — all, with their numbers, in order.
-    /// * `n_threads` — how many to use: with two, the pictures are drawn beside the tables.
-    /// * `draw` — draws them.
+    /// Writes the results from all blocks, which come with their numbers, in order, and ends the
+    /// work. With two threads, the pictures are drawn beside the tables.
     ///
     /// # Errors
     ///
@@ -333,10 +312,6 @@ impl Unfinished {
     }
 
     /// Removes a folder in which nothing was kept.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be removed.
     pub fn abandon(self) -> anyhow::Result<()> {
         remove_folder(&self.folder)
     }
