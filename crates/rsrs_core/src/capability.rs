@@ -37,20 +37,8 @@ pub struct CapabilityViolation {
     pub expected: &'static str,
 }
 
-/// Compares the robots of some conditions with the measured robot at the same commands.
-///
-/// # Arguments
-///
-/// * `measured` — the profile.
-/// * `simulated` — conditions of a cell: made harsher, with the values of its axes.
-///
-/// # Returns
-///
-/// Every violation, in the order of a profile; none if the simulated robot is nowhere better.
-///
-/// # Errors
-///
-/// [`ConditionsError`] if the measured profile cannot be a robot.
+/// Lists where the robots of some conditions, made harsher and with the values of a cell's axes,
+/// are better than the measured robot at the same commands, in the order of a profile.
 ///
 /// # Source
 ///
@@ -326,22 +314,15 @@ pub enum SensorViolation {
     },
 }
 
-/// Holds the detections that were counted against a simulated sensor.
+/// Holds the detections that were counted against a simulated sensor, and lists its violations,
+/// false alarms last.
 ///
 /// A place in the simulated region is a violation if fewer were detected there than the simulated
 /// sensor does, beyond chance: the upper bound of its share, at a level divided by the number of
 /// places (Bonferroni), lies below. So a sensor that is exactly as simulated is accused in at most
 /// 5 % of all fits.
 ///
-/// # Arguments
-///
-/// * `map` — the measured sensor.
-/// * `simulated` — the robot of a cell; with `sees: body`, places up to a body's radius from the
-///   region are beyond what is checked.
-///
-/// # Returns
-///
-/// The violations, false alarms last.
+/// With `sees: body`, places up to a body's radius beyond the region are not checked.
 ///
 /// # Source
 ///

@@ -116,18 +116,14 @@ impl Comparison {
         Self::with_margin(runs, MARGIN)
     }
 
-    /// Compares real runs with simulated ones.
+    /// Compares real runs with simulated ones, cell by cell; real robots may fall short by a margin from
+    /// 0 to less than 1.
     ///
     /// The verdict rests on all runs together. It is `violated` if they would be improbable did real
     /// robots mill at least as often as simulated ones in every cell; then those cells are named that
     /// show it alone, corrected for their number. It is `supported` if they would be improbable did real
     /// robots, averaged over the runs, mill less often by more than the margin. Either is wrong
     /// with a probability of at most [`SIGNIFICANCE`], whatever number of runs one looked at before.
-    ///
-    /// # Arguments
-    ///
-    /// * `runs` — cell by cell.
-    /// * `margin` — by how much `B_r` may fall short, from 0 to less than 1.
     ///
     /// # Source
     ///

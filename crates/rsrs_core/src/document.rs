@@ -96,17 +96,9 @@ impl Help for DocumentError {
     }
 }
 
-/// Parses one YAML document into `T`.
+/// Parses one YAML document into `T`; errors call it `file`, and nothing is opened.
 ///
-/// # Arguments
-///
-/// * `file` — name of the document, for errors only; nothing is opened.
-/// * `text` — the document.
-///
-/// # Errors
-///
-/// [`DocumentError`] with line and column. Unknown keys are errors when `T` denies them, as every
-/// configuration of ours does.
+/// Unknown keys are errors when `T` denies them, as every configuration of ours does.
 pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, DocumentError> {
     let options = serde_saphyr::options! { with_snippet: false };
     serde_saphyr::from_str_with_options(text, options).map_err(|error| {
@@ -123,15 +115,8 @@ fn is_empty(text: &str) -> bool {
     text.lines().map(str::trim).all(|line| line.is_empty() || line.starts_with('#'))
 }
 
-/// As [`parse`]; where keys are missing, all of them are named and not only the first.
-///
-/// # Arguments
-///
-/// * `required` — the keys of `T` that have no default, in their order.
-///
-/// # Errors
-///
-/// As [`parse`].
+/// As [`parse`]; of the `required` keys, those of `T` that have no default, all that are missing
+/// are named, in this order, and not only the first.
 pub fn parse_with<T: DeserializeOwned>(
     file: &str,
     text: &str,
@@ -185,12 +170,10 @@ impl<'de> Deserialize<'de> for Keys {
     }
 }
 
-/// The candidate closest in spelling to `word`, if one is close enough to be a slip of the hand.
-///
-/// # Returns
-///
-/// One that begins with the word, else the first candidate with the least edit distance, if that is at most a
-/// third of the word's length (2 edits are always allowed), or if the word begins with it.
+/// The candidate closest in spelling to `word`, if one is close enough to be a slip of the hand:
+/// one that begins with the word, else the first candidate with the least edit distance, if that is
+/// at most a third of the word's length (2 edits are always allowed), or if the word begins with
+/// it.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let few = word.chars().count() / 3;
     // `sped` begins as `speed_m_s` does.

@@ -488,11 +488,8 @@ impl Axis {
         }
     }
 
-    /// Gives a robot another capability.
-    ///
-    /// # Errors
-    ///
-    /// What robots are that do not have that, if it is one of them.
+    /// Gives a robot another capability. Of a robot that cannot have it, the error says how such
+    /// robots are: `whose sensor is a cone`.
     ///
     /// # Panics
     ///
@@ -506,12 +503,8 @@ impl Axis {
 }
 
 impl RobotProfile {
-    /// What the robot has on an axis.
-    ///
-    /// # Returns
-    ///
-    /// In the unit of the axis, of two gains the mean and of two standard deviations the greater one;
-    /// `None` for settings, and for what this robot does not have.
+    /// What the robot has on an axis, in its unit: of two gains the mean, and of two standard
+    /// deviations the greater one. `None` for settings, and for what this robot does not have.
     pub fn capability(&self, axis: Axis) -> Option<f64> {
         match axis.row().kind {
             Kind::Capability { get, .. } => get(self),

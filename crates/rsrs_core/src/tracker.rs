@@ -117,10 +117,7 @@ impl Tracker {
     }
 
     /// The topics with the poses of a robot, one for each machine, where each robot has its own.
-    ///
-    /// # Arguments
-    ///
-    /// * `usual` — the topic below the robot's name that it is where none is given.
+    /// Where none is given it is `usual`, below the robot's name.
     pub fn topics_of(&self, robot: &str, usual: &str) -> Vec<String> {
         let full = |topic: &str| {
             if topic.starts_with('/') {
@@ -135,24 +132,13 @@ impl Tracker {
         self.topics.iter().map(|topic| full(topic)).collect()
     }
 
-    /// The topics with the poses of all bodies, one for each machine.
-    ///
-    /// # Arguments
-    ///
-    /// * `usual` — the topic where none is given.
+    /// The topics with the poses of all bodies, one for each machine; `usual` where none is given.
     pub fn topics_of_all(&self, usual: &str) -> Vec<String> {
         if self.topics.is_empty() { vec![usual.to_owned()] } else { self.topics.clone() }
     }
 
-    /// Looks whether all of it fits the way in which the tracker publishes.
-    ///
-    /// # Arguments
-    ///
-    /// * `names` — where what its messages have poses of is named.
-    ///
-    /// # Errors
-    ///
-    /// [`InvalidTracker`], the first that does not fit.
+    /// Looks whether all of it fits the way in which the tracker publishes, and where the names of
+    /// bodies stand.
     pub fn check(&self, carries: Carries, names: Names) -> Result<(), InvalidTracker> {
         self.frame.check()?;
         let mut seen = BTreeSet::new();
@@ -195,10 +181,6 @@ impl Tracker {
 
 impl Tracker {
     /// Looks whether the topics of a robot that the tracker calls so are allowed.
-    ///
-    /// # Errors
-    ///
-    /// [`InvalidTracker::NoTopic`].
     pub fn check_body(&self, body: &str) -> Result<(), InvalidTracker> {
         let named = self.topics.iter().filter(|topic| topic.contains(BODY));
         let mut topics = named.map(|topic| topic.replace(BODY, body));

@@ -32,17 +32,8 @@ pub struct LostCapability {
 /// A sensor that detects neighbours by no more than this share oftener than nothing is blind.
 const BLIND: f64 = 0.1;
 
-/// The capabilities that some factors take away from a robot.
-///
-/// # Arguments
-///
-/// * `measured` — the profile.
-/// * `simulated` — what was made of it.
-///
-/// # Returns
-///
-/// None for a robot that is worse and can still do everything; a capability that the measured robot
-/// does not have either is not listed.
+/// The capabilities that some factors take away from a measured robot: none if what was made of it
+/// is worse and can still do everything. What the measured robot cannot do either is not listed.
 ///
 /// # Example
 ///

@@ -57,13 +57,8 @@ pub struct Decided {
 /// Campaigns in several cells that are drawn: probabilities are off by 0.018 at most, in 95 of 100 cases.
 pub const CAMPAIGNS: u32 = 2_000;
 
-/// Plans how many further runs in one cell decide, those of the others being what they are: exactly, and
-/// with a comparison after every run.
-///
-/// # Arguments
-///
-/// * `cells`, `margin`, `wanted` — as for [`plan`].
-/// * `index` — the cell, by its position.
+/// Plans how many further runs in the cell at `index` decide, those of the others being what they are:
+/// exactly, and with a comparison after every run. Margin and `wanted` are those of [`plan`].
 ///
 /// # Panics
 ///
@@ -140,15 +135,11 @@ fn plus(one: Share, other: Share) -> Share {
     Share { hits: one.hits + other.hits, n: one.n + other.n }
 }
 
-/// Plans how many runs decide, shared out evenly among the cells, one after the other. In one cell it is
-/// [`plan_in`].
+/// Plans how many runs, shared out evenly among the cells one after the other, decide with the
+/// probability `wanted`, strictly between 0 and 1. In one cell it is [`plan_in`].
 ///
-/// # Arguments
-///
-/// * `cells` — at least one.
-/// * `margin` — by how much real robots may mill less often, as for the comparison.
-/// * `wanted` — the probability with which the runs are to decide, strictly between 0 and 1.
-/// * `uniform` — a source of independent numbers, evenly distributed from 0 to 1.
+/// The margin is that of the comparison, and `uniform` draws independent numbers, evenly distributed
+/// from 0 to 1.
 ///
 /// # Panics
 ///

@@ -83,11 +83,7 @@ pub struct FixedTest {
 }
 
 impl FixedTest {
-    /// The test of a design.
-    ///
-    /// # Arguments
-    ///
-    /// * `margin` — from 0 to less than 1.
+    /// The test of a design, with a margin from 0 to less than 1.
     pub fn of(cells: &[FixedCell], margin: f64) -> Self {
         let tail = OF_SIMULATED / cells.len().max(1) as f64;
         let bounds =
@@ -108,12 +104,8 @@ impl FixedTest {
         Self { n_claimed, supported_from, violated_up_to: n_rare.checked_sub(1) }
     }
 
-    /// What follows, once all runs are made.
-    ///
-    /// # Arguments
-    ///
-    /// * `mills` — in cells that make a claim, the least that there may be.
-    /// * `all_mills` — in all cells, the most that there may be.
+    /// What follows, once all runs are made, from the least number of mills that there may be in
+    /// cells that make a claim, and the greatest that there may be in all cells.
     pub fn verdict(&self, mills: u64, all_mills: u64) -> Verdict {
         if self.violated_up_to.is_some_and(|most| all_mills <= most) {
             Verdict::Violated
@@ -172,11 +164,7 @@ pub struct FixedPlan {
 }
 
 /// Plans the least number of runs, shared out evenly among the cells, that decides with the wanted
-/// probability.
-///
-/// # Returns
-///
-/// The plan of [`MOST_RUNS`] where no fewer do; it says how surely they decide.
+/// probability: that of [`MOST_RUNS`] where no fewer do, which says how surely they decide.
 pub fn plan(cells: &[PlannedCell], margin: f64, wanted: f64) -> FixedPlan {
     let first = (cells.len() as u64).max(1);
     let plans = (first..=MOST_RUNS.max(first)).map(|runs| plan_of(cells, runs, margin));

@@ -70,11 +70,9 @@ const NO_INFORMATION: f64 = 1e-3;
 /// make none, it is the other cell that makes one and has the greatest part of the error, the chosen one;
 /// of equals, the one in which simulated robots do it most often.
 ///
-/// # Arguments
-///
-/// * `comparison`, `runs` — what was compared and what it rests on, in the same order.
-/// * `others` — swept cells that were not run, with their simulated runs.
-/// * `as_measured` — simulated runs of robots as measured in a cell; none where it is not known.
+/// The comparison rests on `runs`, in the same order; `others` are the simulated runs of swept cells that
+/// were not run, and `as_measured` gives those of robots as measured in a cell, none where they are not
+/// known.
 ///
 /// # Source
 ///

@@ -9,19 +9,11 @@ const OF_THE_REGION: [Axis; 4] =
     [Axis::PolygonScale, Axis::HalfAngle, Axis::Range, Axis::SensorBearing];
 
 impl RobotProfile {
-    /// The robot with other capabilities.
+    /// The robot with other capabilities; of an axis that occurs twice the later value counts.
     ///
     /// The region of a sensor is scaled, opened, given its range and turned, in this order, whatever
     /// the order of the values. A cone that is turned becomes a polygon
     /// ([`crate::robot::shape::turned_cone`]).
-    ///
-    /// # Arguments
-    ///
-    /// * `values` — on axes that are capabilities; of one that occurs twice the later value counts.
-    ///
-    /// # Errors
-    ///
-    /// [`ConditionsError`]: a value that the axis cannot have, or that this robot cannot.
     ///
     /// # Panics
     ///

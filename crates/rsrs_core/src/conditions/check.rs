@@ -166,10 +166,6 @@ impl Conditions {
     ///
     /// [`Conditions::resolve`] has done so already.
     ///
-    /// # Errors
-    ///
-    /// [`Impossible`], the first problem found.
-    ///
     /// # Example
     ///
     /// ```

@@ -146,10 +146,6 @@ impl ControllerTable {
     }
 
     /// Refuses values outside the bounds of its numbers.
-    ///
-    /// # Errors
-    ///
-    /// [`ConditionsError::OutOfRange`].
     pub fn check_values(&self, values: &[(Number, f64)]) -> Result<(), ConditionsError> {
         values.iter().try_for_each(|(number, found)| match self.numbers.get(number.name()) {
             Some(NamedNumber { from, to, .. }) if !(*from..=*to).contains(found) => {
@@ -166,11 +162,8 @@ impl ControllerTable {
     }
 
     /// What the table comes to, with these numbers, on a robot with these wheels and this control period, whose
-    /// one reading is `detection` ([`Controller::for_robots_with`] for others).
-    ///
-    /// # Errors
-    ///
-    /// [`TableFlaw`]: a row that commands wheels of a robot without.
+    /// one reading is `detection` ([`Controller::for_robots_with`] for others). A row that commands wheels is
+    /// refused for a robot without.
     ///
     /// # Panics
     ///

@@ -64,10 +64,6 @@ impl RobotProfile {
     /// Refuses a controller with a command beyond the limits, which the wheels of a robot refuse as well.
     ///
     /// Standing and going straight on are commands of every robot: 0 is within any limits.
-    ///
-    /// # Errors
-    ///
-    /// [`BeyondLimits`], of the speed first, and of the wheels last.
     pub fn check_limits(&self, controller: &Controller) -> Result<(), BeyondLimits> {
         let parameters = controller.parameters();
         // A mirrored controller drives forward, and its other command is within the limits if this one is.
@@ -87,10 +83,6 @@ impl RobotProfile {
     }
 
     /// [`Self::check_limits`] of one command of a controller that is not mirrored.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::check_limits`].
     pub fn check_command(&self, command: Command) -> Result<(), BeyondLimits> {
         self.check_either_way(command, [Axis::Speed, Axis::TurnRate])?;
         self.can_wheels(command)
@@ -128,10 +120,6 @@ impl RobotProfile {
     }
 
     /// Refuses a controller with a command that asks more of a wheel than it can do.
-    ///
-    /// # Errors
-    ///
-    /// [`BeyondLimits::Wheels`].
     pub fn check_wheels(&self, controller: &Controller) -> Result<(), BeyondLimits> {
         controller.commands().into_iter().try_for_each(|command| self.can_wheels(command))
     }

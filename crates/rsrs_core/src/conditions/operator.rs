@@ -98,10 +98,6 @@ impl OperatorConditions {
     }
 
     /// Refuses a run whose circumstances differ from these.
-    ///
-    /// # Errors
-    ///
-    /// [`Incomparable`], the first difference.
     pub fn admit(&self, run: &Self) -> Result<(), Incomparable> {
         let refuse = |aspect: &str, found: String, expected: String| {
             Err(Incomparable { aspect: aspect.to_owned(), found, expected })

@@ -19,21 +19,13 @@ pub struct ClassChanges {
 }
 
 impl ClassChanges {
-    /// Robots made worse as those of a profile are.
-    ///
-    /// # Arguments
-    ///
-    /// * `measured` — that profile.
+    /// Robots made worse by these factors, as those of the profile `measured` are.
     pub fn as_of(measured: &RobotProfile, factors: HarsherFactors) -> Self {
         let harsher = Some(Harsher::from(factors).decided(measured));
         Self { capabilities: Vec::new(), harsher }
     }
 
-    /// A profile with these changes.
-    ///
-    /// # Errors
-    ///
-    /// [`ConditionsError`] if there is no such robot, or it would be a better one.
+    /// A profile with these changes, which may not make a better robot.
     pub fn simulated(&self, measured: &RobotProfile) -> Result<RobotProfile, ConditionsError> {
         let robot = measured.with_capabilities(&self.capabilities)?;
         let Some(harsher) = &self.harsher else { return Ok(robot) };
@@ -71,10 +63,6 @@ impl Conditions {
 
     /// Puts a robot with a profile of its own in the place of one that is like the others. Where it
     /// starts, and what it is commanded, stays; so does the control period, which the swarm has one of.
-    ///
-    /// # Errors
-    ///
-    /// [`ConditionsError`] if this robot and these settings make no conditions.
     pub fn put_own_robot(
         &mut self,
         place: usize,
@@ -87,10 +75,6 @@ impl Conditions {
     }
 
     /// Gives each robot of a class with a profile of its own that profile.
-    ///
-    /// # Errors
-    ///
-    /// [`ConditionsError`] if a profile was not read, or its robots are not for this swarm; the class is named.
     pub(super) fn put_classes(&mut self, settings: &Settings) -> Result<(), ConditionsError> {
         let mut of_classes: Vec<Option<SimulatedRobot>> = Vec::new();
         for class in &settings.world.classes {
@@ -165,10 +149,6 @@ impl Conditions {
 
 impl WorldFile {
     /// Refuses commands that the profile of a class forbids.
-    ///
-    /// # Errors
-    ///
-    /// [`ConditionsError::OfClass`] of the first that does.
     pub fn check_limits(&self, controller: &Controller) -> Result<(), ConditionsError> {
         self.classes.iter().try_for_each(|class| {
             let limits = class.own_profile().map(|profile| profile.check_limits(controller));

@@ -202,19 +202,11 @@ impl Help for ConditionsError {
 }
 
 impl Conditions {
-    /// Resolves a robot and settings to numbers.
+    /// Resolves a simulated robot, as measured or made harsher, and settings to numbers.
     ///
-    /// Precedence is profile, then harsher (already in `robot`), then the settings in order. Gain
-    /// means are read at the commanded speed and turning rate.
-    ///
-    /// # Arguments
-    ///
-    /// * `robot` — the simulated robot: a measured profile, made harsher or not.
-    /// * `settings` — at least speed, turning rate and number of robots.
-    ///
-    /// # Errors
-    ///
-    /// [`ConditionsError`], the first problem found.
+    /// Precedence is profile, then harsher (already in `robot`), then the settings in order: at
+    /// least speed, turning rate and number of robots. Gain means are read at the commanded speed
+    /// and turning rate.
     pub fn resolve(robot: &RobotProfile, settings: &Settings) -> Result<Self, ConditionsError> {
         settings.check_axes()?;
         let mut operator = OperatorSettings::default();
@@ -272,10 +264,6 @@ impl Conditions {
 
 impl Settings {
     /// Whether its axes are those of its controller.
-    ///
-    /// # Errors
-    ///
-    /// [`ConditionsError::BesideTable`], [`ConditionsError::NoSuchNumber`] or [`ConditionsError::NoTable`].
     pub fn check_axes(&self) -> Result<(), ConditionsError> {
         let axes = self.values.iter().map(|(axis, _)| *axis);
         axes.into_iter().try_for_each(|axis| check_axis(axis, self.controller.as_ref()))
@@ -283,10 +271,6 @@ impl Settings {
 }
 
 /// Whether an axis is one of a sweep with this table, or with none.
-///
-/// # Errors
-///
-/// As [`Settings::check_axes`].
 pub fn check_axis(axis: Axis, table: Option<&ControllerTable>) -> Result<(), ConditionsError> {
     let numbers =
         |table: &ControllerTable| table.axes().map(|axis| axis.key().to_owned()).collect();

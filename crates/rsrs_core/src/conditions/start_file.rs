@@ -186,20 +186,12 @@ const MOST_M: f64 = 100.0;
 /// A full turn and a rounding error; a larger heading is one in degrees.
 const MOST_RAD: f64 = 6.3;
 
-/// Reads a table of start poses.
+/// Reads a table of start poses, which errors call `file`.
 ///
-/// Its columns are `x_m`, `y_m`, and where they are wanted `robot`, `heading_rad`, and `replicate` for
-/// several sets of poses, numbered from 0. The origin is the centre of the arena. Numbers are taken to
-/// the ninth decimal.
-///
-/// # Arguments
-///
-/// * `file` — name of the table, for errors only.
-/// * `headings` — where robots head if there is no column for it.
-///
-/// # Errors
-///
-/// [`StartFileError`], the first problem found. Overlaps show where the robots' size is known.
+/// Its columns are `x_m`, `y_m`, and where they are wanted `robot`, `heading_rad` (without it robots
+/// head as `headings` says), and `replicate` for several sets of poses, numbered from 0. The origin is
+/// the centre of the arena. Numbers are taken to the ninth decimal. Robots that overlap are found only
+/// where their size is known.
 ///
 /// # Example
 ///

@@ -67,28 +67,17 @@ pub struct Schedule {
 const AT_ONCE: u64 = 16;
 
 impl Schedule {
-    /// The schedule of a sweep.
-    ///
-    /// # Arguments
-    ///
-    /// * `first` — replicates that every cell begins with; at least 1.
-    /// * `cells` — all cells, with the same axes.
+    /// The schedule of a sweep of cells with the same axes, each of which begins with `first`
+    /// replicates, at least 1.
     pub fn new(adaptive: Adaptive, first: u64, cells: &[Cell]) -> Self {
         Self { adaptive, first, neighbours: neighbours(cells) }
     }
 
-    /// How many more replicates each cell gets in the next round.
+    /// How many more replicates each cell gets in the next round, from the counts of all so far;
+    /// both of shape `[n_cells]`. At the end of the sweep all are zero.
     ///
     /// An open cell gets a quarter of what it has had, so that it ends with at most a quarter more
     /// than it needed.
-    ///
-    /// # Arguments
-    ///
-    /// * `counts` — of all replicates so far; shape `[n_cells]`.
-    ///
-    /// # Returns
-    ///
-    /// Shape `[n_cells]`; all zero at the end of the sweep.
     pub fn next_round(&self, counts: &[PhaseCounts]) -> Vec<u64> {
         let more = |cell: usize| {
             let n = counts[cell].total();
@@ -107,11 +96,8 @@ impl Schedule {
         (0..counts.len()).map(more).collect()
     }
 
-    /// The confidence sequence of one cell from its counts.
-    ///
-    /// # Arguments
-    ///
-    /// * `counts` — as for [`Self::next_round`].
+    /// The confidence sequence of the cell with this index, from the counts of all; shape
+    /// `[n_cells]`.
     pub fn knowledge(&self, counts: &[PhaseCounts], cell: usize) -> Knowledge {
         let share = Share::milling(&counts[cell]);
         if sequence::interval(share.hits, share.n, sequence::ERROR).width() <= self.adaptive.width {

@@ -147,16 +147,9 @@ pub struct AtCircliness {
 }
 
 impl AtCircliness {
-    /// Judges replicates again with lower, equal and higher thresholds; mills that did not last stay
-    /// what they are.
-    ///
-    /// # Arguments
-    ///
-    /// * `judged` — phases and order parameters of simulated replicates, whose reach is known.
-    ///
-    /// # Returns
-    ///
-    /// Nothing for a behaviour whose wanted phase has no bound on circliness.
+    /// Judges simulated replicates, whose reach is known, again with lower, equal and higher
+    /// thresholds; mills that did not last stay what they are. A behaviour whose wanted phase has no
+    /// bound on circliness has none.
     pub fn of(judged: &[(Phase, OrderParameters)]) -> Vec<Self> {
         let Some((phase, _)) = judged.first() else { return Vec::new() };
         let rules = phase.behaviour().rules();
@@ -204,11 +197,7 @@ impl AsMeasured {
         Share { hits, n: self.n_replicates }
     }
 
-    /// What follows from how replicates ended.
-    ///
-    /// # Arguments
-    ///
-    /// * `number` — that of the candidate, as for [`tail`].
+    /// What follows from how replicates ended; the candidate has its number as for [`tail`].
     pub fn new(phases: &PhaseCounts, number: u64) -> Self {
         let milling = Share::milling(phases);
         let interval = Interval::with_tails(milling.hits, milling.n, tail(number));
@@ -225,25 +214,17 @@ impl AsMeasured {
 /// unless asked otherwise; and what the smoothed share of a cell in the milling region is at least.
 pub const VIABLE_B_S_LOW: f64 = 0.8;
 
-/// The probability that the bound of a candidate errs: 2.5 % of the first that is confirmed, and as much
-/// of all others together, so that the lower bounds of all hold together at 95 %, however many there are.
-///
-/// # Arguments
-///
-/// * `number` — of the candidate, from 1.
+/// The probability that the bound of a candidate errs: 2.5 % of the first that is confirmed, with the
+/// number 1, and as much of all others together, so that the lower bounds of all hold together at 95 %,
+/// however many there are.
 pub fn tail(number: u64) -> f64 {
     const TAIL: f64 = 0.025;
     if number <= 1 { TAIL } else { TAIL / (number as f64 * (number as f64 - 1.0)) }
 }
 
 impl Choice {
-    /// The choice of a candidate after its confirmation.
-    ///
-    /// # Arguments
-    ///
-    /// * `candidate` — one of [`rank`].
-    /// * `phases` — how fresh replicates ended; those of the sweep do not count.
-    /// * `number` — that of the candidate, as for [`tail`].
+    /// The choice of a candidate of [`rank`] after its confirmation by fresh replicates: those of
+    /// the sweep do not count. The candidate has its number as for [`tail`].
     pub fn new(candidate: &Candidate, phases: PhaseCounts, number: u64) -> Self {
         let confirmed = Share::milling(&phases);
         let interval = Interval::with_tails(confirmed.hits, confirmed.n, tail(number));

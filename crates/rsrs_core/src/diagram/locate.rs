@@ -23,22 +23,11 @@ pub enum NotSwept {
 }
 
 impl PhaseDiagram {
-    /// Finds the swept cell with these values.
+    /// Finds the swept cell with these values: its index in [`PhaseDiagram::cells`].
     ///
-    /// Numbers that differ by less than a billionth were the same before they were written to a
-    /// file. Of equally near cells the first one counts as the nearest.
-    ///
-    /// # Arguments
-    ///
-    /// * `values` — a value on every swept axis, in any order; further axes do not matter.
-    ///
-    /// # Returns
-    ///
-    /// Index in [`PhaseDiagram::cells`].
-    ///
-    /// # Errors
-    ///
-    /// [`NotSwept`], with the nearest swept cell.
+    /// There is a value on every swept axis, in any order; further axes do not matter. Numbers that
+    /// differ by less than a billionth were the same before they were written to a file. Of equally
+    /// near cells the first one counts as the nearest, which [`NotSwept`] names.
     ///
     /// # Panics
     ///

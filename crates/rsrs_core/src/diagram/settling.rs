@@ -26,12 +26,8 @@ pub struct Settling {
 pub const UNSETTLED_SHARE: f64 = 0.1;
 
 impl Settling {
-    /// Counts the changes.
-    ///
-    /// # Arguments
-    ///
-    /// * `before`, `after` — the phases at two thirds and at the end; shape `[n_replicates]`.
-    /// * `from_s` — when the last third begins, in seconds.
+    /// Counts the changes from the phases at two thirds to those at the end, shape `[n_replicates]`
+    /// both; the last third begins at `from_s`, in seconds.
     pub fn of(before: &[Phase], after: &[Phase], from_s: f64) -> Self {
         let changed = before.iter().zip(after).filter(|(before, after)| before != after);
         Self {

@@ -266,10 +266,6 @@ pub const MOST_REPLICATES: u64 = 1_000_000_000_000;
 
 impl SweepFile {
     /// Reads a sweep file and checks all that can be checked without the profile.
-    ///
-    /// # Errors
-    ///
-    /// [`SweepFileError`], the first problem found.
     pub fn parse(file: &str, text: &str) -> Result<Self, SweepFileError> {
         let sweep: Self = document::parse(file, text)?;
         sweep.check(file)?;
@@ -362,16 +358,8 @@ impl SweepFile {
         self.controller.as_ref().and_then(ControllerSource::read)
     }
 
-    /// The conditions of every cell, in the order of [`Self::all_cells`].
-    ///
-    /// # Arguments
-    ///
-    /// * `file` — name for errors.
-    /// * `measured` — the profile that `profile` names.
-    ///
-    /// # Errors
-    ///
-    /// [`SweepFileError`], the first cell that cannot be simulated.
+    /// The conditions of every cell, in the order of [`Self::all_cells`]; `measured` is the profile
+    /// that `profile` names.
     pub fn resolve(
         &self,
         file: &str,

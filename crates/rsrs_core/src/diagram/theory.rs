@@ -69,14 +69,8 @@ impl Condition {
         }
     }
 
-    /// By how much the condition holds: positive where it does, and zero on its line.
-    ///
-    /// # Arguments
-    ///
-    /// * `ring` — the robots.
-    /// * `speed_m_s`, `turn_rate_rad_s` — what they deliver; the turning rate is positive.
-    ///
-    /// # Returns
+    /// By how much the condition holds for robots that deliver this speed and this turning rate,
+    /// which is positive: above zero where it does, and zero on its line.
     ///
     /// An angle in radians for [`Self::Existence`], a length in metres for [`Self::Reach`] and
     /// [`Self::Room`], else a share; `None` where the condition has no meaning because another one
@@ -147,12 +141,8 @@ impl Ring {
         })
     }
 
-    /// Radius of the ring, `R* = r / (cos a - cos(2π/N - a))`, in metres.
-    ///
-    /// # Returns
-    ///
-    /// `None` if there is no such ring: its robots would see the one ahead at any distance, which
-    /// is so unless `a < π/N`.
+    /// Radius of the ring, `R* = r / (cos a - cos(2π/N - a))`, in metres. `None` if there is no
+    /// such ring: its robots would see the one ahead at any distance, which is so unless `a < π/N`.
     ///
     /// # Example
     ///
@@ -198,27 +188,17 @@ impl Ring {
         })
     }
 
-    /// Share of the time in which robots on the ring turn towards its inside:
-    /// `P* = (1 - v / (ω R)) / 2`, with `R = max(R*, v/ω)`.
-    ///
-    /// # Arguments
-    ///
-    /// * `speed_m_s`, `turn_rate_rad_s` — what the robots deliver; the turning rate is positive.
-    ///
-    /// # Returns
-    ///
-    /// A share from 0 to 1/2; `None` if there is no ring.
+    /// Share of the time in which robots on the ring turn towards its inside, from 0 to 1/2:
+    /// `P* = (1 - v / (ω R)) / 2`, with the speed `v` and the turning rate `ω > 0` that they
+    /// deliver, and `R = max(R*, v/ω)`. `None` if there is no ring.
     pub fn turn_balance(&self, speed_m_s: f64, turn_rate_rad_s: f64) -> Option<f64> {
         let circle_m = speed_m_s / turn_rate_rad_s;
         self.radius_m().map(|radius_m| (1.0 - circle_m / circle_m.max(radius_m)) / 2.0)
     }
 
-    /// Whether robots hold the ring: it exists, and its turn balance lies strictly between the two
-    /// probabilities of a detection.
-    ///
-    /// # Arguments
-    ///
-    /// As for [`Self::turn_balance`].
+    /// Whether robots that deliver this speed and this turning rate, which is positive, hold the
+    /// ring: it exists, and its turn balance lies strictly between the two probabilities of a
+    /// detection.
     pub fn holds(&self, speed_m_s: f64, turn_rate_rad_s: f64) -> bool {
         let is_between =
             |balance: f64| balance > self.false_positive && balance < self.true_positive;
@@ -226,11 +206,7 @@ impl Ring {
     }
 
     /// Greatest speed at which robots of this turning rate hold the ring, `v = ω R* (1 - 2 p)` with
-    /// the false-positive probability `p`; in metres per second.
-    ///
-    /// # Returns
-    ///
-    /// `None` if there is no ring.
+    /// the false-positive probability `p`; in metres per second. `None` if there is no ring.
     pub fn greatest_speed_m_s(&self, turn_rate_rad_s: f64) -> Option<f64> {
         let share = (1.0 - 2.0 * self.false_positive).max(0.0);
         self.exists().then(|| self.radius_m())?.map(|radius_m| turn_rate_rad_s * radius_m * share)

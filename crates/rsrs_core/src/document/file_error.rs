@@ -26,11 +26,8 @@ pub enum FileError<P> {
 }
 
 impl<P> FileError<P> {
-    /// A flaw in a part of a document, whose line is found by reading it once more.
-    ///
-    /// # Arguments
-    ///
-    /// * `line` — that of the part, from 1, among the places of all; of what has no place it is the first one.
+    /// A flaw in a part of a document, which is read once more to find its line, from 1, among the
+    /// places of all parts; what has no place is in the first line.
     pub(crate) fn flaw<Lines: DeserializeOwned>(
         (file, text): (&str, &str),
         problem: P,

@@ -31,20 +31,12 @@ pub struct Agreement {
 const QUANTILE: f64 = 1.959_963_984_540_054;
 
 impl Agreement {
-    /// Holds the labels of two judges against each other.
+    /// Holds the labels that two judges gave each run against each other; `None` without runs.
     ///
     /// From `2k²` runs on, with `k` phases in use, the interval of kappa is that of large samples.
     /// For fewer, and where the judges agree on all runs or on none, that one can be far too short,
     /// even of no width at all; there, it is the exact interval of the share, taken through kappa's
     /// definition with agreement by chance as observed.
-    ///
-    /// # Arguments
-    ///
-    /// * `labels` — the two labels of each run; shape `[n_runs]`.
-    ///
-    /// # Returns
-    ///
-    /// `None` without runs.
     ///
     /// # Source
     ///

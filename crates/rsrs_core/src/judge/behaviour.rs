@@ -40,11 +40,7 @@ impl Behaviour {
     /// Those that need no file.
     pub const BUILT_IN: [Self; 3] = [Self::MILLING, Self::AGGREGATION, Self::DISPERSAL];
 
-    /// The behaviour of a file; the same one for equal files.
-    ///
-    /// # Errors
-    ///
-    /// If it is none, or calls something as what is built in.
+    /// The behaviour of a file; the same one for equal files. Names of what is built in are taken.
     pub fn new(file: BehaviourFile) -> Result<Self, Flaw> {
         known::add(file)
     }
@@ -55,10 +51,6 @@ impl Behaviour {
     }
 
     /// Reads a behaviour's file, called `file` in errors.
-    ///
-    /// # Errors
-    ///
-    /// [`BehaviourFileError`], the first problem found.
     pub fn parse(file: &str, text: &str) -> Result<Self, BehaviourFileError> {
         let read = document::parse_with(file, text, &BehaviourFile::REQUIRED)?;
         Self::new(read).map_err(|flaw| flaw.in_file(file, text))

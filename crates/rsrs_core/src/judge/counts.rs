@@ -91,11 +91,8 @@ impl PhaseCounts {
         self.counts.iter().sum()
     }
 
-    /// The most frequent phase; of equally frequent ones the first of its behaviour.
-    ///
-    /// # Returns
-    ///
-    /// `None` if nothing was counted.
+    /// The most frequent phase; of equally frequent ones the first of its behaviour. `None` if
+    /// nothing was counted.
     pub fn majority(&self) -> Option<Phase> {
         let most = *self.counts.iter().max()?;
         if most == 0 {

@@ -119,10 +119,6 @@ pub const BLOCKED_SHARE: f64 = 0.2;
 pub const BLOCKED_OVER_S: f64 = 1.0;
 
 /// Samples back to where a robot that may be blocked was.
-///
-/// # Arguments
-///
-/// * `period_s` — control period, in seconds.
 pub fn look_back(period_s: f64) -> usize {
     (BLOCKED_OVER_S / period_s).round().max(1.0) as usize
 }
@@ -138,13 +134,7 @@ pub const LOST_SHARE: f64 = 0.5;
 pub const CONTACT_TOLERANCE: f64 = 0.02;
 
 impl OrderParameters {
-    /// Computes the order parameters of a window.
-    ///
-    /// # Arguments
-    ///
-    /// * `trajectory` — of at least one robot, finite throughout.
-    /// * `samples` — the window; not empty, within the trajectory.
-    /// * `bodies` — what is known of the robots.
+    /// Computes the order parameters of a window of a trajectory that is finite throughout.
     ///
     /// # Panics
     ///
@@ -177,18 +167,8 @@ impl OrderParameters {
     }
 }
 
-/// Adds up a window, and each of its blocks by itself.
-///
-/// # Arguments
-///
-/// * `samples`, `bodies` — of all worlds.
-/// * `window` — which samples; not empty.
-/// * `n_block` — samples of a block. Blocks begin with the window; what is left over at its end
-///   belongs to none.
-///
-/// # Returns
-///
-/// The sums of the window, and those of its blocks.
+/// Adds up a window of all worlds, which is not empty, and by itself each of its blocks of
+/// `n_block` samples. Blocks begin with the window; what is left over at its end belongs to none.
 #[inline(always)]
 pub fn sums_with_blocks<S: Samples>(
     samples: &S,
@@ -230,11 +210,7 @@ pub fn centre(places: &[Vector<f64>]) -> Vector<f64> {
     geometry::centroid(0.0, places)
 }
 
-/// Mean distance of robots from their centroid, in metres.
-///
-/// # Arguments
-///
-/// * `poses` — all robots at one time; shape `[n_robots]`, not empty.
+/// Mean distance of robots from their centroid at one time, in metres; there is at least one robot.
 pub fn mean_radius_m(poses: &[Pose]) -> f64 {
     let places: Vec<_> = poses.iter().map(|pose| (pose.x_m, pose.y_m)).collect();
     let centroid = centre(&places);
@@ -242,12 +218,8 @@ pub fn mean_radius_m(poses: &[Pose]) -> f64 {
     places.iter().map(radius_m).sum::<f64>() / poses.len() as f64
 }
 
-/// Distance of every robot to its nearest neighbour, in metres; infinite for a robot that is the only
-/// one.
-///
-/// # Arguments
-///
-/// * `poses` — all robots at one time; shape `[n_robots]`.
+/// Distance of every robot to its nearest neighbour at one time, in metres; infinite for a robot that
+/// is the only one.
 pub(crate) fn nearest_neighbours_m(poses: &[Pose]) -> Vec<f64> {
     let places: Vec<_> = poses.iter().map(|pose| (pose.x_m, pose.y_m)).collect();
     let mut nearest_m2 = vec![0.0; poses.len()];

@@ -331,17 +331,8 @@ pub const GOOD_BLOCKS: usize = 3;
 /// Labels a run as milling or what it came to instead: simulated or real, by what a bag can contain.
 ///
 /// Motion comes before shape: a jammed ring is round, too. And a mill lasts: at most one of the
-/// window's six blocks may break the rule of stable milling ([`Rules::lasting`]).
-///
-/// # Arguments
-///
-/// * `trajectory` — at least [`WINDOW_S`] long; only that much of its end is judged.
-/// * `bodies` — what is known of the robots.
-///
-/// # Errors
-///
-/// [`JudgeError`] if there is no robot, too little time, a number that is not finite, or a reach that
-/// is not known.
+/// window's six blocks may break the rule of stable milling ([`Rules::lasting`]). Only the last
+/// [`WINDOW_S`] of a trajectory are judged, and no shorter one is.
 ///
 /// # Source
 ///
@@ -350,11 +341,8 @@ pub fn label(trajectory: &Trajectory, bodies: &Bodies) -> Result<Verdict, JudgeE
     label_with(trajectory, bodies, &Behaviour::MILLING.rules())
 }
 
-/// As [`label`], by the rules of another behaviour or with other bounds.
-///
-/// # Errors
-///
-/// As [`label`], and if the rules look at what needs a radius or an arena, and it is not known.
+/// As [`label`], by the rules of another behaviour or with other bounds. Where they look at what
+/// needs a radius or an arena, that has to be known.
 pub fn label_with(
     trajectory: &Trajectory,
     bodies: &Bodies,
@@ -370,12 +358,9 @@ pub fn label_with(
 
 /// As [`label_with`], of a run of which the poses alone are known ([`Trajectory::of_poses`]).
 ///
-/// Of the verdict's evidence nothing that [needs commands](Parameter::needs_commands)
-/// means anything.
-///
-/// # Errors
-///
-/// As [`label_with`], and if what was commanded decides: a jammed ring and one that runs have one shape.
+/// Of the verdict's evidence nothing that [needs commands](Parameter::needs_commands) means
+/// anything. A run whose phase depends on what was commanded is refused: a jammed ring and one that
+/// runs have one shape.
 pub fn label_without_commands(
     trajectory: &Trajectory,
     bodies: &Bodies,
@@ -430,12 +415,7 @@ pub struct JudgedWindow {
 
 impl JudgedWindow {
     /// The window of each world that decides by these rules: of several the first one in the wanted phase, and if
-    /// there is none the last.
-    ///
-    /// # Arguments
-    ///
-    /// * `samples`, `bodies` — of all worlds.
-    /// * `n_samples` — how many samples there are; at least a window.
+    /// there is none the last. There are samples for at least one.
     #[inline(always)]
     pub fn of<S: Samples>(
         samples: &S,
@@ -501,18 +481,10 @@ pub(crate) fn n_good(blocks: &[OrderParameters], rules: &Rules) -> usize {
     blocks.iter().filter(|evidence| rules.is_wanted(evidence)).count()
 }
 
-/// When a run that ended in the wanted phase of its behaviour began to: the start of the first three
-/// consecutive blocks of 10 s that satisfy that phase's rule.
-///
-/// # Arguments
-///
-/// * `trajectory`, `bodies` — as for [`label`].
-/// * `phase` — that of [`label`].
-///
-/// # Returns
-///
-/// Seconds from the start; `None` if the run did not end in the wanted phase, or never stayed in it
-/// for three blocks.
+/// When a run that ended in the wanted phase of its behaviour began to, in seconds from the start:
+/// the start of the first three consecutive blocks of 10 s that satisfy that phase's rule. `phase`
+/// is that of [`label`]; `None` if it is not the wanted one, or if the run never stayed in it for
+/// three blocks.
 pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Option<f64> {
     let behaviour = phase.behaviour();
     if phase != behaviour.wanted() {
@@ -535,20 +507,13 @@ pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Op
 }
 
 /// Whole periods in a time, at least one: the samples of a window or a block.
-///
-/// # Arguments
-///
-/// * `time_s`, `period_s` — the time and the control period, in seconds; positive.
 pub fn samples_in(time_s: f64, period_s: f64) -> usize {
     // A whole number of periods may fall short of it by a rounding error.
     ((time_s / period_s + 1e-9).floor() as usize).max(1)
 }
 
-/// The samples that decide on the phase of a run.
-///
-/// # Arguments
-///
-/// * `trajectory` — long enough for the window of the rules, finite throughout.
+/// The samples that decide on the phase of a run, which is finite throughout and long enough for
+/// the window of the rules.
 pub fn judged_samples(trajectory: &Trajectory, bodies: &Bodies, rules: &Rules) -> Range<usize> {
     let n_samples = trajectory.n_samples();
     match rules.window {

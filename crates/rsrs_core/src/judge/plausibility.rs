@@ -314,11 +314,8 @@ pub struct Unseen {
     pub to_s: f64,
 }
 
-/// What of a trajectory cannot be; of each robot the first thing that explains it.
-///
-/// # Arguments
-///
-/// * `stood_s` — how long a commanded robot may stand, in seconds.
+/// What of a trajectory cannot be; of each robot the first thing that explains it. A commanded
+/// robot may stand for `stood_s`, in seconds.
 pub fn implausible(trajectory: &Trajectory, known: &Known, stood_s: f64) -> Vec<Implausible> {
     if trajectory.n_samples() < 2 || trajectory.period_s <= 0.0 {
         return Vec::new();

@@ -58,13 +58,8 @@ pub enum Left {
 const OFF_RING: f64 = 1.5;
 
 impl Reason {
-    /// The reason of a verdict.
-    ///
-    /// # Arguments
-    ///
-    /// * `trajectory`, `bodies` — what was judged.
-    /// * `verdict` — that of [`crate::judge::phase::label_with`] for them.
-    /// * `rules` — those of the verdict.
+    /// The reason of a verdict of [`crate::judge::phase::label_with`] on this trajectory by these
+    /// rules.
     pub fn of(trajectory: &Trajectory, bodies: &Bodies, verdict: &Verdict, rules: &Rules) -> Self {
         let (n_good, n_blocks) = (n_good(&verdict.blocks, rules), verdict.blocks.len());
         let does_not_last = verdict.phase != rules.phase(&verdict.evidence);

@@ -180,10 +180,6 @@ impl Rules {
 
     /// Refuses rules that look at what cannot be known of these robots: their radius, an arena, or what
     /// is in it.
-    ///
-    /// # Errors
-    ///
-    /// [`JudgeError`], of the first order parameter that lacks something.
     pub fn check_known(&self, bodies: &Bodies) -> Result<(), JudgeError> {
         for parameter in self.parameters() {
             match parameter.lacks(bodies) {
@@ -222,14 +218,9 @@ impl Rules {
         self.of(self.wanted).map(least).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The phase of a run whose whole window shows this one: a mill that tears apart inside the window
-    /// is not stable, however good it is on average.
-    ///
-    /// # Arguments
-    ///
-    /// * `whole` — the phase by [`Self::phase`].
-    /// * `n_good`, `n_blocks` — how many of the window's blocks of 10 s satisfy the rule of the
-    ///   wanted phase by themselves, of how many.
+    /// The phase of a run whose whole window shows `whole` by [`Self::phase`], and `n_good` of whose
+    /// `n_blocks` blocks of 10 s satisfy the rule of the wanted phase by themselves: a mill that tears
+    /// apart inside the window is not stable, however good it is on average.
     ///
     /// # Source
     ///

@@ -61,11 +61,6 @@ impl Bodies {
     };
 
     /// What is known of robots with this sensor, in no arena.
-    ///
-    /// # Arguments
-    ///
-    /// * `region`, `sees` — where a robot detects what of a neighbour.
-    /// * `radius_m` — radius of every robot's body, in metres.
     pub fn seen_by(region: &Region, sees: Sees, radius_m: f64) -> Self {
         let reach_m = Some(region.reach_m(sees, radius_m));
         Self { radius_m: Some(radius_m), reach_m, ..Self::UNKNOWN }

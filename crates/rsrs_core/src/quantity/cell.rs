@@ -47,11 +47,7 @@ pub enum CellError {
 }
 
 impl Cell {
-    /// A cell from its values.
-    ///
-    /// # Errors
-    ///
-    /// [`CellError::Twice`] or [`CellError::NotANumber`].
+    /// A cell from its values, one finite number for each axis.
     pub fn new(values: impl IntoIterator<Item = (Axis, f64)>) -> Result<Self, CellError> {
         let mut cell = Self::default();
         for (axis, value) in values {

@@ -18,10 +18,6 @@ impl Axis {
     /// Refuses a value that looks like millimetres, milliseconds or degrees, by the bounds that hold
     /// for tables of trials as well.
     ///
-    /// # Errors
-    ///
-    /// [`OtherUnit`], with the unit that it is likely in.
-    ///
     /// # Example
     ///
     /// ```

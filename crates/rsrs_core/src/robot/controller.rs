@@ -39,12 +39,8 @@ impl ControllerParameters {
         Self { speed_m_s, turn_rate_rad_s, undetected: None }
     }
 
-    /// The controller with these commands; those of a mirrored one that drives forward make a mirrored
-    /// one.
-    ///
-    /// # Arguments
-    ///
-    /// * `detected`, `undetected` — where something is detected, and where nothing is.
+    /// The controller with one command where something is detected, and one where nothing is; those of
+    /// a mirrored one that drives forward make a mirrored one.
     pub fn of(detected: Command, undetected: Command) -> Self {
         let mirrored = Self::mirrored(detected.speed_m_s, detected.turn_rate_rad_s);
         let is_forward = detected.speed_m_s >= 0.0 && detected.turn_rate_rad_s >= 0.0;
@@ -240,18 +236,9 @@ impl Command {
     pub const STOP: Self = Self { speed_m_s: 0.0, turn_rate_rad_s: 0.0 };
 }
 
-/// Decides the command from the binary detection: one command if something is seen, another one if
-/// not.
-///
-/// # Arguments
-///
-/// * `detected` — the sensor's output `y`.
-/// * `parameters` — `v` and `ω`.
-///
-/// # Returns
-///
-/// Forward at `v`, turning counterclockwise at `ω` if something is detected, clockwise otherwise;
-/// of a controller that is not mirrored, the command that it has for nothing.
+/// Decides the command from the binary detection `y`: forward at `v`, turning counterclockwise at
+/// `ω` if something is detected, clockwise if not. A controller that is not mirrored has a command
+/// of its own for nothing.
 ///
 /// # Source
 ///

@@ -143,15 +143,8 @@ impl HarsherFactors {
         }
     }
 
-    /// Makes a measured robot worse.
-    ///
-    /// # Returns
-    ///
-    /// The profile of the simulated robot: every capability at most the measured one's.
-    ///
-    /// # Errors
-    ///
-    /// [`NotHarsher`] if a factor points the other way.
+    /// Makes a measured robot worse: every capability of the simulated one is at most the measured
+    /// one's. A factor that points the other way is refused.
     pub fn apply(&self, measured: &RobotProfile) -> Result<RobotProfile, NotHarsher> {
         self.check()?;
         let mut simulated = measured.clone();

@@ -30,15 +30,8 @@ impl From<bool> for OtherProfile {
 }
 
 impl OtherProfile {
-    /// Holds the profile of a sweep against that of robots.
-    ///
-    /// # Returns
-    ///
-    /// The difference, if somebody insists on one.
-    ///
-    /// # Errors
-    ///
-    /// [`ProfilesDiffer`] if nobody does.
+    /// Holds the profile of a sweep against that of robots. A difference is an error, unless
+    /// somebody insists on it: then it is returned.
     pub fn admit(
         self,
         swept: &str,
@@ -56,11 +49,7 @@ impl OtherProfile {
 }
 
 impl ProfilesDiffer {
-    /// What to do instead.
-    ///
-    /// # Arguments
-    ///
-    /// * `profile` — path of the robots' profile, as a word of a command.
+    /// What to do instead; `profile` is the path of the robots' profile, as a word of a command.
     pub fn help(profile: &str) -> String {
         format!(
             "sweep these robots: `rsrs sweep SWEEP.yaml -o NEW_DIR`, with `profile: {profile}` in \

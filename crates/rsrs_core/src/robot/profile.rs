@@ -325,15 +325,6 @@ pub const MAX_CORNERS: usize = 8;
 
 impl RobotProfile {
     /// Reads a profile and checks that it can describe a robot.
-    ///
-    /// # Arguments
-    ///
-    /// * `file` — name for errors.
-    /// * `text` — the YAML document.
-    ///
-    /// # Errors
-    ///
-    /// [`ProfileError`], the first problem found.
     pub fn parse(file: &str, text: &str) -> Result<Self, ProfileError> {
         let written: ProfileFile = document::parse(file, text)?;
         let profile = Self::try_from(written).map_err(|error| error.at_its_line(file, text))?;
@@ -376,13 +367,8 @@ impl TurnActuation {
             .map(|gain| gain.mean)
     }
 
-    /// Mean gain at a command: linear between measured commands, the nearest held outside.
-    ///
-    /// # Arguments
-    ///
-    /// * `commanded_rad_s` — size of the commanded turning rate, in radians per second.
-    /// * `speed_m_s` — commanded forward speed, in metres per second; a robot that drives may turn by
-    ///   another gain than one that turns in place.
+    /// Mean gain at a turning rate of this size: linear between measured commands, the nearest held
+    /// outside. A robot that drives may turn by another gain than one that turns in place.
     pub fn gain_at(&self, commanded_rad_s: f64, speed_m_s: f64) -> GainAt {
         let driving = self.driving_gain_by_command.as_ref().filter(|_| speed_m_s != 0.0);
         let table = driving.unwrap_or(&self.gain_by_command);

@@ -68,12 +68,9 @@ impl Help for PseudoRealityError {
 }
 
 impl Provenance {
-    /// The 95 % interval of a number, as its source states it: `95 % interval 0.8829 to 0.9045`. Of parts that are
-    /// added as variances, as they are in spreads of gains, the ends are added likewise.
-    ///
-    /// # Arguments
-    ///
-    /// * `key` — dotted path of the number.
+    /// The 95 % interval of the number at a dotted path, as its source states it:
+    /// `95 % interval 0.8829 to 0.9045`. Of parts that are added as variances, as they are in spreads of gains,
+    /// the ends are added likewise.
     pub fn interval(&self, key: &str) -> Option<[f64; 2]> {
         let source = self.numbers.get(key)?;
         let parts = source.split("95 % interval ").skip(1).map(|part| {
@@ -94,15 +91,8 @@ impl Provenance {
 }
 
 impl<'a> PseudoRealities<'a> {
-    /// Profiles around that of a measured robot.
-    ///
-    /// # Arguments
-    ///
-    /// * `widening` — how many times as wide as the intervals of the fit; 1 is just those.
-    ///
-    /// # Errors
-    ///
-    /// [`PseudoRealityError`].
+    /// Profiles around that of a measured robot, `widening` times as wide as the intervals of the
+    /// fit.
     pub fn around(profile: &'a RobotProfile, widening: f64) -> Result<Self, PseudoRealityError> {
         let document = plain(profile);
         let varied: Vec<Varied> = profile

@@ -51,13 +51,8 @@ impl Region {
     /// The reach of a sensor: how far from a robot's centre the centre of another can be seen, in
     /// metres.
     ///
-    /// Where centres are seen this is [`Region::range_m`]. Where bodies are seen it is a radius more: a
-    /// disc whose edge touches the region has its centre up to a radius outside.
-    ///
-    /// # Arguments
-    ///
-    /// * `sees` — what of a neighbour must lie in the region.
-    /// * `radius_m` — radius of the neighbour's body, in metres.
+    /// Where centres are seen this is [`Region::range_m`]. Where bodies are seen it is a radius of the
+    /// neighbour more: a disc whose edge touches the region has its centre up to a radius outside.
     ///
     /// # Example
     ///

@@ -5,11 +5,8 @@
 
 use crate::robot::profile::Cone;
 
-/// Greatest distance of a corner from the robot, in metres.
-///
-/// # Arguments
-///
-/// * `corners_m` — `[x, y]`, x forward, y left; shape `[n_corners][2]`, as in all of this module.
+/// Greatest distance of a corner from the robot, in metres. Corners are `[x, y]`, x forward and y
+/// left, as in all of this module.
 pub fn range_m(corners_m: &[[f64; 2]]) -> f64 {
     corners_m.iter().map(|[x, y]| libm::hypot(*x, *y)).fold(0.0, f64::max)
 }
@@ -25,11 +22,8 @@ pub struct Opening {
 
 impl Opening {
     /// The opening of a polygon: its edges are the corners farthest to the right and to the left. A
-    /// corner at the robot itself has no bearing.
-    ///
-    /// # Returns
-    ///
-    /// `None` if the polygon is not in front of the robot, or around it.
+    /// corner at the robot itself has no bearing. `None` if the polygon is not in front of the
+    /// robot, or around it.
     ///
     /// # Example
     ///
@@ -67,26 +61,15 @@ pub fn scaled(corners_m: &[[f64; 2]], by: f64) -> Vec<[f64; 2]> {
     corners_m.iter().map(|[x, y]| [by * x, by * y]).collect()
 }
 
-/// The polygon turned about the robot.
-///
-/// # Arguments
-///
-/// * `by_rad` — in radians; left is positive.
+/// The polygon turned about the robot; left is positive.
 pub fn turned(corners_m: &[[f64; 2]], by_rad: f64) -> Vec<[f64; 2]> {
     let (sine, cosine) = libm::sincos(by_rad);
     corners_m.iter().map(|[x, y]| [cosine * x - sine * y, sine * x + cosine * y]).collect()
 }
 
-/// The polygon stretched across its own axis until it opens so wide, and with the range that it had: a
-/// convex polygon stays one, with as many corners.
-///
-/// # Arguments
-///
-/// * `half_angle_rad` — in radians, above 0 and below a right angle.
-///
-/// # Returns
-///
-/// `None` as [`Opening::of`].
+/// The polygon stretched across its own axis until it opens so wide, to either side less than a right
+/// angle, and with the range that it had: a convex polygon stays one, with as many corners. `None` as
+/// [`Opening::of`].
 pub fn stretched(corners_m: &[[f64; 2]], half_angle_rad: f64) -> Option<Vec<[f64; 2]>> {
     let opening = Opening::of(corners_m)?;
     let by = libm::tan(half_angle_rad) / libm::tan(opening.half_angle_rad);

@@ -54,22 +54,12 @@ impl ActuationGain {
     pub const PERFECT: Self = Self { speed: 1.0, turn: 1.0 };
 }
 
-/// Moves one robot by one control period, free of noise and contact.
+/// Moves one robot by one control period `Δt`, from `z(ℓ)` to `z(ℓ+1)` by the command `u(ℓ)` with
+/// the gain `θᵃ`, free of noise and contact.
 ///
 /// The position moves along the heading that held *before* the turn. This is the analytic form in
 /// double precision; the simulator's world is its own definition in single precision and is held
 /// against this one.
-///
-/// # Arguments
-///
-/// * `pose` — `z(ℓ)`.
-/// * `command` — `u(ℓ)`.
-/// * `gain` — `θᵃ`.
-/// * `period_s` — `Δt`, in seconds.
-///
-/// # Returns
-///
-/// `z(ℓ+1)`.
 ///
 /// # Source
 ///

@@ -1,11 +1,7 @@
 //! The beta distribution, of which the exact statistics of shares are made.
 
-/// `I_x(a, b)`: the probability that a beta-distributed number is at most `x`.
-///
-/// # Arguments
-///
-/// * `a`, `b` — shape parameters; positive.
-/// * `x` — from 0 to 1; beyond, the ends count.
+/// `I_x(a, b)`: the probability that a beta-distributed number with the positive shape parameters
+/// `a` and `b` is at most `x`, from 0 to 1; beyond, the ends count.
 ///
 /// # Source
 ///

@@ -105,12 +105,8 @@ impl Bets {
 }
 
 impl CellEvidence {
-    /// Holds real runs against simulated ones.
-    ///
-    /// # Arguments
-    ///
-    /// * `margin` — by how much real robots may fall short, from 0 to less than 1.
-    /// * `further` — by how much more the second hypothesis has them fall short.
+    /// Holds real runs against simulated ones, of which they may fall short by `margin`, from 0 to
+    /// less than 1, and in the second hypothesis by `further` more.
     pub fn new(cell: TestedCell, margin: f64, further: f64) -> Self {
         let worse = ODDS_DIVIDED_BY.map(|divisor| STAKES.map(|(s, _)| worse(&cell, divisor, s)));
         let as_good = bets(margin).map(|(bet, _)| {
@@ -250,12 +246,9 @@ fn log_won(cell: &TestedCell, bet: f64, margin: f64) -> f64 {
     of(hits, 1.0 + bet * (1.0 - short)) + of(misses, 1.0 - bet * short)
 }
 
-/// The logarithm of the evidence that `B_r`, averaged over the runs, is at least some share: by the same bets
-/// on real runs, and none on what is simulated.
-///
-/// # Arguments
-///
-/// * `above` — that share, less the average of what simulated runs show, less the margin.
+/// The logarithm of the evidence that `B_r`, averaged over the runs, exceeds what simulated runs show on
+/// average, less the margin, by `above` or more: by the same bets on real runs, and none on what is
+/// simulated.
 pub fn log_e_share(cells: &[&CellEvidence], margin: f64, above: f64) -> f64 {
     let n: u64 = cells.iter().map(|it| it.cell.real.n).sum();
     let of_bet = |(bet, capital): (f64, f64)| {

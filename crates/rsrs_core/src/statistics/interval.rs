@@ -17,13 +17,8 @@ pub struct Interval {
 pub(crate) const TAIL: f64 = 0.025;
 
 impl Interval {
-    /// The interval of Clopper and Pearson: it covers the true probability in at least 95 % of all
-    /// cases, for any number of runs.
-    ///
-    /// # Arguments
-    ///
-    /// * `hits` — runs that did.
-    /// * `n` — all runs; with none, the interval is from 0 to 1.
+    /// The interval of Clopper and Pearson for `hits` of `n` runs: it covers the true probability
+    /// in at least 95 % of all cases, for any number of runs. Without runs it is from 0 to 1.
     ///
     /// # Panics
     ///
@@ -47,12 +42,8 @@ impl Interval {
         Self::with_tails(hits, n, TAIL)
     }
 
-    /// Bounds of Clopper and Pearson, each of which errs with at most a given probability.
-    ///
-    /// # Arguments
-    ///
-    /// * `tail` — probability that the truth lies below the lower bound, and again above the upper
-    ///   one; strictly between 0 and 0.5.
+    /// Bounds of Clopper and Pearson. The truth lies below the lower one with a probability of at
+    /// most `tail`, strictly between 0 and 0.5, and above the upper one likewise.
     ///
     /// # Panics
     ///

@@ -25,12 +25,7 @@ impl IntervalKind {
         }
     }
 
-    /// The 95 % interval of this kind.
-    ///
-    /// # Arguments
-    ///
-    /// * `hits` — runs that did.
-    /// * `n` — all runs.
+    /// The 95 % interval of this kind for `hits` of `n` runs.
     ///
     /// # Panics
     ///

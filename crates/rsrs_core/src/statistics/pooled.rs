@@ -55,11 +55,7 @@ pub struct LogEvidence {
 }
 
 impl PooledTest {
-    /// A campaign so far.
-    ///
-    /// # Arguments
-    ///
-    /// * `margin` — by how much real robots may fall short, from 0 to less than 1.
+    /// A campaign so far, in which real robots may fall short by a margin from 0 to less than 1.
     pub fn new(cells: &[TestedCell], margin: f64) -> Self {
         let cells = cells.iter().map(|cell| CellEvidence::new(*cell, margin, 0.0)).collect();
         Self { cells, margin }
@@ -119,11 +115,7 @@ impl PooledTest {
         Self::new(&cells, self.margin).is_supported(enough)
     }
 
-    /// The evidence of the campaign so far.
-    ///
-    /// # Arguments
-    ///
-    /// * `enough` — the logarithm of the evidence that decides.
+    /// The evidence of the campaign so far; `enough` is the logarithm of what decides.
     pub fn summary(&self, enough: f64) -> Pooled {
         let LogEvidence { less, at_least } = self.log_e();
         let claimed = self.claimed();

@@ -3,16 +3,8 @@
 use crate::statistics::beta;
 use crate::statistics::share::Share;
 
-/// `P(B_r >= B_s - margin)` after both were counted, with uniform priors.
-///
-/// # Arguments
-///
-/// * `real`, `simulated` — the counts behind `B_r` and `B_s`.
-/// * `margin` — by how much the real share may fall short; from 0 to 1.
-///
-/// # Returns
-///
-/// A probability, accurate to 1e-9.
+/// `P(B_r >= B_s - margin)` after both were counted, with uniform priors and a margin from 0 to 1;
+/// accurate to 1e-9.
 pub fn probability_at_least(real: Share, simulated: Share, margin: f64) -> f64 {
     let shape = |share: Share| (share.hits as f64 + 1.0, (share.n - share.hits) as f64 + 1.0);
     let ((real_a, real_b), (a, b)) = (shape(real), shape(simulated));

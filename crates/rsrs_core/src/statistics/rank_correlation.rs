@@ -1,10 +1,7 @@
 //! Whether two measures put the same things into the same order.
 
-/// Kendall's rank correlation, from -1 to 1, with ties (tau-b); `None` if one measure is the same everywhere.
-///
-/// # Arguments
-///
-/// * `one`, `other` — shape `[n]` each, of the same things.
+/// Kendall's rank correlation of two measures of the same things, from -1 to 1, with ties (tau-b); `None` if
+/// one measure is the same everywhere. Both have the shape `[n]`.
 ///
 /// # Source
 ///

@@ -13,8 +13,10 @@ use crate::statistics::interval::Interval;
 /// Probability that a sequence ever misses the truth.
 pub const ERROR: f64 = 0.05;
 
-/// The interval of a confidence sequence after so many runs: with a probability of `1 - error` the
-/// sequence of these intervals, one after each run, never misses the truth.
+/// The interval of a confidence sequence after `n` runs, `hits` of which did: with a probability of
+/// `1 - error` the sequence of these intervals, one after each run, never misses the truth. Without
+/// runs it is from 0 to 1. The error is strictly between 0 and 1; that of an interval of 95 % is
+/// [`ERROR`].
 ///
 /// For a share `p`, the likelihood ratio of a share drawn evenly from 0 to 1 against `p`,
 ///
@@ -27,12 +29,6 @@ pub const ERROR: f64 = 0.05;
 /// *Many cells.* Each cell of a diagram has a sequence of its own, so of 100 cells about 5 may err
 /// at some time. All `n_cells` hold at once with a probability of `1 - error` if each is asked for
 /// `error / n_cells` (Boole's inequality).
-///
-/// # Arguments
-///
-/// * `hits` — runs that did.
-/// * `n` — all runs so far; with none, the interval is from 0 to 1.
-/// * `error` — strictly between 0 and 1; [`ERROR`] for an interval of 95 %.
 ///
 /// # Panics
 ///

@@ -49,13 +49,8 @@ pub struct Term {
 }
 
 impl Term {
-    /// That of a stake on simulated runs alone.
-    ///
-    /// # Arguments
-    ///
-    /// * `runs` — the simulated runs.
-    /// * `stake` — on all of them together, as is suitable for one cell; its sign is what is bet on.
-    /// * `part` — of [`STAKES`].
+    /// That of a stake on simulated runs alone: `stake` is what suits one cell, on all runs
+    /// together, and its sign is what is bet on; `part` is one of [`STAKES`].
     pub fn staked(runs: Share, stake: f64, part: f64) -> Self {
         let n = runs.n as f64;
         let greatest = GREATEST_STAKE * n.sqrt();
@@ -105,31 +100,19 @@ const STEPS: u32 = 60;
 const ACCURACY: f64 = 1e-5;
 
 impl Portfolio {
-    /// A capital of one.
-    ///
-    /// # Arguments
-    ///
-    /// * `parts` — that of each bet.
-    /// * `cells` — cell by cell, the term of each bet.
+    /// A capital of one, divided among bets with these parts, which have a term each in every cell.
     pub fn new(parts: &[f64], cells: Vec<Vec<Term>>) -> Self {
         Self { log_parts: parts.iter().map(|part| libm::log(*part)).collect(), cells }
     }
 
-    /// The logarithm of the least capital over all shares of the cells; 0 without cells.
-    ///
-    /// # Arguments
-    ///
-    /// * `shares` — where the search begins.
+    /// The logarithm of the least capital over all shares of the cells, with a search that begins
+    /// at `shares`; 0 without cells.
     pub fn least(&self, shares: &[f64]) -> f64 {
         self.least_towards(shares, None)
     }
 
-    /// Whether the logarithm of the least capital over all shares of the cells is so much; a search ends where that is
-    /// known.
-    ///
-    /// # Arguments
-    ///
-    /// * `shares` — where the search begins.
+    /// Whether the logarithm of the least capital over all shares of the cells is so much; the search, which begins at
+    /// `shares`, ends where that is known.
     pub fn is_at_least(&self, shares: &[f64], enough: f64) -> bool {
         self.least_towards(shares, Some(enough)) >= enough
     }

@@ -30,11 +30,8 @@ pub struct MeanSquare {
 const TAIL: f64 = 0.025;
 
 impl Estimate {
-    /// The mean of normal numbers, with Student's interval.
-    ///
-    /// # Arguments
-    ///
-    /// * `numbers` — independent, of one variance; 1 or more. One alone has no interval.
+    /// The mean of independent normal numbers of one variance, with Student's interval, which one
+    /// number alone does not have.
     ///
     /// # Panics
     ///
@@ -51,16 +48,12 @@ impl Estimate {
         Self { value, low: Some(value - away), high: Some(value + away) }
     }
 
-    /// A variance that is a combination of mean squares.
+    /// A variance that is a combination of mean squares; neither it nor its bounds are below zero.
     ///
     /// One mean square alone gets the exact chi-squared interval. Differences, such as the variance
     /// between robots, have no exact one; the modified large-sample interval becomes exact at both
     /// ends (one mean square dominating, or many degrees of freedom) and covers the truth in 93 to
     /// 98 % in between, as the recovery test of this crate shows again.
-    ///
-    /// # Returns
-    ///
-    /// The variance; neither it nor its bounds are below zero.
     ///
     /// # Source
     ///

@@ -72,10 +72,6 @@ impl TrackerFrame {
     }
 
     /// Looks whether there can be such a frame.
-    ///
-    /// # Errors
-    ///
-    /// [`InvalidFrame`].
     pub fn check(&self) -> Result<(), InvalidFrame> {
         let [x_m, y_m] = self.offset_m;
         if ![x_m, y_m].iter().all(|offset_m| offset_m.abs() <= MOST_OFFSET_M) {

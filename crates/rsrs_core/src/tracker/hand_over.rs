@@ -50,21 +50,13 @@ pub enum Taken<M> {
 }
 
 impl<M: Copy + PartialEq> HandOver<M> {
-    /// No machine was received yet.
-    ///
-    /// # Arguments
-    ///
-    /// * `radius_m` — of the robots' bodies: two machines that agree are not that far apart.
+    /// No machine was received yet. Two machines that agree are at most the radius of a robot's
+    /// body apart.
     pub fn new(radius_m: f64) -> Self {
         Self { radius_m, in_use: BTreeMap::new() }
     }
 
-    /// Takes a pose of a robot.
-    ///
-    /// # Arguments
-    ///
-    /// * `machine` — who has sent it.
-    /// * `at_ns` — when it was received, on one clock for all machines.
+    /// Takes a pose of a robot from a machine, received at `at_ns` on one clock for all machines.
     pub fn take(&mut self, robot: &str, machine: M, at_ns: u64, pose: Pose) -> Taken<M> {
         let Some(used) = self.in_use.get_mut(robot) else {
             let first = InUse { machine, at_ns, pose, n_apart: 0, is_heard: true };

@@ -181,18 +181,11 @@ impl Help for FitError {
     }
 }
 
-/// Fits a measured robot to trials.
+/// Fits a measured robot to trials. What these cannot measure is taken from `unmeasured`: the
+/// body's size, and times if they were not measured.
 ///
-/// # Arguments
-///
-/// * `tables` — what was measured.
-/// * `unmeasured` — what trials cannot measure: the body's size, and times if they were not
-///   measured.
-///
-/// # Errors
-///
-/// [`FitError`] if there is no straight run or no turn, and if the detections have no false positives
-/// or no reliable region.
+/// There have to be a straight run and a turn; detections need false positives and a reliable
+/// region.
 ///
 /// # Source
 ///

@@ -14,25 +14,11 @@ pub enum GainError {
     },
 }
 
-/// Estimates the speed gain `θᵃ₁` of one robot at one commanded speed.
+/// Estimates the speed gain `θᵃ₁` of one robot at one commanded speed: the mean of `measured_m_s`
+/// (one mean speed per trial over the track) over `desired_m_s`, which is positive.
 ///
-/// The gain is the mean measured speed over the commanded speed. A robot that delivers exactly what
-/// it is asked has gain 1; the paper's Flockbots deliver 0.86 to 0.97.
-///
-/// # Arguments
-///
-/// * `desired_m_s` — commanded forward speed, in metres per second; positive.
-/// * `measured_m_s` — one mean speed per trial over the track, in metres per second; shape
-///   `[n_trials]`.
-///
-/// # Returns
-///
-/// `θᵃ₁`, dimensionless.
-///
-/// # Errors
-///
-/// [`GainError::NoTrials`] if `measured_m_s` is empty, and [`GainError::DesiredNotPositive`] if the
-/// command is not positive.
+/// A robot that delivers exactly what it is asked has gain 1; the paper's Flockbots deliver 0.86 to
+/// 0.97.
 ///
 /// # Source
 ///
@@ -53,21 +39,9 @@ pub fn speed_gain(desired_m_s: f64, measured_m_s: &[f64]) -> Result<f64, GainErr
     gain(desired_m_s, measured_m_s)
 }
 
-/// Estimates the turn gain `θᵃ₂` of one robot at one commanded turning rate.
-///
-/// # Arguments
-///
-/// * `desired_rad_s` — size of the commanded turning rate, in radians per second; positive.
-/// * `measured_rad_s` — one mean turning rate per trial, in radians per second, positive in the
-///   command's sense; shape `[n_trials]`.
-///
-/// # Returns
-///
-/// `θᵃ₂`, dimensionless.
-///
-/// # Errors
-///
-/// As [`speed_gain`].
+/// Estimates the turn gain `θᵃ₂` of one robot at one commanded turning rate: the mean of
+/// `measured_rad_s` (one mean turning rate per trial, positive in the command's sense) over
+/// `desired_rad_s`, the size of the command, which is positive.
 ///
 /// # Source
 ///

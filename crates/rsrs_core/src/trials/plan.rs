@@ -124,17 +124,9 @@ const LEAST_REPETITIONS: usize = 3;
 /// Beyond this, a better track helps more than more trials.
 const MOST_REPETITIONS: usize = 1000;
 
-/// Repetitions after which Student's 95 % interval of a mean is expected to be narrow enough.
-///
-/// # Arguments
-///
-/// * `sd` — expected standard deviation of one trial.
-/// * `half_width` — what the interval may reach to either side of the mean, in the same unit;
-///   positive.
-///
-/// # Returns
-///
-/// 3 to 1000.
+/// Repetitions, 3 to 1000, after which Student's 95 % interval of a mean is expected to reach no
+/// farther than `half_width` to either side; in the unit of `sd`, the expected standard deviation
+/// of one trial.
 ///
 /// # Example
 ///
@@ -153,16 +145,8 @@ pub fn repetitions_for(sd: f64, half_width: f64) -> usize {
         .unwrap_or(MOST_REPETITIONS)
 }
 
-/// Readings after which the exact 95 % interval of a share is narrow enough.
-///
-/// # Arguments
-///
-/// * `share` — the share that is expected, e.g. 0.8 at the sensor's contour.
-/// * `half_width` — half of the interval's width; positive.
-///
-/// # Returns
-///
-/// A multiple of ten up to 20,000.
+/// Readings, a multiple of ten up to 20,000, after which half the exact 95 % interval of a share is
+/// no wider than `half_width`; `share` is what is expected, e.g. 0.8 at the sensor's contour.
 pub fn samples_for(share: f64, half_width: f64) -> u64 {
     let is_enough = |samples: u64| {
         let hits = (share * samples as f64).round() as u64;
@@ -180,10 +164,6 @@ const ALONE_PRECISION: f64 = 5.0;
 
 impl Plan {
     /// Plans trials.
-    ///
-    /// # Errors
-    ///
-    /// [`PlanError`], the first problem found.
     ///
     /// # Source
     ///

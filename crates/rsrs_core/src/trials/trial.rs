@@ -133,15 +133,6 @@ const BACKEND: &str = "backend";
 
 /// Reads straight runs:
 /// `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad,paused_s,backend]`.
-///
-/// # Arguments
-///
-/// * `file` — name for errors; nothing is opened.
-/// * `text` — the table.
-///
-/// # Errors
-///
-/// [`TrialError`], the first problem found.
 pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialError> {
     let required = ["robot", "commanded_m_s", "distance_m", "duration_s"];
     let optional = ["lateral_m", "heading_change_rad", PAUSED, BACKEND];
@@ -182,10 +173,6 @@ pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialE
 }
 
 /// Reads turns in place: `robot,commanded_rad_s,angle_rad,duration_s[,paused_s,backend]`.
-///
-/// # Errors
-///
-/// [`TrialError`], the first problem found.
 pub fn turn_trials(file: &str, text: &str) -> Result<Trials<TurnTrial>, TrialError> {
     let required = ["robot", "commanded_rad_s", "angle_rad", "duration_s"];
     let mut table = Table::open(file, text, &required, &[PAUSED, BACKEND])?;
@@ -194,10 +181,6 @@ pub fn turn_trials(file: &str, text: &str) -> Result<Trials<TurnTrial>, TrialErr
 
 /// Reads turns while driving forward:
 /// `robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s[,paused_s,backend]`.
-///
-/// # Errors
-///
-/// [`TrialError`], the first problem found.
 pub fn arc_trials(file: &str, text: &str) -> Result<Trials<ArcTrial>, TrialError> {
     let required = ["robot", "commanded_m_s", "commanded_rad_s", "angle_rad", "duration_s"];
     let mut table = Table::open(file, text, &required, &[PAUSED, BACKEND])?;
@@ -238,10 +221,6 @@ fn turn(row: &Row, robot: usize, from: usize) -> Result<TurnTrial, TrialError> {
 
 /// Reads detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`, centre to centre; an empty
 /// distance means that there was no neighbour.
-///
-/// # Errors
-///
-/// [`TrialError`], the first problem found.
 pub fn detection_trials(file: &str, text: &str) -> Result<Trials<DetectionTrial>, TrialError> {
     let required = ["robot", "distance_m", "bearing_rad", "samples", "detections"];
     let mut table = Table::open(file, text, &required, &[BACKEND])?;
@@ -275,10 +254,6 @@ pub fn detection_trials(file: &str, text: &str) -> Result<Trials<DetectionTrial>
 }
 
 /// Reads control periods: `robot,period_s[,backend]`, one measured period in each row.
-///
-/// # Errors
-///
-/// [`TrialError`], the first problem found.
 pub fn period_trials(file: &str, text: &str) -> Result<Trials<PeriodTrial>, TrialError> {
     let mut table = Table::open(file, text, &["robot", "period_s"], &[BACKEND])?;
     table.read(|row, robot| {

@@ -156,17 +156,11 @@ pub struct Exit {
 /// How often robots within the simulated population are refused.
 pub const LEVEL: f64 = 0.05;
 
-/// Probability that independent robots together leave their regions at least so often.
+/// Probability that independent robots together leave their regions in `n_outside` trials or more.
 ///
 /// Trials of one robot are not independent: a fast robot is fast in all of them. So each robot
-/// brings the distribution of how many of its own trials would be outside, and only robots are
-/// multiplied.
-///
-/// # Arguments
-///
-/// * `robots` — for each robot, the probability of 0, 1, 2 … trials outside; shape
-///   `[n_robots][n_trials + 1]`, each summing to 1.
-/// * `n_outside` — trials found outside.
+/// brings the distribution of how many of its own trials would be outside, from 0 on, and only
+/// robots are multiplied. Shape `[n_robots][n_trials + 1]`, each summing to 1.
 ///
 /// # Example
 ///

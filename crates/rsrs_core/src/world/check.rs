@@ -331,16 +331,8 @@ struct Lines {
 }
 
 impl WorldFile {
-    /// Reads a world; `file` is its name, for errors.
-    ///
-    /// # Arguments
-    ///
-    /// * `arenas_m` — sides of the arenas that it is to be in, in metres; nothing to a world with an arena of its own.
-    /// * `robots` — numbers of robots that are to be in it.
-    ///
-    /// # Errors
-    ///
-    /// [`WorldError`], the first problem found.
+    /// Reads a world for arenas with these sides, in metres, and for these numbers of robots;
+    /// errors call it `file`. The sides are nothing to a world with an arena of its own.
     pub fn parse(
         file: &str,
         text: &str,
@@ -378,10 +370,6 @@ impl WorldFile {
     }
 
     /// Whether each part of it can be; that of no part can.
-    ///
-    /// # Errors
-    ///
-    /// [`WorldFlaw`], the first problem found.
     pub fn check(&self) -> Result<(), WorldFlaw> {
         if let Some(arena) = &self.arena {
             arena.check().map_err(|problem| WorldFlaw { place: Place::Arena, problem })?;
@@ -422,10 +410,6 @@ impl WorldFile {
     }
 
     /// Whether the classes of a checked world are those of so many robots, each with one or more of them.
-    ///
-    /// # Errors
-    ///
-    /// [`WorldFlaw`], the first problem found.
     pub fn check_classes_of(&self, robots: usize) -> Result<(), WorldFlaw> {
         let classes = self.classes.len();
         if classes > robots {
@@ -450,10 +434,6 @@ impl WorldFile {
 
     /// Whether a checked world can be in a square arena of this side, in metres, which counts where the world has no
     /// arena of its own.
-    ///
-    /// # Errors
-    ///
-    /// [`WorldFlaw`], the first problem found.
     pub fn check_in(&self, side_m: f64) -> Result<(), WorldFlaw> {
         let arena = || match &self.arena {
             None => format!("the arena of {side_m} m"),

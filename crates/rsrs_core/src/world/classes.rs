@@ -68,15 +68,8 @@ impl WorldFile {
         (0..n_robots).map(name).collect()
     }
 
-    /// Reads the profiles of classes that have one of their own.
-    ///
-    /// # Arguments
-    ///
-    /// * `read` — the profile at a path, relative to the file of the world.
-    ///
-    /// # Errors
-    ///
-    /// The first that `read` gives.
+    /// Reads the profiles of classes that have one of their own; `read` gives the one at a path
+    /// relative to the file of the world.
     pub fn read_profiles<E>(
         &mut self,
         mut read: impl FnMut(&str) -> Result<RobotProfile, E>,
@@ -109,11 +102,7 @@ impl WorldFile {
     }
 
     /// The robots by the names of their profiles: `flockbot`, or `flockbot (class a), foot_bot (class b)` where a class
-    /// has one of its own.
-    ///
-    /// # Arguments
-    ///
-    /// * `of_others` — the profile of robots whose class has none.
+    /// has one of its own; `of_others` is that of the rest.
     pub fn robot_names(&self, of_others: &RobotProfile) -> String {
         if self.profiles().next().is_none() {
             return of_others.name.clone();

@@ -48,10 +48,6 @@ impl Failure {
 
 impl WorldFile {
     /// Whether so many robots can fail as a checked world says.
-    ///
-    /// # Errors
-    ///
-    /// [`WorldFlaw`], the first problem found.
     pub fn check_failures_of(&self, robots: usize) -> Result<(), WorldFlaw> {
         let wrong = |failure: &Failure| {
             failure.robot.is_some_and(|robot| robot > robots)

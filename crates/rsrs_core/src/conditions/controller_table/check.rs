@@ -219,10 +219,6 @@ struct Lines {
 
 impl ControllerTable {
     /// Reads a table for these robots; `file` is its name, for errors.
-    ///
-    /// # Errors
-    ///
-    /// [`TableError`], the first problem found.
     pub fn parse(file: &str, text: &str, robot: &RobotProfile) -> Result<Self, TableError> {
         let table: Self = document::parse(file, text)?;
         let refuse = |flaw: TableFlaw| {
@@ -241,10 +237,6 @@ impl ControllerTable {
     }
 
     /// Whether each part of the table can be; [`Self::check_rows`] says whether all together are a controller.
-    ///
-    /// # Errors
-    ///
-    /// [`TableFlaw`], the first problem found.
     pub fn check(&self) -> Result<(), TableFlaw> {
         for (name, number) in &self.numbers {
             let flaw = |problem| TableFlaw { place: Place::Number(name.clone()), problem };
@@ -266,10 +258,6 @@ impl ControllerTable {
     }
 
     /// Whether the rows are a controller of robots that report this.
-    ///
-    /// # Errors
-    ///
-    /// [`TableFlaw`], the first problem found.
     pub fn check_rows(&self, sensors: &ReadingNames) -> Result<(), TableFlaw> {
         let outline = StateMachine { sensors: sensors.clone(), ..self.outline() };
         let states = outline.states();

@@ -64,12 +64,14 @@ pub struct Candidate {
     pub edge: BTreeMap<Axis, Edge>,
 }
 
-/// Ranks the cells that are to be confirmed, the most robust first.
+/// Ranks the cells that are to be confirmed, the most robust first: every cell whose counts leave it
+/// open that it is viable in both worlds, which have the same cells.
 ///
 /// The share that counts is the smaller of both worlds', as robots that are made worse may mill more
-/// often. It is smoothed: a cell stands for its neighbours as well, on every swept axis, so that
-/// chance makes no holes, however few replicates there are. Where it is at least `viable`, there is
-/// the milling region.
+/// often. It is smoothed: a cell stands for its neighbours as well, on every swept axis, so that chance
+/// makes no holes, however few replicates there are. Where it is at least `viable`, from 0 to 1, there
+/// is the milling region. Counts of a sweep that decided by itself when to stop need the `kind` of
+/// interval that is valid at any time.
 ///
 /// Cells whose neighbours on every swept axis may be viable, too, come first. Of them, a cell is better
 /// the deeper it lies inside the region: a grid step on any swept axis counts the
@@ -78,17 +80,6 @@ pub struct Candidate {
 /// is outside. Equally deep cells are ranked by their smoothed share, then by nearness to the
 /// centroid of the region, then by their order in the sweep. Cells outside the region come last: a
 /// viable one may lie alone.
-///
-/// # Arguments
-///
-/// * `worlds` — both with the same cells.
-/// * `kind` — of the intervals of the counts: those of a sweep that decided by itself when to stop
-///   must be valid at any time.
-/// * `viable` — least share of a viable cell, from 0 to 1.
-///
-/// # Returns
-///
-/// Every cell whose counts leave it open that it is viable in both worlds; empty if none do.
 ///
 /// # Panics
 ///
@@ -113,10 +104,6 @@ pub fn rank(worlds: Worlds<'_>, kind: IntervalKind, viable: f64) -> Vec<Candidat
 
 /// The cell that milled most often, in the world in which mills are rarer; of equals the one that milled
 /// most often as measured, of these the first.
-///
-/// # Arguments
-///
-/// As for [`rank`].
 ///
 /// # Panics
 ///

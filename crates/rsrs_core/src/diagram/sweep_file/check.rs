@@ -7,14 +7,6 @@ use crate::quantity::{Axis, Cell};
 
 impl SweepFile {
     /// Checks all that can be checked without the profile.
-    ///
-    /// # Arguments
-    ///
-    /// * `file` — name for errors.
-    ///
-    /// # Errors
-    ///
-    /// [`SweepFileError`], the first problem found.
     pub fn check(&self, file: &str) -> Result<(), SweepFileError> {
         if self.axes.0.is_empty() == self.cells.is_none() {
             return Err(SweepFileError::GridOrList { file: file.to_owned() });

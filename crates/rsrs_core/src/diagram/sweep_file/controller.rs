@@ -8,10 +8,6 @@ use crate::robot::profile::RobotProfile;
 impl SweepFile {
     /// Whether the axes are those of the controller, once its table has been read, and its rows are for what these
     /// robots report, if they are known.
-    ///
-    /// # Errors
-    ///
-    /// [`SweepFileError::Controller`] or [`SweepFileError::NotOfController`].
     pub fn check_controller(
         &self,
         file: &str,

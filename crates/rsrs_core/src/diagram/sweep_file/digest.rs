@@ -24,13 +24,9 @@ pub enum OtherSweep {
 }
 
 impl SweepFile {
-    /// Names the results of this sweep of a robot: 16 hexadecimal digits.
+    /// Names the results of this sweep of the robot that `profile` names: 16 hexadecimal digits.
     ///
     /// Two sweeps with one digest have equal results; where their files lie does not count.
-    ///
-    /// # Arguments
-    ///
-    /// * `measured` — the profile that `profile` names.
     pub fn digest(&self, measured: &RobotProfile) -> String {
         let anywhere = Self { profile: String::new(), ..self.clone() };
         let mut digest = Digest::new("sweep");
@@ -39,16 +35,8 @@ impl SweepFile {
         format!("{:016x}", digest.value())
     }
 
-    /// Refuses a choice that was made from another sweep, even if that has the same cells.
-    ///
-    /// # Arguments
-    ///
-    /// * `measured` — the profile that `profile` names.
-    /// * `found` — the digest in the choice, if it has one.
-    ///
-    /// # Errors
-    ///
-    /// [`OtherSweep`].
+    /// Refuses a choice that was made from another sweep, even if that has the same cells, or that
+    /// does not say by a digest from which.
     pub fn check_choice(
         &self,
         measured: &RobotProfile,

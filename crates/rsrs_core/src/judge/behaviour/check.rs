@@ -199,10 +199,6 @@ impl Flaw {
 
 impl BehaviourFile {
     /// Refuses what makes no behaviour.
-    ///
-    /// # Errors
-    ///
-    /// [`Flaw`], the first problem found.
     pub fn check(&self) -> Result<(), Flaw> {
         self.check_names()?;
         self.check_phases()?;

@@ -68,12 +68,8 @@ impl Window {
         }
     }
 
-    /// How many samples a window has.
-    ///
-    /// # Arguments
-    ///
-    /// * `n_samples` — those of the run, as many as [`Self::least_s`] asks for at least.
-    /// * `period_s` — control period, in seconds; positive.
+    /// How many samples a window has in a run of `n_samples`, which are at least as many as
+    /// [`Self::least_s`] asks for. The control period is positive.
     pub fn n_samples(self, n_samples: usize, period_s: f64) -> usize {
         match self {
             Self::LastS(last_s) => samples_in(last_s, period_s),

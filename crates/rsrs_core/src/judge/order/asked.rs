@@ -146,12 +146,8 @@ struct Look<'a> {
     objects: Vec<Vector<f64>>,
 }
 
-/// Measures what is asked for in a window of one lane.
-///
-/// # Arguments
-///
-/// * `window` — not empty.
-/// * `asked` — of those that are no fields, others being left out, and those that lack what they need.
+/// Measures what is asked for in a window of one lane, which is not empty. What has a field of its
+/// own is left out, and so is what lacks something that it needs.
 pub fn measured<S: Samples>(
     (samples, bodies): (&S, &Bodies),
     window: &Range<usize>,

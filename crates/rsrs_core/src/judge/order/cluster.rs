@@ -9,13 +9,8 @@ use crate::judge::number::Number;
 use crate::judge::phase::{BLOCK_S, samples_in};
 use crate::world::Goal;
 
-/// Share of the robots in the largest cluster of one lane: a mean over the last sample of a window and
-/// those every [`BLOCK_S`] before it.
-///
-/// # Arguments
-///
-/// * `window` — not empty.
-/// * `radius_m` — radius of the bodies, in metres.
+/// Share of the robots in the largest cluster of one lane: a mean over the last sample of a window,
+/// which is not empty, and those every [`BLOCK_S`] before it.
 ///
 /// # Source
 ///
@@ -42,11 +37,7 @@ pub fn clustered<S: Samples>(samples: &S, window: Range<usize>, lane: usize, rad
 /// Share of objects in the largest cluster: a mean over the last sample and those every [`BLOCK_S`] before it. Two
 /// objects are neighbours if the smallest one does not fit between them.
 ///
-/// # Arguments
-///
-/// * `period_s` — between samples, in seconds.
-/// * `radii_m` — of each object, in metres; not empty.
-/// * `objects` — where they are, in metres, sample by sample; not empty.
+/// There is at least one object, and a sample of where objects are, in metres; samples are `period_s` apart.
 pub fn clustered_objects(period_s: f64, radii_m: &[f64], objects: &[Vector<f64>]) -> f64 {
     let smallest_m = radii_m.iter().copied().fold(f64::INFINITY, f64::min);
     let n_block = samples_in(BLOCK_S, period_s);
@@ -67,13 +58,9 @@ pub fn clustered_objects(period_s: f64, radii_m: &[f64], objects: &[Vector<f64>]
 /// How far apart the bodies of two robots of one cluster of their class are at most, in metres: `ε` of the source.
 const KIN_APART_M: f64 = 0.05;
 
-/// For each class the share of its robots in its largest cluster, a mean over samples.
-///
-/// # Arguments
-///
-/// * `radius_m` — radius of the bodies, in metres.
-/// * `classes` — of each robot; none is without a robot.
-/// * `robots` — where they are, in metres, sample by sample; not empty.
+/// For each class the share of its robots in its largest cluster, a mean over samples of where all
+/// robots are, in metres. There is at least one sample; `classes` has that of each robot, and none
+/// is without a robot.
 ///
 /// # Source
 ///
@@ -100,11 +87,7 @@ pub fn clustered_by_class(radius_m: f64, classes: &[usize], robots: &[Vector<f64
 /// [`BLOCK_S`] before it. A robot is gathered at a goal if no other one fits between the two, or between it and one that
 /// is gathered there.
 ///
-/// # Arguments
-///
-/// * `period_s` — between samples, in seconds.
-/// * `radius_m` — radius of the bodies, in metres.
-/// * `robots` — where they are, in metres, sample by sample, `n_robots` in each; not empty.
+/// Samples have the places of `n_robots`, in metres, and are `period_s` apart; there is at least one.
 ///
 /// # Source
 ///

@@ -99,13 +99,7 @@ pub struct Commanded {
 }
 
 impl Commanded {
-    /// Adds up what was commanded in a window.
-    ///
-    /// # Arguments
-    ///
-    /// * `command` — by sample and robot.
-    /// * `period_s` — control period, in seconds.
-    /// * `window`, `n_robots` — which samples of how many robots.
+    /// Adds up what was commanded, by sample and robot, in a window.
     pub fn of(
         command: impl Fn(usize, usize) -> Command,
         period_s: f64,
@@ -176,12 +170,8 @@ impl<N: Number<Scalar = f64>> Sums<N> {
         self.n_samples as f64 * self.robots.len() as f64
     }
 
-    /// The order parameters of one lane.
-    ///
-    /// # Arguments
-    ///
-    /// * `samples`, `bodies` — those that the sums are of.
-    /// * `asked` — what is measured besides, as far as it is measured only where it is asked for.
+    /// The order parameters of one lane; samples and bodies are those that the sums are of, and
+    /// `asked` names what is measured only where it is asked for.
     pub fn evidence<S>(
         &self,
         (samples, bodies): (&S, &Bodies),

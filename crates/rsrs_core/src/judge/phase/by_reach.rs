@@ -8,16 +8,9 @@ use super::{Phase, Rules, label_with};
 /// How closely the reach is found from which on another phase holds, in metres.
 const RESOLUTION_M: f64 = 1e-3;
 
-/// The phase from each reach on, in metres: the more robots reach, the fewer are lost.
-///
-/// # Arguments
-///
-/// * `trajectory` — at least as long as what is judged, finite throughout.
-/// * `bodies` — what else is known of the robots.
-///
-/// # Returns
-///
-/// Ascending; the first one holds from 0.
+/// The phase from each reach on, in metres and ascending, the first one from 0: the more robots
+/// reach, the fewer are lost. The trajectory is finite throughout, and at least as long as what is
+/// judged.
 pub fn phases(trajectory: &Trajectory, bodies: &Bodies, rules: &Rules) -> Vec<(f64, Phase)> {
     let phase = |reach_m: f64| {
         let bodies = Bodies { reach_m: Some(reach_m), ..bodies.clone() };

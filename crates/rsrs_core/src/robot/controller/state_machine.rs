@@ -70,11 +70,7 @@ impl StateMachine {
         serde_json::to_string(self).expect("a machine is plain data")
     }
 
-    /// Reads what [`Self::to_json`] writes, and checks that it can run.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong, in words.
+    /// Reads what [`Self::to_json`] writes, and checks that it can run; errors are in words.
     pub fn from_json(text: &str) -> Result<Self, String> {
         let machine: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
         let flaw = structure::check(&machine);

@@ -77,10 +77,7 @@ pub enum Flaw {
 }
 
 /// Whether a machine can run: it knows what to do in every state, and each state that it goes to.
-///
-/// # Errors
-///
-/// The first [`Flaw`], with the place of its row.
+/// The error is the first flaw, with the place of its row.
 pub fn check(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
     let rows = &machine.rows;
     if !(1..=MOST_ROWS).contains(&rows.len()) {
@@ -111,11 +108,8 @@ pub(crate) fn unknown_state(found: &str, states: &[&str]) -> Flaw {
     Flaw::UnknownState { found: found.to_owned(), nearest }
 }
 
-/// Whether all that a machine has can happen: what cannot is a slip of who wrote it.
-///
-/// # Errors
-///
-/// As [`check`], whose flaws come first.
+/// As [`check`], whose flaws come first, and whether all that a machine has can happen: what cannot
+/// is a slip of who wrote it.
 pub fn check_thoroughly(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
     check(machine)?;
     let rows = &machine.rows;

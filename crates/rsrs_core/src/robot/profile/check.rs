@@ -5,10 +5,6 @@ use crate::robot::contact::ContactModel;
 
 impl RobotProfile {
     /// Checks every number against what it can mean.
-    ///
-    /// # Errors
-    ///
-    /// [`ProfileError`], the first problem found.
     pub fn check(&self) -> Result<(), ProfileError> {
         positive("body.radius_m", self.body.radius_m)?;
         within("body.front_half_angle_rad", self.body.front_half_angle_rad, 0.0, 3.15)?;

@@ -5,13 +5,9 @@ use serde_json::Value;
 use super::RobotProfile;
 
 impl RobotProfile {
-    /// The numbers of this robot that are not those of another one, as sentences name them: `<path of the
-    /// key> <number> (<whose> <number>)`. Where they come from, and what the robots are called, is left
-    /// out.
-    ///
-    /// # Arguments
-    ///
-    /// * `whose` — whose the other numbers are, in a word.
+    /// The numbers of this robot that are not those of another one, as sentences name them:
+    /// `<path of the key> <number> (<whose> <number>)`, `whose` being a word for the other one. Where
+    /// they come from, and what the robots are called, is left out.
     ///
     /// # Panics
     ///

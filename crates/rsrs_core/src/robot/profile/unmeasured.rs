@@ -11,13 +11,9 @@ use crate::robot::sensor::SensorDetails;
 const LEAST_LIMIT: f64 = 1e-3;
 
 impl RobotProfile {
-    /// A robot of which nothing is known but how fast it may be commanded, and how often it senses:
-    /// it executes commands exactly, is a point, and detects nothing.
-    ///
-    /// # Arguments
-    ///
-    /// * `limits` — greatest commands, in m/s and rad/s.
-    /// * `period_s` — interval of its detections, in seconds.
+    /// A robot of which nothing is known but how fast it may be commanded, in m/s and rad/s, and
+    /// how often it senses, in seconds: it executes commands exactly, is a point, and detects
+    /// nothing.
     pub fn unmeasured([most_m_s, most_rad_s]: [f64; 2], period_s: f64) -> Self {
         let (most_m_s, most_rad_s) = (most_m_s.max(LEAST_LIMIT), most_rad_s.max(LEAST_LIMIT));
         Self {

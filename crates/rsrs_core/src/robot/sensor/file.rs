@@ -207,10 +207,6 @@ fn check_row(reading: &Reading, readings: &[Reading]) -> Result<(), SensorProble
 }
 
 /// The sensors of a list, the first of which is that of `detection`.
-///
-/// # Errors
-///
-/// [`SensorFlaw`], the first problem found.
 pub fn sensors(entries: &[SensorEntry]) -> Result<(Sensing, Vec<FurtherSensor>), SensorFlaw> {
     let mut sensors = Vec::new();
     let mut names: Vec<String> = Vec::new();

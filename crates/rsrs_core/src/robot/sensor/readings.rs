@@ -141,15 +141,8 @@ impl ReadingNames {
         words.collect::<Vec<_>>().join(", ")
     }
 
-    /// Refuses readings besides `detection` where there is no place for them.
-    ///
-    /// # Arguments
-    ///
-    /// * `where_` — where, as in "a function in place of their controller takes".
-    ///
-    /// # Errors
-    ///
-    /// [`FurtherReadings`].
+    /// Refuses readings besides `detection` where there is no place for them: `where_` says where,
+    /// as in "a function in place of their controller takes".
     pub fn refuse_further(&self, where_: &'static str) -> Result<(), FurtherReadings> {
         if self.is_detection() {
             return Ok(());
@@ -157,11 +150,7 @@ impl ReadingNames {
         Err(FurtherReadings { found: self.to_string(), where_ })
     }
 
-    /// Whether there are names, each once, and not too many.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong, in words.
+    /// Whether there are names, each once, and not too many, and the first one is `detection`.
     pub fn check(&self) -> Result<(), String> {
         let names: Vec<&str> = self.iter().collect();
         let twice = (1..names.len()).find(|place| names[..*place].contains(&names[*place]));

@@ -56,19 +56,12 @@ struct Reach {
     last: usize,
 }
 
-/// Draws the contour.
+/// Draws the contour; `None` if no place is reliable, or if reliable places span no area.
 ///
 /// Between neighbouring places on a ray, and between rays, the edge is at [`crossing`]. Nothing is
 /// claimed beyond the places that were tried, with one exception: where the nearest of them is at
-/// contact, the contour goes on to the robot's centre, because no neighbour can stand there.
-///
-/// # Arguments
-///
-/// * `contact_m` — least distance of two centres, in metres.
-///
-/// # Returns
-///
-/// `None` if no place is reliable, or if reliable places span no area.
+/// contact, `contact_m` from centre to centre, the contour goes on to the robot's centre, because
+/// no neighbour can stand there.
 pub fn contour(nodes: &[SensorPoint], contact_m: f64) -> Option<Contour> {
     let rays = rays(nodes);
     let reaches: Vec<Option<Reach>> =

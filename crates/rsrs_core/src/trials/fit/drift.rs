@@ -51,16 +51,12 @@ struct Stray {
     duration_s: f64,
 }
 
-/// Separates bias, heading noise and gusts.
+/// Separates bias, heading noise and gusts; `None` if no run gives its end point.
 ///
 /// With bias `b` and heading noise `s` per period `Δt`, a run of `T` changes the heading by `bT` and
 /// noise of variance `s²T/Δt`. Over a length `L` it ends beside the line by `LbT/2` and noise of
 /// variance `L²s²T/(3Δt)`. What the heading change does not explain of the lateral distance,
 /// `L²s²T/(12Δt)`, is exceeded by gusts of `2g²τ(T - τ(1 - exp(-T/τ)))`.
-///
-/// # Returns
-///
-/// `None` if no run gives its end point.
 ///
 /// # Source
 ///

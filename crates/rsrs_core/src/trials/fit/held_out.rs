@@ -22,7 +22,8 @@ pub(super) struct HeldOut {
     pub independent: f64,
 }
 
-/// Counts detections in polygons that other readings drew.
+/// Counts detections in polygons that other readings drew; `None` if no reading lies in one. Two
+/// centres are at least `contact_m` apart.
 ///
 /// A place comes into the polygon because its readings were good, so the same readings make the
 /// sensor look better than it is; near 80 % by a lot. So the readings of every place are dealt into
@@ -31,14 +32,6 @@ pub(super) struct HeldOut {
 /// Parts of a place that some polygons hold and others do not are not independent: a good part
 /// draws the others in. For normal shares the variance of what they come to is 1.5 times that of
 /// independent readings for a place on the edge, and at most twice; so their readings count half.
-///
-/// # Arguments
-///
-/// * `contact_m` — least distance of two centres, in metres.
-///
-/// # Returns
-///
-/// `None` if no reading lies in a polygon of others.
 ///
 /// # Source
 ///

@@ -5,21 +5,14 @@ use crate::robot::profile::MAX_CORNERS;
 
 type Point = [f64; 2];
 
-/// A large convex polygon inside a simple one.
+/// A large convex polygon inside a simple one, both counterclockwise, in metres; `None` if nothing
+/// is left.
 ///
 /// The convex hull is cut until nothing of the measured border is left inside: always at the
 /// deepest point, along the line that leaves the most area. Then corners are dropped, the least
-/// missed first, until few enough are left. What remains claims less than what was measured, which
-/// is the point (`fig:sim_sensing`, red inside blue).
-///
-/// # Arguments
-///
-/// * `measured_m` — a simple polygon, counterclockwise, in metres.
-///
-/// # Returns
-///
-/// Corners to a tenth of a millimetre, counterclockwise, 3 to [`MAX_CORNERS`]; `None` if nothing is
-/// left.
+/// missed first, until few enough are left: 3 to [`MAX_CORNERS`], to a tenth of a millimetre. What
+/// remains claims less than what was measured, which is the point (`fig:sim_sensing`, red inside
+/// blue).
 pub fn inscribed(measured_m: &[Point]) -> Option<Vec<Point>> {
     let mut convex = hull(measured_m);
     // Every cut frees a corner or an edge of the border for good.

@@ -24,12 +24,8 @@ pub(super) struct RobotTrials {
 }
 
 impl RobotTrials {
-    /// A robot's trials.
-    ///
-    /// # Arguments
-    ///
-    /// * `n` — trials at each command; shape `[n_commands]`.
-    /// * `sums` — sums of its gains there, less the mean of all gains at the same command.
+    /// A robot's trials: how many there are at each command, and the sums of its gains there, less
+    /// the mean of all gains at the same command. Shape `[n_commands]` both.
     pub(super) fn new(n: Vec<f64>, sums: Vec<f64>) -> Self {
         Self { n, sums }
     }
@@ -47,18 +43,12 @@ impl RobotTrials {
 /// trials it may have two.
 const N_LOOKS: usize = 64;
 
-/// Finds the spreads at which the restricted likelihood is greatest.
+/// Finds the spreads at which the restricted likelihood is greatest; `squares` is the sum of
+/// squares of all gains about the means of their commands.
 ///
 /// The likelihood depends on the ratio of the two variances alone, once the means and the size of
 /// both are the best for that ratio. Its top is looked for over all ratios, and then approached by
 /// halving until neighbouring binary fractions are left.
-///
-/// # Arguments
-///
-/// * `robots` — every robot's trials.
-/// * `squares` — sum of squares of all gains about the means of their commands.
-///
-/// # Returns
 ///
 /// `None` if trials do not identify both spreads: one robot, or no more trials than there are
 /// robots and commands; or if nothing is left between trials.

@@ -68,11 +68,8 @@ pub struct CommandGain {
     pub gain: Estimate,
 }
 
-/// Gains of every robot at every command, by robot and then by command.
-///
-/// # Arguments
-///
-/// * `names` — the robots' names, for their order: `robot_2` comes before `robot_10`.
+/// Gains of every robot at every command, by robot and then by command. The robots' names make the
+/// order: `robot_2` comes before `robot_10`.
 pub fn robot_gains(observations: &[Observation], names: &[String]) -> Vec<RobotGain> {
     let mut cells: BTreeMap<(usize, u64), RobotGain> = BTreeMap::new();
     for observation in observations {

@@ -87,19 +87,11 @@ impl Sources<'_> {
 }
 
 impl Fit {
-    /// The profile of the measured robot.
+    /// The profile of the measured robot, which is of the kind `name`, with a polygon and
+    /// `sees: centre`. It passes its own check; `unmeasured` is what was given to [`super::fit`].
     ///
     /// The spread of a gain in a profile is that of one robot in one run. It is drawn once for a
     /// run, so it holds what robots differ by and what their trials differ by, added as variances.
-    ///
-    /// # Arguments
-    ///
-    /// * `name` — name of the kind of robot.
-    /// * `unmeasured` — what was given to [`super::fit`].
-    ///
-    /// # Returns
-    ///
-    /// A profile that passes its own check, with a polygon and `sees: centre`.
     pub fn profile(&self, name: &str, unmeasured: &Unmeasured) -> RobotProfile {
         let mut sources = Sources { numbers: BTreeMap::new(), reason: &unmeasured.reason };
         match &unmeasured.radius_source {

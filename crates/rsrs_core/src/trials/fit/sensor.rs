@@ -36,16 +36,8 @@ pub struct SensorMap {
     pub outermost_rad: Vec<f64>,
 }
 
-/// Maps a sensor.
-///
-/// # Arguments
-///
-/// * `trials` — readings of all robots; they are pooled.
-/// * `radius_m` — radius of a robot's body, in metres: no centre comes closer than two of them.
-///
-/// # Errors
-///
-/// [`FitError`] if false positives were not measured, or if no region is reliable.
+/// Maps a sensor from the readings of all robots, which are pooled; no centre comes closer than two
+/// radii of a body. False positives must be measured, and a region must be reliable.
 pub fn sensor_map(trials: &Trials<DetectionTrial>, radius_m: f64) -> Result<SensorMap, FitError> {
     let file = || trials.file.clone();
     let alone = trials.rows.iter().filter(|trial| trial.neighbour.is_none());

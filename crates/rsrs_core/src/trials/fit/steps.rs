@@ -19,21 +19,14 @@ pub struct StepNoise {
 /// Fewest steps of a trajectory from which noise is taken.
 const LEAST_STEPS: usize = 20;
 
-/// Separates noise of the robot from noise of the tracker.
+/// Separates noise of the robot, in a control period of `period_s`, from noise of the tracker;
+/// `None` if no trajectory under a constant command has 20 steps.
 ///
 /// Noise of the robot adds up; an error of the tracker is there in one sample and gone in the next,
 /// so it moves two neighbouring differences apart. The variance of the differences plus twice their
-/// covariance with the next ones keeps the first and cancels the second. Every trajectory counts
-/// alike, and the interval is Student's over trajectories. Gusts are part of the speed's noise.
-///
-/// # Arguments
-///
-/// * `trials` — trajectories, evenly sampled; those under changing commands are not used.
-/// * `period_s` — control period to which the noise is converted, in seconds.
-///
-/// # Returns
-///
-/// `None` if no trajectory under a constant command has 20 steps.
+/// covariance with the next ones keeps the first and cancels the second. Trajectories are evenly
+/// sampled, and every one under a constant command counts alike; the interval is Student's over
+/// trajectories. Gusts are part of the speed's noise.
 ///
 /// # Source
 ///

@@ -53,22 +53,13 @@ const SHARES: [f64; 2] = [0.02, 1.5];
 /// Steps of the search; each makes the gap smaller by the golden ratio.
 const STEPS: u32 = 40;
 
-/// Fits the time constant of the turning rate.
+/// Fits the time constant of the turning rate to trajectories of robots that stood at their first
+/// sample; `None` if nothing is to turn in any of them.
 ///
-/// In each period the simulated rate goes the share period/lag of the way to what is commanded. For
-/// each trajectory that share is searched with which the command, delayed so, explains the changes of
-/// the heading best, by least squares with a free gain. A command that arrives up to one period late
-/// is identified by a second gain, of the delayed command one period earlier.
-///
-/// # Arguments
-///
-/// * `from_rest` — trajectories of robots that stood at their first sample; those in which nothing is
-///   to turn are not used.
-/// * `period_s` — control period of the simulated robot, in seconds.
-///
-/// # Returns
-///
-/// `None` if no trajectory turns.
+/// In each control period the simulated rate goes the share period/lag of the way to what is
+/// commanded. For each trajectory that share is searched with which the command, delayed so, explains
+/// the changes of the heading best, by least squares with a free gain. A command that arrives up to
+/// one period late is identified by a second gain, of the delayed command one period earlier.
 pub fn yaw_lag(from_rest: &[DrivenTrial], period_s: f64) -> Option<YawLag> {
     let mut lags_s: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     let mut gains: BTreeMap<&str, Vec<f64>> = BTreeMap::new();

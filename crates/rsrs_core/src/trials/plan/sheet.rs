@@ -141,11 +141,8 @@ impl Plan {
 /// Degrees in a radian.
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-/// Numbers in the unit of the tables and in that of a tape or protractor: `0.15, 0.3 m (15, 30 cm)`.
-///
-/// # Arguments
-///
-/// * `(unit, factor, other)` — the unit of the tables, and how many of the other one it has.
+/// Numbers in the unit of the tables and in that of a tape or protractor, of which the former has
+/// `factor`: `0.15, 0.3 m (15, 30 cm)`.
 fn listed(numbers: &[f64], (unit, factor, other): (&str, f64, &str)) -> String {
     let list = |texts: Vec<String>| texts.join(", ");
     let usual = list(numbers.iter().map(ToString::to_string).collect());

@@ -119,20 +119,12 @@ impl DrivenTrial {
     }
 }
 
-/// Reads trajectories:
+/// Reads trajectories, in the order of robots and then of trials:
 /// `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s[,object_x_m,object_y_m]`.
 ///
 /// Rows may stand in any order; each trial is sorted by time and its heading made continuous. One that is driven
 /// begins with its first command: a recording often begins before the robot does. The last two columns are where the
 /// object is that the robot is to push; they are empty in all rows of a trial without one.
-///
-/// # Returns
-///
-/// The trials, by robot and then by trial.
-///
-/// # Errors
-///
-/// [`TrialError`], the first problem found.
 pub fn driven_trials(file: &str, text: &str) -> Result<Vec<DrivenTrial>, TrialError> {
     let required = [
         "robot",

@@ -15,19 +15,12 @@ pub struct Reduced {
     pub left_out: Vec<(String, String)>,
 }
 
-/// Turns trajectories into straight runs, turns in place and turns while driving.
+/// Turns trajectories into straight runs, turns in place and turns while driving; reports call them `file`. Of none is it
+/// stated what moved the robot: trajectories do not contain that.
 ///
 /// A trial under a constant forward command is a straight run: its distance is measured along the
 /// heading at its start, its lateral distance beside that. A trial under a constant turning rate
 /// without forward speed is a turn in place, and one with it a turn while driving. A trial's `line` is its position, from 1.
-///
-/// # Arguments
-///
-/// * `file` — where the trajectories are from, for reports.
-///
-/// # Returns
-///
-/// Trials of which is not stated what moved the robots: trajectories do not contain that.
 pub fn reduced(file: &str, trials: &[DrivenTrial]) -> Reduced {
     let [mut speed_names, mut turn_names, mut arc_names] = [const { Names::EMPTY }; 3];
     let (mut speed, mut turn, mut arc) = (Vec::new(), Vec::new(), Vec::new());

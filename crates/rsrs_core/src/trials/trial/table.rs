@@ -40,11 +40,7 @@ impl<'a> Lines<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// Reads the header.
-    ///
-    /// # Errors
-    ///
-    /// [`TrialError`] if a column is missing, unknown or there twice.
+    /// Reads the header, in which no column may be missing, unknown or there twice.
     pub fn open(
         file: &'a str,
         text: &'a str,
@@ -109,11 +105,7 @@ impl<'a> Table<'a> {
         self.places[column].is_some()
     }
 
-    /// The next row that is not blank.
-    ///
-    /// # Errors
-    ///
-    /// [`TrialError`] if it has not as many fields as the header.
+    /// The next row that is not blank; it has as many fields as the header.
     pub fn next_row(&mut self) -> Result<Option<Row<'_, 'a>>, TrialError> {
         let Some((line, text)) = self.lines.next_line() else { return Ok(None) };
         let refuse = |problem| Err(TrialError { file: self.file.to_owned(), line, problem });
