@@ -142,10 +142,6 @@ impl Batch {
     }
 
     /// Worlds on the widest unit that take commands from outside, as many as it has lanes at most.
-    ///
-    /// # Errors
-    ///
-    /// [`PlacementError`] if the robots do not fit where they are to start.
     pub(crate) fn commanded(
         &self,
         conditions: &Conditions,
@@ -160,22 +156,9 @@ impl Batch {
         if can_run(conditions, duration_s) { self.lanes() } else { 1 }
     }
 
-    /// Runs and judges replicates of one cell.
-    ///
-    /// # Arguments
-    ///
-    /// * `conditions` — the cell.
-    /// * `seed`, `replicates` — seed of the sweep, and which replicates of the cell.
-    /// * `duration_s` — simulated time of each, in seconds.
-    ///
-    /// # Returns
-    ///
-    /// One entry for each replicate: what [`phase::label_with`] finds in
-    /// [`crate::episode::run_episode`], to the bit.
-    ///
-    /// # Errors
-    ///
-    /// [`BatchError`] of the first replicate that cannot be placed or judged.
+    /// Runs and judges replicates of one cell, with the seed of the sweep, for `duration_s` of
+    /// simulated time each: one entry for each replicate, to the bit what [`phase::label_with`]
+    /// finds in [`crate::episode::run_episode`].
     pub fn judge(
         &mut self,
         conditions: &Conditions,
@@ -224,10 +207,6 @@ impl Batch {
     /// The digests of all states of replicates, each before its step is made, as
     /// [`crate::episode::episode_digests`] gives them for one; shape `[n_replicates][n_steps]`.
     ///
-    /// # Errors
-    ///
-    /// [`PlacementError`] if the robots do not fit where they are to start.
-    ///
     /// # Panics
     ///
     /// If the robots are not all alike, do not stop on contact, have more than one plain sensor, or a controller with
@@ -249,10 +228,6 @@ impl Batch {
     }
 
     /// Makes steps of replicates and looks at nothing: the kernel alone, for benchmarks.
-    ///
-    /// # Errors
-    ///
-    /// [`PlacementError`] if the robots do not fit where they are to start.
     ///
     /// # Panics
     ///

@@ -17,11 +17,7 @@ impl Detections {
         Self { n_robots, n_rows, rows, own_latencies: Vec::new() }
     }
 
-    /// The same, where some robots have a latency of their own.
-    ///
-    /// # Arguments
-    ///
-    /// * `latency_steps` — of each robot; shape `[n_robots]`.
+    /// The same, where some robots have a latency of their own; shape `[n_robots]`.
     pub fn with_latencies(latency_steps: &[u32]) -> Self {
         let longest = latency_steps.iter().copied().max().unwrap_or_default();
         let of_robots = latency_steps.iter().copied().enumerate();

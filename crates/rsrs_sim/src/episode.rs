@@ -10,20 +10,10 @@ use crate::draw::Seed;
 use crate::placement::PlacementError;
 use crate::world::World;
 
-/// Runs one episode and records it.
+/// Runs one episode of `floor(duration / Δt)` steps and records it.
 ///
 /// Sample `ℓ` is the pose that was sensed in step `ℓ` and the command that answered it. A longer
 /// run passes through the states of a shorter one.
-///
-/// # Arguments
-///
-/// * `conditions` — the world and its robots.
-/// * `seed` — which replicate.
-/// * `duration_s` — simulated time, in seconds; `floor(duration / Δt)` steps are made.
-///
-/// # Errors
-///
-/// [`PlacementError`] if the robots do not fit where they are to start.
 pub fn run_episode(
     conditions: &Conditions,
     seed: Seed,
@@ -34,12 +24,8 @@ pub fn run_episode(
     Ok(trajectory)
 }
 
-/// As [`run_episode`], into a trajectory whose memory is used again.
-///
-/// # Errors
-///
-/// [`PlacementError`] if the robots do not fit where they are to start; `trajectory` is then as it
-/// was.
+/// As [`run_episode`], into a trajectory whose memory is used again. It stays as it was if the
+/// robots do not fit where they are to start.
 pub fn run_episode_into(
     conditions: &Conditions,
     seed: Seed,
@@ -79,12 +65,8 @@ pub struct Observed {
 /// Runs one episode under any controller: it is given what all robots report, shape `[n_robots]`, and appends their
 /// commands, as many.
 ///
-/// Of `duration_s`, in seconds, `floor(duration / Δt)` steps are made, `world` being a new one of the
-/// conditions. With [`Controllers::decide`] as the controller this is [`run_episode`].
-///
-/// # Errors
-///
-/// That of the controller, which ends the run.
+/// Of `duration_s`, in seconds, `floor(duration / Δt)` steps are made, `world` being a new one of the conditions.
+/// With [`Controllers::decide`] as the controller this is [`run_episode`]. An error of the controller ends the run.
 pub fn run_controlled<E>(
     mut world: World,
     conditions: &Conditions,
@@ -107,15 +89,8 @@ pub fn run_controlled<E>(
     Ok(Observed { trajectory, detections })
 }
 
-/// The digests of all states of one episode, each before its step is made.
-///
-/// # Returns
-///
-/// [`World::digest`] of the states that the samples of [`run_episode`] show; shape `[n_steps]`.
-///
-/// # Errors
-///
-/// [`PlacementError`] if the robots do not fit where they are to start.
+/// The digests of all states of one episode, each before its step is made: [`World::digest`] of the
+/// states that the samples of [`run_episode`] show. Shape `[n_steps]`.
 pub fn episode_digests(
     conditions: &Conditions,
     seed: Seed,

@@ -66,10 +66,7 @@ impl Kinds {
     }
 
     /// Finds out for every robot whether its view contains another, and whether one is in its way.
-    ///
-    /// # Arguments
-    ///
-    /// * `found` — seen and blocked, written for every robot; shape `[n_robots]` each.
+    /// Both are written for every robot, shape `[n_robots]`.
     pub fn sense(&self, robots: &Robots, (seen, blocked): (&mut [bool], &mut [Blocked])) {
         for (robot, kind) in self.kind_of.iter().enumerate() {
             let (x_m, y_m) = (robots.x_m[robot], robots.y_m[robot]);

@@ -167,15 +167,7 @@ const SPACING: f64 = SPACING_RADII / 2.0;
 /// Places tried for one robot or object before giving up.
 const MAX_TRIES: usize = 20_000;
 
-/// Places every robot, each from its own stream of draws.
-///
-/// # Returns
-///
-/// One pose for each robot; shape `[robots]`.
-///
-/// # Errors
-///
-/// [`PlacementError`] if they do not fit.
+/// Places every robot, each from its own stream of draws; shape `[n_robots]`.
 pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, PlacementError> {
     let (area, headings) = match conditions.placement {
         Placement::DiscFacingOut { radius_m } => (Area::Disc { radius_m }, Headings::Out),
@@ -236,19 +228,7 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
 }
 
 /// Places every object that has no place of its own anywhere in the arena, clear of robots, of other objects and of
-/// walls, each from its own stream of draws.
-///
-/// # Arguments
-///
-/// * `poses` — where the robots are; shape `[robots]`.
-///
-/// # Returns
-///
-/// In metres; shape `[n_objects][2]`.
-///
-/// # Errors
-///
-/// [`PlacementError`] if they do not fit.
+/// walls, each from its own stream of draws. Centres are in metres, shape `[n_objects][2]`.
 pub fn place_objects(
     conditions: &Conditions,
     run: RunKey,

@@ -151,20 +151,14 @@ impl Pushing {
         })
     }
 
-    /// Takes down where robots and objects are before robots move.
-    ///
-    /// # Arguments
-    ///
-    /// * `robots`, `objects` — x and y in metres; shape `[n_robots]` and `[n_objects]` each.
+    /// Takes down where robots and objects are before robots move: x and y in metres, shape
+    /// `[n_robots]` and `[n_objects]`.
     pub fn begin(&mut self, robots: [&[f32]; 2], objects: [&[f32]; 2]) {
         read(&mut self.from_m, robots, objects);
     }
 
-    /// From where every robot would be if it were alone to where all are among each other.
-    ///
-    /// # Arguments
-    ///
-    /// * `robots`, `objects` — as in [`Self::begin`]; changed where somebody is pushed.
+    /// From where every robot would be if it were alone to where all are among each other. Places
+    /// are as in [`Self::begin`], and change where somebody is pushed.
     pub fn settle(&mut self, mut robots: [&mut [f32]; 2], mut objects: [&mut [f32]; 2]) {
         read(&mut self.alone_m, shared(&robots), shared(&objects));
         let farthest_m = farthest_m(&self.from_m, &self.alone_m);

@@ -204,26 +204,14 @@ type Moved = Vec<Path>;
 /// What one simulated robot drove; shape `[n_kinds][n_repeats]`.
 type Drives = Vec<Vec<Moved>>;
 
-/// Holds real trajectories against the simulated reach.
+/// Holds real trajectories, one or more, against the reach of the simulated robot: the measured
+/// profile with the sweep's factors applied.
 ///
-/// # Arguments
-///
-/// * `robot` — the simulated robot: the measured profile with the sweep's factors applied.
-/// * `settings` — the sweep's fixed values; speed, turning rate, number of robots and walls are not
-///   taken from them, because trials drive alone under their own commands.
-/// * `trials` — real trajectories; 1 or more.
-/// * `options` — how reach is simulated.
-///
-/// # Returns
-///
-/// Regions, coverage and the trials outside. Robots of the simulated population are refused
-/// ([`Validation::is_contained`] is false) with a probability of at most 5 %, because what is
-/// compared is how many trials of how many robots leave, and the simulated robots show how often
+/// Of the sweep's fixed values, speed, turning rate, number of robots and walls are not taken,
+/// because trials drive alone under their own commands. Robots of the simulated population are
+/// refused ([`Validation::is_contained`] is false) with a probability of at most 5 %, because what
+/// is compared is how many trials of how many robots leave, and the simulated robots show how often
 /// that happens to them.
-///
-/// # Errors
-///
-/// [`ReachError`], the first problem found.
 pub fn validate(
     robot: &RobotProfile,
     settings: &Settings,

@@ -125,13 +125,10 @@ impl Robots {
     }
 
     /// Finds out for every robot whether its view contains another, and whether one is in its way.
+    /// Both are written for every robot, shape `[n_robots]`.
     ///
-    /// # Arguments
-    ///
-    /// * `contact` — when a neighbour is in the way.
-    /// * `found` — seen and blocked, written for every robot; shape `[n_robots]` each.
-    /// * `sees` — the view, of forward and lateral distance and the squared distance; false for
-    ///   the robot itself, at distance zero.
+    /// The view is asked for forward and lateral distance and the squared distance; it is false for
+    /// the robot itself, at distance zero.
     #[inline]
     pub fn sense_pairs(
         &self,
@@ -224,11 +221,7 @@ impl Robots {
         self.sine[robot] = new_sine * newton;
     }
 
-    /// Changes the order of the robots, and nothing else.
-    ///
-    /// # Arguments
-    ///
-    /// * `order` — where each is now; shape `[n_robots]`.
+    /// Changes the order of the robots, and nothing else; `order` is where each is now.
     pub fn reorder(&mut self, order: &[u32]) {
         for column in [
             &mut self.x_m,

@@ -105,20 +105,11 @@ impl SweepError {
     }
 }
 
-/// Runs and judges every replicate of every cell, and holds all outcomes in memory.
+/// Runs and judges every replicate of every cell, each with conditions of its own, and holds all
+/// outcomes in memory.
 ///
 /// Each replicate depends on its own conditions, seed and number only, so the outcomes are the same
 /// for any number of threads, and a cell keeps its outcomes when the grid around it changes.
-///
-/// # Arguments
-///
-/// * `conditions` — one entry for each cell.
-/// * `runs` — how often, how long, from which seed.
-/// * `watch` — progress and cancellation.
-///
-/// # Errors
-///
-/// [`SweepError`] of the first cell that cannot be run.
 ///
 /// # Panics
 ///
@@ -128,10 +119,6 @@ pub fn sweep(conditions: &[Conditions], runs: Runs, watch: Watch<'_>) -> Result<
 }
 
 /// As [`sweep`], with order parameters measured that the behaviours do not ask for.
-///
-/// # Errors
-///
-/// As [`sweep`].
 ///
 /// # Panics
 ///
@@ -163,16 +150,9 @@ pub fn sweep_measuring(
     Ok(Swept { outcomes, is_cancelled: ending == Completion::CalledOff })
 }
 
-/// Looks for what keeps a sweep from being run, before anything is.
-///
-/// # Arguments
-///
-/// As for [`sweep`].
-///
-/// # Errors
-///
-/// [`SweepError`] of the first cell without robots, with too little time for the judge or without the
-/// arena that its behaviour is about, or whose robots do not fit where they are to start.
+/// Looks for what keeps a sweep from being run, before anything is: a cell without robots, with too
+/// little time for the judge or without the arena that its behaviour is about, or whose robots do
+/// not fit where they are to start.
 pub fn check(conditions: &[Conditions], runs: Runs) -> Result<(), SweepError> {
     conditions.iter().enumerate().try_for_each(|(cell, conditions)| {
         let n_steps = conditions.steps(runs.duration_s);
@@ -196,21 +176,11 @@ pub fn check(conditions: &[Conditions], runs: Runs) -> Result<(), SweepError> {
     })
 }
 
-/// Runs one cell again on seeds that no replicate of the sweep has seen.
+/// Runs one cell again on seeds that no replicate of the sweep has seen; `runs` has the *sweep's*
+/// seed, from which [`confirmation_seed`] derives the fresh one.
 ///
 /// A cell that was chosen because it looked best looks better than it is; only fresh runs estimate
 /// how good it is.
-///
-/// # Arguments
-///
-/// * `conditions` — the chosen cell.
-/// * `runs` — as for [`sweep`], with the *sweep's* seed: the fresh one is derived from it by
-///   [`confirmation_seed`].
-/// * `watch` — progress and cancellation.
-///
-/// # Errors
-///
-/// As [`sweep`].
 ///
 /// # Panics
 ///

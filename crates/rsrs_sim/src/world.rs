@@ -115,10 +115,6 @@ pub struct World {
 
 impl World {
     /// Places the robots and draws their idiosyncrasies.
-    ///
-    /// # Errors
-    ///
-    /// [`PlacementError`] if the robots do not fit where they are to start.
     pub fn new(conditions: &Conditions, seed: Seed) -> Result<Self, PlacementError> {
         let run = RunKey::new(seed, conditions.digest());
         let poses = placement::place(conditions, run)?;
@@ -159,11 +155,8 @@ impl World {
         self.step
     }
 
-    /// Senses for all robots. Sensing again before the next step changes nothing.
-    ///
-    /// # Returns
-    ///
-    /// What the sensor of each robot reports now: `y`, shape `[n_robots]`; of several sensors that of `detection`.
+    /// Senses for all robots: what the sensor of each reports now, `y`, and of several sensors that
+    /// of `detection`. Shape `[n_robots]`. Sensing again before the next step changes nothing.
     pub fn sense(&mut self) -> &[bool] {
         if self.step.is_multiple_of(REORDERED_EVERY) {
             self.reorder();
@@ -236,11 +229,7 @@ impl World {
         &self.blocked
     }
 
-    /// Moves every robot by one control period.
-    ///
-    /// # Arguments
-    ///
-    /// * `commands` — one command for each robot, shape `[n_robots]`.
+    /// Moves every robot by one control period, by one command each; shape `[n_robots]`.
     ///
     /// # Panics
     ///
@@ -304,12 +293,8 @@ impl World {
         digest(self.step, numbers, self.detections.under_way(self.step).copied().chain(stuck))
     }
 
-    /// Puts an object somewhere else.
-    ///
-    /// # Arguments
-    ///
-    /// * `object` — its place among all, from 0.
-    /// * `place_m` — its new centre, in metres. Whom it overlaps with there is pushed apart from it in the next step.
+    /// Puts the centre of an object, counted from 0, somewhere else. Whom it overlaps with there is
+    /// pushed apart from it in the next step.
     pub fn put_object(&mut self, object: usize, place_m: [f64; 2]) {
         for (column, place_m) in self.objects.columns_mut().into_iter().zip(place_m) {
             column[object] = place_m as f32;

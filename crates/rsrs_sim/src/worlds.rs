@@ -36,10 +36,6 @@ enum Part {
 impl Worlds {
     /// The worlds of some replicates of a seed, which are commanded at most as much as `most` to either
     /// side.
-    ///
-    /// # Errors
-    ///
-    /// [`PlacementError`] if the robots do not fit where they are to start.
     pub fn new(
         conditions: &Conditions,
         seed: u64,
@@ -50,10 +46,6 @@ impl Worlds {
     }
 
     /// The same on the first of these units that this machine has; in a world each where it has none.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::new`].
     pub fn on(
         units: &[VectorUnit],
         conditions: &Conditions,

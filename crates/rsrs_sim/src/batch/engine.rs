@@ -18,16 +18,8 @@ pub trait Engine: Send {
     /// Replicates that are run at once.
     fn lanes(&self) -> usize;
 
-    /// Runs and judges replicates of one cell.
-    ///
-    /// # Arguments
-    ///
-    /// * `of` — conditions as [`super::can_run`] asks, and the rules by which runs are judged.
-    /// * `runs` — one to [`Self::lanes`] replicates.
-    ///
-    /// # Returns
-    ///
-    /// One entry for each replicate; `None` if a number did not stay finite.
+    /// Runs and judges one to [`Self::lanes`] replicates of one cell, with conditions as
+    /// [`super::can_run`] asks; `None` if a number did not stay finite.
     fn judge(
         &mut self,
         of: (&Conditions, &Rules),

@@ -39,10 +39,6 @@ pub struct UnitLanes<S: Simd> {
 
 impl<S: Simd> UnitLanes<S> {
     /// Places the robots of one world to as many as there are lanes.
-    ///
-    /// # Errors
-    ///
-    /// [`PlacementError`] of the first world whose robots do not fit.
     pub fn new(simd: S, conditions: &Conditions, runs: &[RunKey]) -> Result<Self, PlacementError> {
         assert!((1..=S::LANES).contains(&runs.len()), "a lane for each world");
         let (n_robots, zero) = (conditions.robots, simd.single(0.0));

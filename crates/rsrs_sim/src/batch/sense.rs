@@ -225,17 +225,11 @@ pub struct SensedNeighbours<'a, M> {
     pub behind: &'a mut [M],
 }
 
-/// Looks at some neighbouring robots and all after them; what they find is added.
+/// Looks at some neighbouring robots and all after them; what they find is added. The result is who
+/// of the `SOME` robots from `first` on sees another: no later robot looks at them again.
 ///
 /// Robots are looked at some at a time, so that what is loaded of the others serves each of them.
-///
-/// # Arguments
-///
-/// * `bodies` — all robots; shape `[n_robots]`, as what is found.
-///
-/// # Returns
-///
-/// Who of the `SOME` robots from `first` on sees another: no later robot looks at them again.
+/// Bodies and what is found are of all robots, shape `[n_robots]`.
 #[inline(always)]
 pub fn sense<S: Simd, V: LaneView<S>, const SOME: usize>(
     simd: S,

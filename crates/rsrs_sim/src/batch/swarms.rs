@@ -51,15 +51,7 @@ pub enum CommandedBy {
 }
 
 impl<S: Simd> Swarms<S> {
-    /// Places the robots of every replicate, in row 0.
-    ///
-    /// # Arguments
-    ///
-    /// * `runs` — one to `LANES` replicates.
-    ///
-    /// # Errors
-    ///
-    /// [`PlacementError`] of the first replicate whose robots do not fit.
+    /// Places the robots of one to `LANES` replicates, in row 0.
     pub fn new(
         simd: S,
         conditions: &Conditions,
@@ -70,10 +62,6 @@ impl<S: Simd> Swarms<S> {
     }
 
     /// Places the robots of every replicate, in `bodies`, whoever decides on commands.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::new`].
     pub fn placed(
         (simd, commanded_by): (S, CommandedBy),
         conditions: &Conditions,

@@ -34,11 +34,8 @@ const MUTATION: f64 = 0.15;
 const ANEW: f64 = 0.1;
 
 impl Archive {
-    /// Takes a controller into its niche, if it leads there more surely than the one that is there.
-    ///
-    /// # Returns
-    ///
-    /// Whether it was taken.
+    /// Takes a controller into its niche if it leads there more surely than the one that is there,
+    /// and says whether it did.
     pub fn offer(&mut self, niche: Niche, elite: Elite) -> bool {
         let is_better = self.elites.get(&niche).is_none_or(|there| elite.share > there.share);
         if is_better {
@@ -52,13 +49,9 @@ impl Archive {
         self.elites.iter().map(|(niche, elite)| (*niche, elite))
     }
 
-    /// Points to be tried next: anywhere in the space as long as the archive is empty, and from then on
-    /// mostly those near a controller of the archive.
-    ///
-    /// # Arguments
-    ///
-    /// * `n`, `n_numbers` — how many, with so many coordinates each.
-    /// * `seed`, `generation` — of their draws.
+    /// Points to be tried next, `n` with `n_numbers` coordinates each: anywhere in the space as long as
+    /// the archive is empty, and from then on mostly those near a controller of the archive. Seed and
+    /// generation are those of their draws.
     pub fn propose(
         &self,
         (n, n_numbers): (usize, usize),

@@ -101,13 +101,8 @@ impl Constants {
 }
 
 impl EvolutionStrategy {
-    /// A search from a point.
-    ///
-    /// # Arguments
-    ///
-    /// * `mean` — where it begins; at least one coordinate.
-    /// * `step` — standard deviation of the first samples, in units of the coordinates; positive.
-    /// * `seed` — of its draws.
+    /// A search from the point `mean`, whose first samples have the standard deviation `step`, in
+    /// units of the coordinates.
     ///
     /// # Panics
     ///
@@ -160,11 +155,8 @@ impl EvolutionStrategy {
         self.sampled.iter().map(point).collect()
     }
 
-    /// Moves to the better ones of the last samples.
-    ///
-    /// # Arguments
-    ///
-    /// * `costs` — of each sample, in their order; less is better, and what is not a number is worst.
+    /// Moves to the better ones of the last samples, by the cost of each in their order: less is
+    /// better, and what is not a number is worst.
     ///
     /// # Panics
     ///

@@ -80,13 +80,9 @@ pub enum Motion {
 const AT_WALLS: f64 = 0.85;
 
 impl Niche {
-    /// The niche of a run.
-    ///
-    /// # Arguments
-    ///
-    /// * `conditions` — its robots and arena.
-    /// * `evidence` — what its judged window shows, [`Self::looks_also_at`] included.
-    /// * `inradius_m` — radius of the largest disc that fits into an arena that is no plain square, in metres.
+    /// The niche of a run, by what its judged window shows, [`Self::looks_also_at`] included;
+    /// `inradius_m` is that of an arena that is no plain square, the radius of the largest disc
+    /// that fits into it.
     pub fn of(
         conditions: &Conditions,
         evidence: &OrderParameters,

@@ -52,11 +52,8 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// Drives every kind as often as a real robot did, one drive after the other.
-    ///
-    /// # Returns
-    ///
-    /// Displacements at the horizons of each kind.
+    /// Drives every kind as often as a real robot did, one drive after the other, to the
+    /// displacements at its horizons.
     pub fn all(&self, world: &mut World, kinds: &[Kind], seed: Seed) -> Drives {
         put_aside(world);
         let mut errors = Stream::new(RunKey::new(seed, self.digest), 0, Purpose::TrackerError);

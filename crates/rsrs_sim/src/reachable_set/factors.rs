@@ -19,25 +19,15 @@ pub struct SmallestFactors {
 /// Largest factor that is tried: a gain that varies by more is no model any more.
 const MOST_FACTOR: f64 = 64.0;
 
-/// Searches the smallest spread of gains, drift or gusts that contains real trajectories.
+/// Searches the smallest spread of gains, drift or gusts that contains real trajectories, as
+/// [`validate`] holds them against the robot; all other factors are as given.
 ///
 /// One factor at a time is raised: the spread of the gains first, with drift and gusts as they were
 /// measured; if no spread helps, drift; then gusts; and at last all three together. Each is found to
 /// 5 %. What the robot does not have is not raised alone.
 ///
-/// # Arguments
-///
-/// * `measured` — the measured robot and the factors that the others are taken from.
-/// * `settings`, `trials`, `options` — as for [`validate`].
-///
-/// # Returns
-///
 /// `None` if none helps up to a factor of 64: then the robots do what the profile has no disturbance
 /// for (no bias, no heading noise, no gusts, no lag), and no factor can widen what is not there.
-///
-/// # Errors
-///
-/// [`ReachError`], as [`validate`].
 pub fn smallest_factors(
     measured: &RobotProfile,
     factors: HarsherFactors,

@@ -14,10 +14,7 @@ use super::regions::Regions;
 use super::{Drives, Kind, Moved};
 
 /// Where every trial was, and its object if it has one: the tubes of objects follow those of robots.
-///
-/// # Arguments
-///
-/// * `regions` — those of the robot of each kind, and of its object; shape `[n_kinds][n_bodies]`.
+/// Regions are those of the robot of each kind, and of its object; shape `[n_kinds][n_bodies]`.
 pub(super) fn places(
     trials: &[DrivenTrial],
     kinds: &[Kind],
@@ -134,9 +131,8 @@ fn tube(kind: &Kind, regions: &Regions, members: &[(&DrivenTrial, &[Exit])]) -> 
 /// be: so that few of them never make it surprising to leave (A. C. Davison, D. V. Hinkley,
 /// "Bootstrap Methods and their Application", 1997, §4.2).
 ///
-/// # Arguments
-///
-/// * `simulated` — robots that no region was made from: those are inside more often than others.
+/// No region was made from the `simulated` robots: those that one was made from are inside more
+/// often.
 pub(super) fn chances(
     trials: &[DrivenTrial],
     kind_of: &[usize],

@@ -27,14 +27,10 @@ pub struct Grid {
 /// Halvings of a cell's side until a crossing is found: to a four thousandth of it.
 const HALVINGS: usize = 12;
 
-/// The outline of what a predicate holds for.
+/// The outline of what a predicate holds for: closed loops with the region to the left of each,
+/// outer ones counterclockwise, holes clockwise. What is smaller than a cell may be missing.
 ///
 /// The nodes at the grid's border count as outside, so that every loop closes within the grid.
-///
-/// # Returns
-///
-/// Closed loops, the region to the left of each: outer ones counterclockwise, holes clockwise. What
-/// is smaller than a cell may be missing.
 pub fn outline(grid: Grid, contains: impl Fn(Point) -> bool) -> Vec<Vec<Point>> {
     let [n_ahead, n_left] = grid.n_cells;
     let inside: Vec<bool> = (0..(n_ahead + 1) * (n_left + 1))

@@ -24,14 +24,8 @@ const CELLS: f64 = 96.0;
 const MOST_CELLS: f64 = 384.0;
 
 impl PositionRegion {
-    /// A region that holds a share of simulated positions.
-    ///
-    /// # Arguments
-    ///
-    /// * `cloud` — simulated positions that place it.
-    /// * `calibration` — others that calibrate its size.
-    /// * `share` — share to be held.
-    /// * `tolerance_m` — how far measured positions may be off, in metres.
+    /// A region that holds a share of simulated positions: those of the cloud place it, others
+    /// calibrate its size. Measured positions may be off by `tolerance_m`.
     pub fn new(mut cloud: Vec<Point>, calibration: &[Point], share: f64, tolerance_m: f64) -> Self {
         cloud.sort_by(|left, right| left[0].total_cmp(&right[0]));
         let n = cloud.len() as f64;

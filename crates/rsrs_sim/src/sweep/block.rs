@@ -60,15 +60,9 @@ const REFERENCE_STEPS: u64 = 100;
 /// Into so many blocks work is cut at least, as far as it can be, so that machines may share a small sweep.
 const LEAST_BLOCKS: u64 = 16;
 
-/// Cuts work into blocks.
+/// Cuts work into blocks, in its order; empty pieces are left out.
 ///
 /// Cells are cut where a vector of any machine is full; those that are run one world at a time, anywhere.
-///
-/// # Arguments
-///
-/// * `conditions` — one entry for each cell.
-/// * `duration_s` — simulated time of each replicate, in seconds.
-/// * `work` — in order; empty pieces are left out.
 pub fn blocks<'a>(
     conditions: &'a [Conditions],
     duration_s: f64,

@@ -54,20 +54,12 @@ pub enum Completion {
 pub type KeepBlock<'a, E> =
     &'a (dyn Fn(u64, &Block, Vec<ReplicateOutcome>) -> Result<(), E> + Sync);
 
-/// Runs and judges every replicate of some blocks.
+/// Runs and judges every replicate of some numbered blocks; `keep` is called once for each finished
+/// one, from any thread.
 ///
 /// Blocks are begun in order and finished in any; at most one more is open at a time than there are
-/// threads, so memory does not grow with their number.
-///
-/// # Arguments
-///
-/// * `blocks` — with their numbers, which `keep` receives.
-/// * `watch` — progress and cancellation.
-/// * `keep` — called once for each finished block, from any thread.
-///
-/// # Errors
-///
-/// [`BlockError`] of the first block that failed, in the order in which they were begun.
+/// threads, so memory does not grow with their number. The error is that of the first block that
+/// failed, in the order in which they were begun.
 ///
 /// # Panics
 ///

@@ -10,10 +10,7 @@ impl World {
     /// The world is then none that any seed leads to: its digest shows it. A gust and a turning
     /// rate that lags end with the displacement; what the robot is stays.
     ///
-    /// # Arguments
-    ///
-    /// * `robot` — index of the robot.
-    /// * `pose` — finite; it is rounded to single precision.
+    /// The pose is rounded to single precision.
     ///
     /// # Panics
     ///
