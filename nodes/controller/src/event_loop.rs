@@ -72,10 +72,6 @@ pub struct Hosting {
 }
 
 /// Runs a process that hosts controllers only, until SIGINT or SIGTERM.
-///
-/// # Errors
-///
-/// If the network cannot be used, or a reliable subscriber stops acknowledging.
 pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     let session = Session::open_with(&options.session, &options.ros)?;
     let robots = options.robots.iter().map(|robot| Hosting {
@@ -87,17 +83,8 @@ pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     ended
 }
 
-/// Runs controllers on a session of the caller until SIGINT or SIGTERM.
-///
-/// # Arguments
-///
-/// * `robots` — one or more.
-/// * `notes` — what the first of them logs at the start.
-///
-/// # Errors
-///
-/// If a start value is wrong, the network cannot be used, or a reliable subscriber stops
-/// acknowledging.
+/// Runs controllers of one or more robots on a session of the caller until SIGINT or SIGTERM. The
+/// first of them logs the notes.
 pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> anyhow::Result<()> {
     let (received, mut events) = unbounded_channel();
     let (names, declared): (Vec<_>, Vec<_>) = robots

@@ -31,17 +31,10 @@ struct Flags {
     node: NodeFlags,
 }
 
-/// Runs the node until SIGINT or SIGTERM.
+/// Runs the node until SIGINT or SIGTERM, by the arguments of the process, without its name:
+/// `[--interface NAME|IP] [--robots NAME,…] [--ros-args …]`.
 ///
-/// # Arguments
-///
-/// * `arguments` — those of the process, without its name: `[--interface NAME|IP]
-///   [--robots NAME,…] [--ros-args …]`. Without `--robots` the namespace (`-r __ns:=/robot_1`) names
-///   the one robot.
-///
-/// # Errors
-///
-/// If the arguments are wrong, no interface is chosen, or the network cannot be used.
+/// Without `--robots` the namespace (`-r __ns:=/robot_1`) names the one robot.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     if has_helped::<Flags>(arguments)? {
         return Ok(());

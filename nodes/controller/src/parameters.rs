@@ -64,17 +64,9 @@ pub enum StartValueError {
     },
 }
 
-/// Declares a controller's parameters. A robot that is not configured stands: speed and turning
-/// rate start at 0.
-///
-/// # Arguments
-///
-/// * `robot` — its name.
-/// * `given` — start values by name, from the command line or a parameter file.
-///
-/// # Errors
-///
-/// [`StartValueError`].
+/// Declares the parameters of a robot's controller, with the values that the command line or a
+/// parameter file has `given` them. A robot that is not configured stands: speed and turning rate
+/// start at 0.
 pub fn declare(
     robot: &str,
     mut given: BTreeMap<String, ParameterValue>,
@@ -229,10 +221,6 @@ fn class(
 
 /// Refuses a table that cannot run, or commands more than the node's limits: `speed_max` and
 /// `turn_rate_max`.
-///
-/// # Errors
-///
-/// What is wrong with it, in words.
 pub fn check_table(
     changes: &[(String, ParameterValue)],
     [speed_max_m_s, turn_rate_max_rad_s]: [f64; 2],

@@ -80,10 +80,6 @@ enum Moved {
 
 impl RunnerArguments {
     /// Understands the arguments of the process.
-    ///
-    /// # Errors
-    ///
-    /// [`RunnerArgumentsError`].
     pub fn parse(
         arguments: &[String],
         environment: &Environment,

@@ -110,17 +110,13 @@ struct Run<'a> {
     watch: &'a mut dyn FnMut(Progress),
 }
 
-/// Conducts one run from preflight to the closed bag.
-///
-/// # Arguments
-///
-/// * `network` — where the robots are.
-/// * `watch` — called with how far the run is.
-/// * `stop` — when it completes, the run is stopped in order, for the reason that it gives.
+/// Conducts one run from preflight to the closed bag, while `watch` gets how far it is. When `stop`
+/// completes, the run is stopped in order, for the reason that it gives.
 ///
 /// # Errors
 ///
-/// If the network cannot be used. A run that fails is an [`Ending`](rsrs_fleet::record::Ending), not an error.
+/// If the network cannot be used. A run that fails is an [`Ending`](rsrs_fleet::record::Ending),
+/// not an error.
 pub async fn run(
     plan: &Plan,
     network: &SessionOptions,

@@ -208,12 +208,8 @@ fn trackers(plan: &Plan) -> Publishers {
     }
 }
 
-/// What there is in the network.
-///
-/// # Arguments
-///
-/// * `simulator` — whether the simulator was received just now.
-/// * `unrecordable` — topics that were asked for and cannot be recorded, and why.
+/// What there is in the network. Topics that were asked for and cannot be recorded are
+/// `unrecordable`, each with the reason.
 pub fn graph(
     session: &Session,
     plan: &Plan,

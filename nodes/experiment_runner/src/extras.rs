@@ -48,10 +48,6 @@ impl Extras {
     }
 
     /// Subscribes every topic that has a publisher by now, and whose type is defined.
-    ///
-    /// # Errors
-    ///
-    /// If a subscription cannot be made.
     pub fn look(
         &mut self,
         session: &Session,

@@ -35,12 +35,7 @@ pub struct Fit {
     pub onlookers: BTreeSet<UnfitTopic>,
 }
 
-/// Looks at every topic of these robots and of the swarm.
-///
-/// # Arguments
-///
-/// * `endpoints` — all that are known.
-/// * `robots` — names.
+/// Looks at every topic of these robots and of the swarm, among all endpoints that are known.
 pub fn fit(endpoints: &[Endpoint], robots: &[String]) -> Fit {
     let mut fit = Fit::default();
     for (name, Candidates { topic, robot, ends }) in &topics_of(endpoints, robots) {
@@ -138,12 +133,10 @@ enum Types {
     Open,
 }
 
-/// Why a subscriber receives nothing from any publisher; `None` if it does, or if that does not matter.
+/// Why a subscriber receives nothing from any publisher; `None` if it does, or if that does not
+/// matter.
 ///
-/// # Arguments
-///
-/// * `own` — all subscribers of its program: one topic may be subscribed in several ways, of which one
-///   has to match.
+/// Its program may subscribe one topic in several ways, its `own`, of which one has to match.
 fn why_silent(
     reader: &Endpoint,
     own: &[&Endpoint],

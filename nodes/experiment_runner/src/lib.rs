@@ -33,17 +33,11 @@ use rsrs_ros::shutdown;
 use arguments::{Flags, RunnerArguments};
 use plan::Plan;
 
-/// Runs the node: one experiment, then it ends.
+/// Runs the node (one experiment, then it ends) by the arguments of the process, without its name:
+/// `--experiment FILE [--from DIR] [--cell CELL] [--output BAG] [--backend sim|fleet] [--interface
+/// NAME|IP] [--ros-args …]`.
 ///
-/// # Arguments
-///
-/// * `arguments` — those of the process, without its name: `--experiment FILE [--from DIR]
-///   [--cell CELL] [--output BAG] [--backend sim|fleet] [--interface NAME|IP] [--ros-args …]`.
-///
-/// # Errors
-///
-/// If the arguments or the experiment are wrong, the network cannot be used, or the run was not
-/// completed.
+/// A run that was not completed is an error.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     if has_helped::<Flags>(arguments)? {
         return Ok(());

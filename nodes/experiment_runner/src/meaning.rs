@@ -24,7 +24,7 @@ use crate::tracked::{SeenPose, seconds_ahead};
 ///
 /// # Errors
 ///
-/// What is wrong with the sample.
+/// What is wrong with the sample, in words.
 pub fn events(
     plan: &Plan,
     topic: &RecordedTopic,
@@ -145,11 +145,7 @@ fn commanded(plan: &Plan, robot: usize, data: &[u8]) -> Result<Twist, String> {
     })
 }
 
-/// Understands a status.
-///
-/// # Errors
-///
-/// What is wrong with it.
+/// Understands a status, or says what is wrong with it.
 pub fn status(data: &[u8]) -> Result<Status, String> {
     wire::status(decode(data)?).map_err(|error| error.to_string())
 }

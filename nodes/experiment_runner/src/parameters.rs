@@ -23,7 +23,7 @@ use crate::plan::Plan;
 ///
 /// # Errors
 ///
-/// What the target answered, or that it did not.
+/// What the target answered, or that it did not, in words.
 pub async fn configure(
     client: &ParameterClient<'_>,
     plan: &Plan,
@@ -110,12 +110,8 @@ pub async fn read_back(
     }
 }
 
-/// Reads what a robot's gate is set to.
-///
-/// # Returns
-///
-/// `None` if its node is not ours: nothing offers it parameters, it does not answer, or it does not
-/// have those of a gate.
+/// Reads what a robot's gate is set to; `None` if its node is not ours: nothing offers it
+/// parameters, it does not answer, or it does not have those of a gate.
 pub async fn read_gate(client: &ParameterClient<'_>, robot: &str) -> Option<GateSettings> {
     let node = format!("/{robot}/{}", gate::NODE);
     // A gate that publishes its status was discovered, and its services are discovered with it.

@@ -101,16 +101,8 @@ struct Places<'a> {
     start: Instant,
 }
 
-/// Shows where robots are seen, until that is enough or somebody stops it.
-///
-/// # Arguments
-///
-/// * `every` — how often it is shown.
-/// * `show` — shows it, and decides whether it is enough.
-///
-/// # Errors
-///
-/// If the network cannot be used.
+/// Shows where robots are seen, over and over, until `show` finds that it is enough or somebody
+/// stops it.
 pub async fn watch(
     plan: &Plan,
     network: &SessionOptions,

@@ -101,11 +101,6 @@ pub enum Poses {
 
 impl Plan {
     /// Reads an experiment file and all that it names.
-    ///
-    /// # Errors
-    ///
-    /// If a file cannot be read or is wrong, the fleet is too small, the cell cannot be run, or the
-    /// bag exists already.
     pub fn read(request: &Request) -> anyhow::Result<Self> {
         let (name, text) = read(&request.experiment)?;
         let mut experiment = ExperimentFile::parse(&name, &text).map_err(Helpful::from)?;
@@ -274,11 +269,8 @@ fn settings(
     Ok(settings)
 }
 
-/// Refuses a run that could not be compared with the sweep that its cell is from.
-///
-/// # Returns
-///
-/// Whether it is of robots with another profile, and somebody insists.
+/// Refuses a run that could not be compared with the sweep that its cell is from; admits robots
+/// with another profile if somebody insists.
 fn admit(
     swept: Option<&SweptCell>,
     record: &ExperimentRecord,

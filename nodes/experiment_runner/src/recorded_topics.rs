@@ -142,14 +142,8 @@ const QUEUE_SAMPLES: usize = 100_000;
 /// others.
 pub const LEAST_DEPTH: u32 = 100;
 
-/// The topics of a run.
-///
-/// # Arguments
-///
-/// * `time` — whether the run is in lockstep.
-/// * `readings` — what the robots report.
-/// * `n_objects` — objects of the world, whose poses are recorded.
-/// * `tracked` — those with the poses of the robots, which may be among those of every run.
+/// The topics of a run of these robots, with what they report, and of the objects of its world.
+/// Those with the poses of the robots may be among those of every run.
 pub fn recorded_topics(
     robots: &[FleetRobot],
     time: Time,
@@ -230,10 +224,6 @@ fn receives_virtual_detections(robot: &FleetRobot, all: &[FleetRobot]) -> bool {
 }
 
 /// Starts to listen.
-///
-/// # Errors
-///
-/// If a subscription cannot be made.
 pub fn listen(
     session: &Session,
     recorded_topics: &[RecordedTopic],
@@ -259,10 +249,6 @@ impl Queue {
     }
 
     /// Starts to listen to one topic.
-    ///
-    /// # Errors
-    ///
-    /// If a subscription cannot be made.
     pub fn listen(
         &self,
         session: &Session,

@@ -117,18 +117,11 @@ enum BagClock {
 }
 
 impl Recorder {
-    /// Has the bag opened, with all in it that it takes to repeat the run. Messages may be taken at
-    /// once.
+    /// Has the bag opened, with all in it that it takes to repeat the run; the `record` is the
+    /// plan's, with what was read since. Messages may be taken at once.
     ///
-    /// # Arguments
-    ///
-    /// * `record` — the plan's, with what was read since.
-    /// * `report` — receives [`Written::Opened`], or why the bag cannot be opened, such as a folder
-    ///   that exists; later what has been written.
-    ///
-    /// # Errors
-    ///
-    /// [`RecorderError::Thread`].
+    /// The `report` receives [`Written::Opened`], or why the bag cannot be opened, such as a folder
+    /// that exists; later what has been written.
     pub fn open(
         plan: &Plan,
         record: &ExperimentRecord,
@@ -181,9 +174,8 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// [`RecorderError`]; in lockstep a message that is missing shows with the next one. The first
-    /// message that finds the queue full is [`RecorderError::TooSlow`]; those after it are counted
-    /// only.
+    /// In lockstep a message that is missing shows with the next one. The first message that finds
+    /// the queue full is [`RecorderError::TooSlow`]; those after it are counted only.
     pub fn take(
         &mut self,
         index: usize,

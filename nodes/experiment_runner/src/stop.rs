@@ -61,24 +61,15 @@ pub struct Holding {
 }
 
 /// Joins a network as who can stop its robots, and publishes nothing that concerns them.
-///
-/// # Errors
-///
-/// If the network cannot be used.
 pub fn join(network: &SessionOptions) -> Result<Session, SessionError> {
     let session = Session::open(network)?;
     session.node("/", NODE)?;
     Ok(session)
 }
 
-/// Publishes the command until every known robot has acknowledged it, or the time is up, and leaves the
-/// network.
-///
-/// # Arguments
-///
-/// * `session` — as [`join`] makes it.
-/// * `robots` — those that should be there; others are found by their statuses.
-/// * `interrupt` — when it completes, waiting ends.
+/// Publishes the command on a session of [`join`] until every known robot has acknowledged it, the
+/// time is up, or `interrupt` completes, and leaves the network. These robots should be there;
+/// others are found by their statuses.
 ///
 /// # Errors
 ///

@@ -49,12 +49,7 @@ pub struct Sighting {
 }
 
 impl Tracked {
-    /// Nothing was received yet.
-    ///
-    /// # Arguments
-    ///
-    /// * `reader` — that of the run.
-    /// * `radius_m` — of the robots' bodies, in metres.
+    /// Nothing was received yet by the reader of the run; `radius_m` is that of the robots' bodies.
     pub fn new(reader: PoseReader, frame: TrackerFrame, radius_m: f64) -> Self {
         Self { reader, frame, machines: HandOver::new(radius_m), apart: BTreeSet::new() }
     }
@@ -80,11 +75,7 @@ impl Tracked {
         self.reader.others()
     }
 
-    /// Understands a message.
-    ///
-    /// # Arguments
-    ///
-    /// * `topic` — the place of its topic.
+    /// Understands a message on a topic, which is given by its place.
     ///
     /// # Errors
     ///

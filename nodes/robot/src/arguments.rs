@@ -136,10 +136,6 @@ impl RobotArguments {
     ///
     /// What is set closer to the robot goes first: `-p` and parameter files, then flags, then the
     /// fleet file, then the profile that it names.
-    ///
-    /// # Errors
-    ///
-    /// [`ArgumentsError`].
     pub fn parse(arguments: &[String], environment: &Environment) -> Result<Self, ArgumentsError> {
         let (flags, ros) = split::<Flags>(arguments, environment)?;
         let topics = TopicRules::Followed;

@@ -117,20 +117,12 @@ pub trait Driver: Sized {
     fn parameters() -> Vec<(Descriptor, ParameterValue)>;
 
     /// Starts, with the robot's parameters. Hardware that does not answer yet is no error.
-    ///
-    /// # Errors
-    ///
-    /// If a parameter is wrong or a topic cannot be made.
     fn open(place: DriverContext<'_>) -> anyhow::Result<Self>;
 
     /// Waits for the next report. Loses nothing when it is dropped while it waits.
     fn report(&mut self) -> impl Future<Output = Report>;
 
     /// Makes the wheels follow a command, until the next one or for 250 ms.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be sent.
     fn drive(&mut self, command: Command) -> impl Future<Output = anyhow::Result<()>>;
 
     /// Where its sensor's readings come from, in words: a topic or a port.

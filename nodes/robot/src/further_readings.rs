@@ -25,10 +25,6 @@ const MOST_FURTHER: usize = MOST_READINGS - 1;
 
 impl FurtherReadings {
     /// Takes what the hardware reports; a name that is new gets a topic, as long as robots may have so many.
-    ///
-    /// # Errors
-    ///
-    /// If the topic cannot be made.
     pub fn take(
         &mut self,
         reported: Vec<(String, bool)>,
@@ -63,10 +59,6 @@ impl FurtherReadings {
     }
 
     /// Publishes each of which something is known.
-    ///
-    /// # Errors
-    ///
-    /// If a reliable subscriber stops acknowledging.
     pub async fn publish(&self, settings: &DetectorSettings, now: Duration) -> anyhow::Result<()> {
         for (detector, publisher) in self.published.values() {
             if let Ok(data) = detector.detected(settings, now) {

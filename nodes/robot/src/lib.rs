@@ -30,17 +30,12 @@ use rsrs_ros::node_arguments::has_helped;
 
 /// Runs the node until SIGINT or SIGTERM; the wheels stop first.
 ///
-/// # Arguments
+/// The arguments are those of the process, without its name: `[--interface NAME|IP] [--robots NAME]
+/// [--config FLEET.yaml] [--driver serial|ros|virtual] [--port PATH] [--baud N]
+/// [--without-controller] [--ros-args …]`. Without `--robots` the namespace (`-r __ns:=/robot_1`)
+/// names the robot.
 ///
-/// * `arguments` — those of the process, without its name: `[--interface NAME|IP] [--robots NAME]
-///   [--config FLEET.yaml] [--driver serial|ros|virtual] [--port PATH] [--baud N]
-///   [--without-controller] [--ros-args …]`. Without `--robots` the namespace
-///   (`-r __ns:=/robot_1`) names the robot.
-///
-/// # Errors
-///
-/// If the arguments are wrong, no interface is chosen, or the network cannot be used. Hardware that
-/// does not answer is no error: the node logs it and keeps trying.
+/// Hardware that does not answer is no error: the node logs it and keeps trying.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     if has_helped::<Flags>(arguments)? {
         return Ok(());

@@ -32,10 +32,6 @@ pub enum Commands {
 }
 
 /// Starts to listen.
-///
-/// # Errors
-///
-/// If a topic cannot be made.
 pub fn listen(
     session: &Session,
     node: &NodeHandle,
@@ -58,10 +54,6 @@ pub fn listen(
 }
 
 /// Starts to listen to the e-stop.
-///
-/// # Errors
-///
-/// If a topic cannot be made.
 pub fn listen_to_e_stop(
     session: &Session,
     node: &NodeHandle,

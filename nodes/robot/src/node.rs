@@ -44,11 +44,6 @@ const HEALTH_BEAT: Duration = Duration::from_secs(1);
 const LAST_STOPS: usize = 3;
 
 /// Runs robot and controller until SIGINT or SIGTERM; then the wheels stop first.
-///
-/// # Errors
-///
-/// If the network cannot be used, a start value of a parameter is wrong, or a reliable subscriber
-/// stops acknowledging.
 pub async fn run(options: RobotArguments) -> anyhow::Result<()> {
     let session = Session::open_with(&options.node.session, &options.node.ros)?;
     let ended = match options.driver {

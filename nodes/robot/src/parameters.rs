@@ -155,11 +155,8 @@ pub fn names(driver: DriverKind) -> Vec<String> {
     names
 }
 
-/// Declares a robot's parameters.
-///
-/// # Arguments
-///
-/// * `given` — start values by name; all are known. Whoever serves them checks type and range.
+/// Declares a robot's parameters, with start values by name, all of which are known. Whoever serves
+/// them checks type and range.
 pub fn declare(
     robot: &str,
     driver: DriverKind,

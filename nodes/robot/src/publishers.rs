@@ -24,10 +24,6 @@ pub struct Publishers {
 
 impl Publishers {
     /// Starts to publish.
-    ///
-    /// # Errors
-    ///
-    /// If a topic cannot be made.
     pub fn new(session: &Session, node: &NodeHandle, robot: &str) -> Result<Self, SessionError> {
         let (detection, range, status) = (topics::DETECTION, topics::RANGE, topics::STATUS);
         let diagnostics = topics::DIAGNOSTICS;

@@ -50,11 +50,7 @@ struct Kept {
 }
 
 impl Kept {
-    /// Keeps a message.
-    ///
-    /// # Returns
-    ///
-    /// The topics of messages that were let go for it.
+    /// Keeps a message, and lists the topics of messages that were let go for it.
     fn push(&mut self, topic: usize, received: ReceivedRaw) -> Vec<usize> {
         self.n_bytes += received.message.len();
         self.messages.push_back((topic, received));

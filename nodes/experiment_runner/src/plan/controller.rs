@@ -21,15 +21,8 @@ impl Help for ControllerTwice {
     }
 }
 
-/// Puts the table in the place of its path; where the experiment names none, that of the sweep, if it needs one.
-///
-/// # Returns
-///
-/// The text of a file that was read, which goes into the bag.
-///
-/// # Errors
-///
-/// If the file cannot be read, or is no controller of these robots.
+/// Puts the table in the place of its path; where the experiment names none, that of the sweep, if
+/// it needs one. The text of a file that was read goes into the bag.
 pub fn read(
     experiment: &mut ExperimentFile,
     swept: Option<&SweptCell>,

@@ -37,10 +37,6 @@ impl Measured {
     }
 
     /// That which the fleet file gives one robot.
-    ///
-    /// # Errors
-    ///
-    /// If it gives none, or the file is missing or wrong.
     pub(super) fn of_robot(robot: &FleetRobot, fleet: &Path) -> anyhow::Result<Self> {
         let file = fleet.display().to_string();
         let profile = FleetFile::profile_of(&file, robot).map_err(Helpful::from)?;
@@ -49,19 +45,11 @@ impl Measured {
     }
 
     /// That which the file of a world gives a class.
-    ///
-    /// # Errors
-    ///
-    /// If the file is missing or wrong.
     pub(super) fn of_class(path: &Path, world: &str) -> anyhow::Result<Self> {
         Self::of_text(path.to_owned(), read_named("profile", path, world)?)
     }
 
     /// That of the whole fleet.
-    ///
-    /// # Errors
-    ///
-    /// If there is none, no robot may be used, or the file is missing or wrong.
     pub(super) fn of_fleet(fleet: &FleetFile, path: &Path) -> anyhow::Result<Self> {
         let first = fleet.first(1).with_context(|| path.display().to_string())?;
         let Some(profile) = &fleet.profile else {
@@ -108,10 +96,6 @@ pub(super) struct Profiles {
 
 impl Profiles {
     /// Reads the profiles of the robots that have another one than the fleet.
-    ///
-    /// # Errors
-    ///
-    /// If a robot has none, or a file is missing or wrong.
     pub(super) fn read(
         fleet: Measured,
         robots: &[FleetRobot],
@@ -134,10 +118,6 @@ impl Profiles {
     }
 
     /// Refuses robots that have another profile than their class.
-    ///
-    /// # Errors
-    ///
-    /// If one has.
     pub(super) fn check_classes(
         &self,
         robots: &[FleetRobot],
@@ -172,10 +152,6 @@ impl Profiles {
     }
 
     /// All files of a run, by the names that they have beside its record.
-    ///
-    /// # Arguments
-    ///
-    /// * `starts` — a table of start poses, if there is one.
     pub(super) fn with_files(
         &self,
         [experiment, fleet]: [String; 2],
@@ -193,10 +169,6 @@ impl Profiles {
     }
 
     /// Refuses a cell that is beyond the limits of the fleet's profile, or of a robot's own.
-    ///
-    /// # Errors
-    ///
-    /// If it is; a robot is named.
     pub(super) fn check_limits(&self, controller: &Controller) -> anyhow::Result<()> {
         self.fleet.profile.check_limits(controller).map_err(Helpful::from)?;
         self.own.iter().try_for_each(|(robot, own)| {
@@ -206,17 +178,8 @@ impl Profiles {
         })
     }
 
-    /// The conditions of a run of these robots.
-    ///
-    /// # Arguments
-    ///
-    /// * `robots` — those of the run, in the order of the world's rows.
-    /// * `factors` — how the simulator makes them worse than they are, each from its own profile; `None`
-    ///   if it does not.
-    ///
-    /// # Errors
-    ///
-    /// If a profile and the settings make no conditions.
+    /// The conditions of a run of these robots, in the order of the world's rows; with `factors`,
+    /// the simulator makes each of them worse than its own profile.
     pub(super) fn conditions(
         &self,
         robots: &[FleetRobot],

@@ -29,15 +29,7 @@ impl Default for Recording {
 }
 
 impl Recording {
-    /// Resolves that part of an experiment file.
-    ///
-    /// # Arguments
-    ///
-    /// * `beside` — the folder of the experiment file.
-    ///
-    /// # Errors
-    ///
-    /// If a folder of definitions is not there.
+    /// Resolves that part of an experiment file, whose folder is `beside`.
     pub(super) fn read(
         options: &RecordOptions,
         beside: &Path,

@@ -10,10 +10,6 @@ use jiff::Timestamp;
 /// A runner's leases, its robots and its bag are distinguished from another's by this name alone,
 /// so it must differ also where clocks and process numbers are equal, as they are in two
 /// containers, or where many runs are planned within one millisecond.
-///
-/// # Errors
-///
-/// If the operating system gives no random bits.
 pub fn new_run_id(experiment: &Path) -> anyhow::Result<String> {
     let random = getrandom::u64().context("cannot draw the random part of a run's name")?;
     Ok(run_id(experiment, Timestamp::now(), random))

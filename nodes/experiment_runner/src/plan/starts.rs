@@ -18,15 +18,7 @@ pub struct StartTable {
     robots: Vec<String>,
 }
 
-/// Reads the table that a placement names, and puts what it holds in its place.
-///
-/// # Returns
-///
-/// `None` if the placement names no table.
-///
-/// # Errors
-///
-/// If the table cannot be read, or has no start poses.
+/// Reads the table that a placement names, if it names one, and puts what it holds in its place.
 pub fn read(placement: &mut StartPlacement, beside: &Path) -> anyhow::Result<Option<StartTable>> {
     let StartPlacement::File { path, headings } = placement else { return Ok(None) };
     let (name, text) = read_file(&beside.join(path))?;
@@ -38,10 +30,6 @@ pub fn read(placement: &mut StartPlacement, beside: &Path) -> anyhow::Result<Opt
 impl StartTable {
     /// Refuses a table whose names are not those of the run's robots, in the fleet's order: another
     /// robot would be put where one of them is meant.
-    ///
-    /// # Errors
-    ///
-    /// The first robot that differs.
     pub fn check(&self, robots: &[FleetRobot]) -> anyhow::Result<()> {
         let pairs = self.robots.iter().zip(robots);
         for (row, (found, expected)) in pairs.enumerate() {

@@ -93,16 +93,8 @@ struct Swept {
 }
 
 impl SweptCell {
-    /// Finds a cell in the folder of a sweep.
-    ///
-    /// # Arguments
-    ///
-    /// * `asked` — the cell; the chosen one if none is asked for.
-    ///
-    /// # Errors
-    ///
-    /// If the folder is not a sweep's, nothing was chosen, or the cell was not swept: then the
-    /// nearest one that was is named.
+    /// Finds a cell in the folder of a sweep; the chosen one if none is asked for. If it was not
+    /// swept, the nearest one that was is named.
     pub fn find(folder: &Path, asked: Option<&Cell>) -> anyhow::Result<Self> {
         let path = folder.join("sweep.yaml");
         if !path.exists() {
@@ -151,10 +143,6 @@ impl SweptCell {
 
     /// Refuses to run this cell with robots as measured where the cells of the sweep differ in what
     /// robots can do: that cannot be set.
-    ///
-    /// # Errors
-    ///
-    /// [`SweptCellError::Capability`].
     pub fn check_measured(&self) -> Result<(), SweptCellError> {
         let Some((axis, value)) = self.varied.and_then(|axis| Some((axis, self.swept.get(axis)?)))
         else {

@@ -101,11 +101,6 @@ impl Plan {
     /// seed, so what virtual robots differ by shows between trials. Beside one that stands, the
     /// fleet's first other robot is put; both are held, so that no gust moves them. Beside a robot of
     /// the floor, a person puts whatever is to be detected.
-    ///
-    /// # Errors
-    ///
-    /// If a file cannot be read or is wrong, the fleet has no such robot that may be used, the command
-    /// is none, or the bag exists already.
     pub fn of_trial(request: &TrialRequest) -> anyhow::Result<Self> {
         let (name, text) = read(&request.fleet)?;
         let fleet = FleetFile::parse(&name, &text).map_err(Helpful::from)?;

@@ -25,16 +25,8 @@ impl Help for WorldTwice {
     }
 }
 
-/// Puts the world in the place of its path.
-///
-/// # Returns
-///
-/// The text of a file that was read, which goes into the bag.
-///
-/// # Errors
-///
-/// If the file cannot be read, or describes no world of this arena, or a profile that it names is none, or there is a
-/// sweep, too.
+/// Puts the world in the place of its path, and refuses one beside a sweep. The text of a file that was
+/// read goes into the bag.
 pub fn read(
     experiment: &mut ExperimentFile,
     (cell, swept): (&Cell, Option<&SweptCell>),
@@ -81,10 +73,6 @@ impl Help for Unordered {
 }
 
 /// Refuses robots of several classes that are not in the order of their names.
-///
-/// # Errors
-///
-/// If they are not.
 pub fn refuse_unordered(robots: &[String], conditions: &Conditions) -> anyhow::Result<()> {
     if conditions.world.classes.is_empty() {
         return Ok(());
@@ -129,10 +117,6 @@ impl Help for Failing {
 }
 
 /// Refuses a world in which robots fail where robots are real, and one with objects where some are.
-///
-/// # Errors
-///
-/// If there are some.
 pub fn refuse_objects(backend: Backend, conditions: &Conditions) -> anyhow::Result<()> {
     if backend == Backend::Simulator {
         return Ok(());

@@ -25,11 +25,8 @@ impl Account {
         }
     }
 
-    /// Takes a publisher's count of a sample that was recorded.
-    ///
-    /// # Arguments
-    ///
-    /// * `source` — topic, by its index, and publisher.
+    /// Takes a publisher's count of a sample that was recorded; its source is the index of the
+    /// topic, and the publisher.
     pub fn add(&mut self, source: (usize, [u8; 16]), sequence: u64) {
         let Some(last) = self.last.insert(source, sequence) else { return };
         let n_missing = sequence.saturating_sub(last.saturating_add(1));

@@ -118,11 +118,8 @@ impl Closing {
         (self.0.done(), queued + waiting.unsynced.load(Ordering::Relaxed))
     }
 
-    /// Waits for the thread, whose last word has come, or gives the bag up.
-    ///
-    /// # Returns
-    ///
-    /// Whether the thread has ended. One that hangs in a call to the system cannot be ended.
+    /// Waits for the thread, whose last word has come, and is `true` if it has ended. One that
+    /// hangs in a call to the system cannot be ended, and the bag is given up.
     pub fn end(mut self) -> bool {
         self.0.waiting.is_given_up.store(true, Ordering::Relaxed);
         self.0.wait_for(GIVE_UP)
@@ -162,17 +159,8 @@ impl Drop for Writer {
 }
 
 impl Disk {
-    /// Starts the thread.
-    ///
-    /// # Arguments
-    ///
-    /// * `open` — opens the bag, in the thread.
-    /// * `before` — called in the thread before each job; tests are slow there.
-    /// * `report` — where the thread reports.
-    ///
-    /// # Errors
-    ///
-    /// [`RecorderError::Thread`].
+    /// Starts the thread, which opens the bag and reports. Before each job it calls `before`: tests
+    /// are slow there.
     pub fn start(
         open: impl FnOnce() -> Result<BagWriter, RecorderError> + Send + 'static,
         mut before: impl FnMut(&Job) + Send + 'static,

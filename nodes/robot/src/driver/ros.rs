@@ -125,12 +125,8 @@ fn full_name(robot: &str, given: &str, usual: &topics::Topic) -> String {
     }
 }
 
-/// Subscribes to a sensor; its topic, and the subscription.
-///
-/// # Arguments
-///
-/// * `given` — the topic, or empty for the `usual` one.
-/// * `reading` — what a message says.
+/// Subscribes to a sensor, on the topic that was given or, where that is empty, on the `usual` one:
+/// its name, and the subscription. A `reading` is what a message says.
 fn follow<M: RosMessage>(
     place: DriverContext<'_>,
     given: &str,

@@ -110,12 +110,8 @@ impl Driver for SerialDriver {
 }
 
 impl SerialDriver {
-    /// A driver for a port, which is opened when the first report is asked for.
-    ///
-    /// # Arguments
-    ///
-    /// * `path` — of the device; it need not be there yet.
-    /// * `baud` — the baud rate.
+    /// A driver for a port at a baud rate, which is opened when the first report is asked for; the
+    /// device need not be there yet.
     pub fn at(path: &str, baud: u32) -> Self {
         Self {
             path: path.to_owned(),

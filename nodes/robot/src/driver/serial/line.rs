@@ -216,10 +216,6 @@ impl LineError {
 
 impl FromDevice {
     /// Understands a line, without its end.
-    ///
-    /// # Errors
-    ///
-    /// [`LineError`].
     pub fn decode(line: &[u8]) -> Result<Self, LineError> {
         let body = body_of(line)?;
         let fields: Vec<&str> = body.split(',').collect();

@@ -118,11 +118,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// A conversation that is to begin.
-    ///
-    /// # Arguments
-    ///
-    /// * `nonce` — another one for each opening of a port.
+    /// A conversation that is to begin, with another `nonce` for each opening of a port.
     pub fn new(nonce: u16, now: Duration) -> Self {
         Self {
             phase: Phase::Greeting { since: now, next: now },
@@ -160,11 +156,7 @@ impl Link {
         }
     }
 
-    /// Looks at the time.
-    ///
-    /// # Returns
-    ///
-    /// A line to send, if one is due.
+    /// Looks at the time, for a line to send if one is due.
     ///
     /// # Errors
     ///
@@ -206,10 +198,6 @@ impl Link {
     }
 
     /// Takes bytes as they come.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`], if what they mean ends the link.
     pub fn on_bytes(&mut self, bytes: &[u8], now: Duration) -> Result<Vec<Report>, LinkError> {
         let mut reports = Vec::new();
         for byte in bytes {

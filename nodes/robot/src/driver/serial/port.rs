@@ -44,10 +44,6 @@ pub struct Port(AsyncFd<File>);
 impl Port {
     /// Opens a port: 8 data bits, no parity, 1 stop bit, no flow control; what was left in its
     /// queues is thrown away.
-    ///
-    /// # Errors
-    ///
-    /// [`PortError`].
     #[expect(unsafe_code, reason = "nobody else vouches for a file's descriptor")]
     pub fn open(path: &str, baud: u32) -> Result<Self, PortError> {
         let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
@@ -74,10 +70,6 @@ impl Port {
     }
 
     /// Waits for bytes. None are lost when this is dropped while it waits.
-    ///
-    /// # Errors
-    ///
-    /// If the other end has gone.
     pub async fn read(&self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             let mut ready = self.0.readable().await?;
@@ -91,10 +83,6 @@ impl Port {
 
     /// Sends a line, or nothing or a part of it if the other end does not take it at once: a
     /// command that waits is a command that comes too late.
-    ///
-    /// # Errors
-    ///
-    /// If the other end has gone.
     pub fn send(&self, line: &str) -> io::Result<()> {
         match self.0.get_ref().write(line.as_bytes()) {
             Ok(_) => Ok(()),
