@@ -92,11 +92,7 @@ pub extern "C" fn open(replicate: u64) -> usize {
     })
 }
 
-/// Makes so many steps.
-///
-/// # Returns
-///
-/// Where the frame is; see [`live::Live`].
+/// Makes so many steps, and gives the place of the frame; see [`live::Live`].
 #[unsafe(no_mangle)]
 pub extern "C" fn step(n_steps: u32) -> *const f32 {
     with(|page| {

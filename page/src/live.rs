@@ -26,10 +26,6 @@ pub struct Live {
 
 impl Live {
     /// Places a swarm.
-    ///
-    /// # Errors
-    ///
-    /// If the robots do not fit where they are to start.
     pub fn new(conditions: Conditions, seed: Seed) -> Result<Self, String> {
         let world = World::new(&conditions, seed).map_err(|error| error.to_string())?;
         let controllers = Controllers::new(&conditions, seed);

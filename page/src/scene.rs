@@ -67,10 +67,6 @@ fn refusal(error: &SweepFileError) -> Refusal {
 
 impl Scene {
     /// Reads what the page has put together.
-    ///
-    /// # Errors
-    ///
-    /// If it is none, or its robot is impossible.
     pub fn parse(text: &str) -> Result<Self, Refusal> {
         let scene: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
         scene.source.profile.check().map_err(|error| error.to_string())?;
@@ -90,10 +86,6 @@ impl Scene {
     }
 
     /// The sweep over the diagram's axes, with all else as it is set.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be swept.
     pub fn sweep(&self) -> Result<SweepFile, Refusal> {
         let axes = self.axes();
         let sweep = self.source.sweep.clone();
@@ -154,10 +146,6 @@ impl Scene {
     }
 
     /// The conditions of the shown cell.
-    ///
-    /// # Errors
-    ///
-    /// If it cannot be simulated.
     pub fn conditions(&self) -> Result<Conditions, Refusal> {
         let sweep = self.sweep_of_cell()?;
         let mut resolved =
@@ -188,10 +176,6 @@ impl Scene {
     }
 
     /// All that the page shows of it beside its robots in motion.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::conditions`].
     pub fn describe(&self) -> Result<serde_json::Value, Refusal> {
         let conditions = self.conditions()?;
         let robot = self.robot()?;
@@ -243,10 +227,6 @@ impl Scene {
     }
 
     /// The sweep as a file that `rsrs sweep` reads, with its robot in it: the diagram, and the shown cell.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::sweep`].
     pub fn sweep_file(&self) -> Result<String, Refusal> {
         #[derive(Serialize)]
         struct Resolved<'a> {

@@ -6,10 +6,6 @@ use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter, Serializer};
 
 /// Writes data whose keys are names.
-///
-/// # Errors
-///
-/// If a number is not finite, or a map has keys that are no texts.
 pub fn to_string(data: &impl Serialize) -> Result<String, serde_json::Error> {
     let mut bytes = Vec::new();
     data.serialize(&mut Serializer::with_formatter(&mut bytes, Lines::default()))?;

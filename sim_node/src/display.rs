@@ -97,10 +97,6 @@ impl Drop for Display {
 
 impl Display {
     /// Offers the two topics; to be called within a runtime.
-    ///
-    /// # Errors
-    ///
-    /// If a topic cannot be made.
     pub fn new(session: &Session, node: &NodeHandle) -> anyhow::Result<Self> {
         let frames = session.publish_on(node, topics::TF.name, topics::TF.qos)?;
         let markers = session.publish_on(node, topics::MARKERS.name, topics::MARKERS.qos)?;
@@ -129,21 +125,14 @@ impl Display {
         };
     }
 
-    /// Whether it is time for the next picture, and there is a viewer.
-    ///
-    /// # Arguments
-    ///
-    /// * `world_ns` — time of the world, in nanoseconds.
+    /// Whether it is time (of the world, in nanoseconds) for the next picture, and there is a
+    /// viewer.
     pub fn is_due(&self, world_ns: u64) -> bool {
         self.watched != Watched::default()
             && self.shown.is_none_or(|shown| shown.is_old(world_ns, SHOWN_EVERY_NS))
     }
 
-    /// Shows a scene.
-    ///
-    /// # Arguments
-    ///
-    /// * `world_ns` — time of the world, in nanoseconds.
+    /// Shows a scene at a time of the world, in nanoseconds.
     pub fn show(&mut self, scene: Scene, world_ns: u64) {
         let now = Some(Shown { at: Instant::now(), world_ns });
         let markers = self.watched.markers
@@ -229,11 +218,8 @@ objects: [{places_m: [[1, 1], [1, 1.3]], radius_m: 0.1}, {places_m: [[-1, 1]], r
 goals: [{place_m: [0.6, -0.6], radius_m: 0.3}]
 ";
 
-    /// Flockbots among three objects, of which two are side by side, and a goal.
-    ///
-    /// # Arguments
-    ///
-    /// * `window` — of their behaviour.
+    /// Flockbots with a window for their behaviour among three objects, of which two are side by
+    /// side, and a goal.
     pub fn pushing(window: &str) -> Conditions {
         let window = if window.contains(':') { format!("{{{window}}}") } else { window.to_owned() };
         let behaviour = format!(

@@ -58,10 +58,6 @@ pub enum EntityError {
 const FLAT: f64 = 1e-3;
 
 /// Rows of the robots that pass all filters.
-///
-/// # Errors
-///
-/// [`EntityError::Filter`] and [`EntityError::Unsupported`].
 pub fn pick(
     placed_world: &PlacedWorld,
     filters: &EntityFilters,
@@ -87,20 +83,13 @@ pub fn pick(
 }
 
 /// The row of a robot.
-///
-/// # Errors
-///
-/// [`EntityError::NotFound`].
 pub fn row(placed_world: &PlacedWorld, name: &str) -> Result<usize, EntityError> {
     let row = placed_world.rows.names.iter().position(|known| known == name);
     row.ok_or_else(|| EntityError::NotFound { name: name.to_owned() })
 }
 
-/// Where robots are, and how they are commanded to move; accelerations are not known.
-///
-/// # Arguments
-///
-/// * `rows` — which robots; shape `[n_entities]`.
+/// Where the robots of these rows are, in their order, and how they are commanded to move;
+/// accelerations are not known.
 pub fn states(placed_world: &PlacedWorld, rows: &[usize], stamp: Time) -> Vec<EntityState> {
     let poses: Vec<Pose> = placed_world.world.poses().collect();
     let state = |row: &usize| {
@@ -126,10 +115,6 @@ pub fn states(placed_world: &PlacedWorld, rows: &[usize], stamp: Time) -> Vec<En
 }
 
 /// Where a robot shall be; `None` if its pose is not meant.
-///
-/// # Errors
-///
-/// [`EntityError`], all but those of filters.
 pub fn wanted(
     placed_world: &PlacedWorld,
     request: &SetEntityStateRequest,

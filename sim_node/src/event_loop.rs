@@ -89,11 +89,6 @@ pub struct Step {
 }
 
 /// Runs the simulator until SIGINT or SIGTERM.
-///
-/// # Errors
-///
-/// If the network cannot be used, a start value of a parameter is wrong, or a reliable subscriber
-/// stops acknowledging.
 pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     let session = Session::open_with(&options.session, &options.ros)?;
     let (received, mut events) = unbounded_channel();
@@ -366,10 +361,6 @@ impl<'a> Simulation<'a> {
     }
 
     /// Carries out an action of the machine.
-    ///
-    /// # Errors
-    ///
-    /// If a reliable subscriber stops acknowledging.
     pub(crate) async fn act(&mut self, actions: Vec<Action>) -> anyhow::Result<()> {
         for action in actions {
             match action {

@@ -36,16 +36,8 @@ struct Flags {
     node: NodeFlags,
 }
 
-/// Runs the node until SIGINT or SIGTERM.
-///
-/// # Arguments
-///
-/// * `arguments` — those of the process, without its name: `[--interface NAME|IP] --robots NAME,…
-///   [--ros-args …]`.
-///
-/// # Errors
-///
-/// If the arguments are wrong, no interface is chosen, or the network cannot be used.
+/// Runs the node until SIGINT or SIGTERM, by the arguments of the process, without its name:
+/// `[--interface NAME|IP] --robots NAME,… [--ros-args …]`.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     if has_helped::<Flags>(arguments)? {
         return Ok(());

@@ -49,11 +49,7 @@ pub struct Followed {
 }
 
 impl Followed {
-    /// A robot of which nothing has been received yet.
-    ///
-    /// # Arguments
-    ///
-    /// * `ours` — rows of our robots.
+    /// A robot of which nothing has been received yet, beside our robots in these rows.
     pub fn new(row: usize, conditions: &Conditions, ours: &[usize]) -> Self {
         let robot = conditions.robot_at(row);
         let latency_steps =
@@ -89,16 +85,11 @@ impl Followed {
         self.received.unwrap_or(nowhere)
     }
 
-    /// Whether its sensor would report one of our robots.
+    /// Whether its sensor would report one of our robots at a step of the world.
     ///
     /// What it reports of other real robots, and what it reports by mistake, comes from the real
-    /// sensor; ours are missed as often as the conditions define.
-    ///
-    /// # Arguments
-    ///
-    /// * `ours` — where our robots are.
-    /// * `step`, `detection` — the world's step, and what its sensor reports for this row: its draw
-    ///   decides whether what is seen is also detected.
+    /// sensor; ours are missed as often as the conditions define: what the world's sensor reports
+    /// for this row (`detection`) decides whether what is seen is also detected.
     pub fn detects(&mut self, ours: &[Pose], (step, detection): (u64, bool)) -> bool {
         let from = self.pose();
         let mut ours = ours.iter().zip(&self.views);
@@ -133,10 +124,6 @@ pub struct RealRobots {
 
 impl RealRobots {
     /// Receives the poses of real robots, and publishes to their controllers.
-    ///
-    /// # Errors
-    ///
-    /// If a topic cannot be made.
     pub fn follow(
         session: &Session,
         node: &NodeHandle,
@@ -177,10 +164,6 @@ impl RealRobots {
     }
 
     /// Publishes to the controllers of the real robots what they would see.
-    ///
-    /// # Errors
-    ///
-    /// If a reliable subscriber stops acknowledging.
     pub async fn publish(&self, detections: &[bool]) -> anyhow::Result<()> {
         for (publisher, data) in self.detections.iter().zip(detections) {
             publisher.publish(Bool { data: *data }).await?;

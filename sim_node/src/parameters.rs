@@ -123,15 +123,9 @@ pub struct Wanted {
     pub rows: Rows,
 }
 
-/// Declares the simulator's parameters: no world, unless one is given at the start.
-///
-/// # Arguments
-///
-/// * `given` — start values by name, from the command line or a parameter file.
-///
-/// # Errors
-///
-/// [`WorldError::Unknown`]. Values are checked by the server of the parameters, and by [`check`].
+/// Declares the simulator's parameters: no world, unless the command line or a parameter file has
+/// `given` one by start values. These are checked by the server of the parameters, and by
+/// [`check`].
 pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParameters, WorldError> {
     let text = |name, description| Descriptor::new(name, ParameterKind::String, description);
     let count = |name, description, most: f64| {
@@ -197,17 +191,11 @@ pub fn gates(server: &ParameterServer) -> Gates {
     }
 }
 
-/// Whether values can make a world, as far as that shows without the others.
+/// Whether values can make a world, as far as that shows without the others, which stay as they
+/// are. The simulator stands in for `hosted` robots, and robots of a cell are as the profile
+/// describes.
 ///
-/// # Arguments
-///
-/// * `values` — by name; those that are missing stay as they are.
-/// * `hosted` — the robots that the simulator stands in for.
-/// * `profile` — what robots of a cell are.
-///
-/// # Errors
-///
-/// [`WorldError`], for the response to the client that sets them.
+/// The error is for the response to the client that sets them.
 pub fn check(
     values: &[(String, ParameterValue)],
     hosted: &[String],
@@ -236,15 +224,7 @@ pub fn check(
     time.map_or(Ok(()), |time| check_mixed(&rows, time))
 }
 
-/// Makes the world that the parameters ask for.
-///
-/// # Returns
-///
-/// `None` while no conditions are set.
-///
-/// # Errors
-///
-/// [`WorldError`].
+/// Makes the world that the parameters ask for; `None` while no conditions are set.
 pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Wanted>, WorldError> {
     let text = |name| match server.get(FULL_NAME, name) {
         Some(ParameterValue::String(text)) => text,
@@ -280,10 +260,6 @@ pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Want
 }
 
 /// Where the poses of real robots come from.
-///
-/// # Errors
-///
-/// [`WorldError::TrackedBy`].
 pub fn tracked_by(server: &ParameterServer) -> Result<TrackedBy, WorldError> {
     match server.get(FULL_NAME, TRACKED_BY) {
         Some(ParameterValue::String(text)) => read_tracker(&text),

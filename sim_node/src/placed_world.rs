@@ -95,11 +95,7 @@ impl PlacedWorld {
         Sensed { digest, ours, virtual_detections, objects_m }
     }
 
-    /// Moves our robots by one period.
-    ///
-    /// # Arguments
-    ///
-    /// * `commands` — one for each of ours; shape `[n_ours]`.
+    /// Moves our robots by one period, each by its command, in their order.
     pub fn advance(&mut self, commands: Vec<Command>) {
         let mut all = vec![Command::STOP; self.conditions.robots];
         for (row, command) in self.rows.ours.iter().zip(&commands) {
@@ -128,11 +124,7 @@ impl PlacedWorld {
         &self.obeyed
     }
 
-    /// What viewers see.
-    ///
-    /// # Arguments
-    ///
-    /// * `text` — the judge's verdict on the run.
+    /// What viewers see, with the judge's verdict on the run as text.
     pub fn scene(&mut self, stamp: Time, text: &str) -> Scene {
         let time_s = self.world.step_index() as f64 * self.conditions.period_s;
         let n_robots = self.conditions.robots;

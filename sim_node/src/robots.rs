@@ -60,10 +60,6 @@ pub struct Motion {
 
 impl VirtualRobot {
     /// Puts a robot on the network.
-    ///
-    /// # Errors
-    ///
-    /// If a topic cannot be made.
     pub fn new(
         session: &Session,
         node: &NodeHandle,
@@ -117,10 +113,6 @@ impl VirtualRobot {
     }
 
     /// Has topics for what it reports in a world, which those who come later get from its beginning.
-    ///
-    /// # Errors
-    ///
-    /// If a topic cannot be made.
     pub fn report(&mut self, session: &Session, readings: &ReadingNames) -> anyhow::Result<()> {
         self.further.clear();
         for reading in readings.further() {
@@ -132,10 +124,6 @@ impl VirtualRobot {
     }
 
     /// Lets the gate take an event, and publishes the status that follows, if one does.
-    ///
-    /// # Errors
-    ///
-    /// If the status cannot be published.
     pub async fn on_event(&mut self, event: Event, now: Duration) -> anyhow::Result<()> {
         let Some(publisher) = &self.status else {
             if let Event::Command(command) = event {
@@ -186,10 +174,6 @@ impl VirtualRobot {
     }
 
     /// Publishes what the sensors report in this step: `detection` last, which the controller answers.
-    ///
-    /// # Errors
-    ///
-    /// If a reliable subscriber stops acknowledging.
     pub async fn publish_readings(&self, readings: Readings) -> anyhow::Result<()> {
         for (place, further) in self.further.iter().enumerate() {
             further.publish(Bool { data: readings.has(place + 1) }).await?;
@@ -198,10 +182,6 @@ impl VirtualRobot {
     }
 
     /// Publishes where the robot is and what it does: ground truth, and the command obeyed.
-    ///
-    /// # Errors
-    ///
-    /// If a reliable subscriber stops acknowledging.
     pub async fn publish_motion(&self, motion: Motion, stamp: Time) -> anyhow::Result<()> {
         let Motion { pose, command } = motion;
         let pose = pose_message(pose);

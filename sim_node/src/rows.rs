@@ -56,17 +56,8 @@ pub enum RowsError {
 }
 
 impl Rows {
-    /// Understands the names of a world's robots.
-    ///
-    /// # Arguments
-    ///
-    /// * `names` — in the order of the rows; none stands for the first of ours.
-    /// * `hosted` — the robots of this simulator.
-    /// * `asked` — how many robots the world has.
-    ///
-    /// # Errors
-    ///
-    /// [`RowsError`].
+    /// Understands the names of a world's robots in the order of its rows, of which so many are
+    /// `asked` for. Without names they are the first of those that this simulator has (`hosted`).
     pub fn of(names: &[String], hosted: &[String], asked: usize) -> Result<Self, RowsError> {
         if names.is_empty() {
             let are_there = (1..=hosted.len()).contains(&asked);

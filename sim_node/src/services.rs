@@ -27,15 +27,7 @@ pub enum Call {
     SetEntityState(wire::SetEntityStateRequest, Responder<wire::SetEntityStateResponse>),
 }
 
-/// Offers all of them, below the simulator's name.
-///
-/// # Arguments
-///
-/// * `received` — takes every call.
-///
-/// # Errors
-///
-/// If a service cannot be made.
+/// Offers all of them, below the simulator's name; `received` takes every call.
 pub fn offer(
     session: &Session,
     node: &NodeHandle,

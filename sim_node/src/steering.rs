@@ -32,10 +32,6 @@ const CUSTOM_INFO: &str = "A world is placed by the parameters of this node; by 
 
 impl Simulation<'_> {
     /// Does what is asked, and answers.
-    ///
-    /// # Errors
-    ///
-    /// If a reliable subscriber stops acknowledging.
     pub async fn answer(&mut self, call: Call) -> anyhow::Result<()> {
         match call {
             Call::Features(responder) => responder.send(features()),

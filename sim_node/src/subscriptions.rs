@@ -67,10 +67,6 @@ struct Commands {
 impl Subscriptions {
     /// Subscribes for the swarm and for each robot, whose commands are stamped until
     /// [`Subscriptions::follow_types`] selects others.
-    ///
-    /// # Errors
-    ///
-    /// If a topic cannot be made.
     pub fn new(
         session: &Session,
         node: &NodeHandle,
@@ -92,10 +88,6 @@ impl Subscriptions {
 
     /// Subscribes to commands of the type that each robot's controller publishes: in real time, with
     /// or without a stamp; in lockstep, with one.
-    ///
-    /// # Errors
-    ///
-    /// If a topic cannot be made.
     pub fn follow_types(
         &mut self,
         session: &Session,

@@ -26,10 +26,6 @@ pub struct VirtualPosePublisher {
 
 impl VirtualPosePublisher {
     /// Publishes for the virtual robots of a world with this control period.
-    ///
-    /// # Errors
-    ///
-    /// If a topic cannot be made.
     pub fn new(
         session: &Session,
         node: &NodeHandle,
@@ -50,17 +46,10 @@ impl VirtualPosePublisher {
         self.interpolator.step(poses.collect(), Instant::now());
     }
 
-    /// Publishes the virtual robots' poses when a round of the tracker begins: with its first message,
-    /// and with each message on a robot that it has already published since ours were.
-    ///
-    /// # Arguments
-    ///
-    /// * `robot` — index of the real robot.
-    /// * `header` — when it was seen there, and in which frame.
-    ///
-    /// # Errors
-    ///
-    /// If a pose cannot be published.
+    /// Publishes the virtual robots' poses when a round of the tracker begins: with its first
+    /// message, and with each message on a robot that it has already published since ours were. The
+    /// message is on a real `robot`, by its index; its `header` tells when that was seen, and in
+    /// which frame.
     pub async fn follow(&mut self, robot: usize, header: &Header) -> anyhow::Result<()> {
         if !self.updated_this_round.is_empty() && self.updated_this_round.insert(robot) {
             return Ok(());

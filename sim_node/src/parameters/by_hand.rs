@@ -51,10 +51,6 @@ pub fn declared() -> Vec<(Descriptor, ParameterValue)> {
 }
 
 /// The profile that start values name.
-///
-/// # Errors
-///
-/// If its file cannot be read, or is no profile.
 pub fn profile(given: &BTreeMap<String, ParameterValue>) -> anyhow::Result<RobotProfile> {
     let path = match given.get(PROFILE) {
         Some(ParameterValue::String(path)) if !path.is_empty() => path,
@@ -66,10 +62,6 @@ pub fn profile(given: &BTreeMap<String, ParameterValue>) -> anyhow::Result<Robot
 }
 
 /// The conditions of a cell.
-///
-/// # Errors
-///
-/// [`CellRefused`].
 pub fn conditions(cell: &str, profile: &RobotProfile) -> Result<Conditions, CellRefused> {
     let cell: Cell =
         cell.parse().map_err(|source| CellRefused::Syntax { found: cell.to_owned(), source })?;
@@ -77,10 +69,6 @@ pub fn conditions(cell: &str, profile: &RobotProfile) -> Result<Conditions, Cell
 }
 
 /// Puts the conditions of a cell that was set where all others are, so that they stand once.
-///
-/// # Errors
-///
-/// [`CellRefused`].
 ///
 /// # Panics
 ///
