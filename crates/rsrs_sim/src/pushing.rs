@@ -97,7 +97,6 @@ struct Near {
     pairs: Vec<(usize, usize)>,
 }
 
-/// Two bodies that overlap.
 #[derive(Clone, Copy)]
 struct Overlap {
     pair: (usize, usize),

@@ -49,7 +49,6 @@ pub struct Sensors {
     arrived: Vec<Readings>,
 }
 
-/// The walls of the arena.
 enum SensedWalls {
     /// Those of a square, so far from the origin, in metres.
     Square(f32),

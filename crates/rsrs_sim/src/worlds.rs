@@ -27,7 +27,6 @@ pub struct Worlds {
     is_sensed: bool,
 }
 
-/// Some worlds.
 enum Part {
     Lanes(Box<dyn Lanes>),
     World(Box<World>),

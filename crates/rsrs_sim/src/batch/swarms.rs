@@ -180,7 +180,6 @@ impl<S: Simd> Swarms<S> {
         self.step += 1;
     }
 
-    /// One step of some neighbouring robots.
     #[inline(always)]
     fn step_some<V: LaneView<S>, const PLAIN: bool, const SOME: usize>(
         &mut self,
@@ -267,7 +266,6 @@ impl<S: Simd> Swarms<S> {
         self.step += 1;
     }
 
-    /// Senses for some neighbouring robots.
     #[inline(always)]
     fn sense_some<V: LaneView<S>, const SOME: usize>(
         &mut self,

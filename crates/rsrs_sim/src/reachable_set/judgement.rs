@@ -167,7 +167,6 @@ pub(super) fn chances(
     robots.values().map(chance).collect()
 }
 
-/// The answer.
 pub(super) fn summary(
     trials: Vec<TrialPlace>,
     tubes: Vec<Tube>,

@@ -107,7 +107,6 @@ struct Job {
     replicates: Range<u64>,
 }
 
-/// A block that is being worked on.
 struct OpenBlock {
     /// How many were begun before it.
     order: u64,

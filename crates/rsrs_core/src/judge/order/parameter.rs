@@ -32,7 +32,6 @@ pub enum Prerequisite {
     Classes,
 }
 
-/// A row of the table.
 struct Row {
     key: &'static str,
     /// Empty for what is dimensionless.

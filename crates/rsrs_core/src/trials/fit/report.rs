@@ -68,7 +68,6 @@ pub struct SensorFit {
 }
 
 impl SensorFit {
-    /// The report of a map.
     pub(super) fn of(map: &SensorMap) -> Self {
         let (hit, alarm) = (map.true_positive, map.false_positive);
         Self {
