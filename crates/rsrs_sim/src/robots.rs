@@ -127,7 +127,7 @@ impl Robots {
     /// Finds out for every robot whether its view contains another, and whether one is in its way.
     /// Both are written for every robot, shape `[n_robots]`.
     ///
-    /// The view is asked for forward and lateral distance and the squared distance; it is false for
+    /// `sees` takes the forward, the lateral and the squared distance of a neighbour; it is false for
     /// the robot itself, at distance zero.
     #[inline]
     pub fn sense_pairs(

@@ -230,7 +230,6 @@ impl<'a> Look<'a> {
         samples.map(of).sum::<f64>() / n_samples
     }
 
-    /// Of each class.
     fn clustered_by_class(&self) -> Vec<f64> {
         clustered_by_class(self.radius_m, self.classes, &self.places)
     }
@@ -244,7 +243,6 @@ impl<'a> Look<'a> {
         self.world.goals.iter().map(from_m).fold(f64::INFINITY, f64::min)
     }
 
-    /// Share of places in a goal.
     fn share_at_goal(&self, places: &[Vector<f64>]) -> f64 {
         let n_there = places.iter().filter(|place| self.outside_goals_m(**place) <= 0.0).count();
         n_there as f64 / places.len() as f64

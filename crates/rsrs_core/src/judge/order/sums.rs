@@ -139,7 +139,6 @@ pub struct Sums<N> {
     robots: Vec<RobotSums<N>>,
 }
 
-/// Sums of one robot.
 #[derive(Clone, Copy)]
 struct RobotSums<N> {
     /// Samples in which no other robot was within reach.
