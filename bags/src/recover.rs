@@ -158,7 +158,6 @@ struct Salvaged {
     is_closed: bool,
 }
 
-/// Saves what is in one file.
 fn salvage(
     path: &Path,
     folder: &Path,

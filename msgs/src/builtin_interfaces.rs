@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::message::ros_messages;
 
-/// Nanoseconds in a second.
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
 
 /// A point in time since the epoch of its clock: 1970 for the system's, the start for `/clock`.

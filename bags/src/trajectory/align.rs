@@ -110,12 +110,10 @@ fn has_no_gaps(robot: &RecordedRobot, period_ns: u64) -> bool {
     })
 }
 
-/// Time of a robot's first pose, in nanoseconds.
 fn first_ns(robot: &RecordedRobot) -> u64 {
     robot.poses[0].stamp_ns
 }
 
-/// Time of a robot's last pose, in nanoseconds.
 fn last_ns(robot: &RecordedRobot) -> u64 {
     robot.poses[robot.poses.len() - 1].stamp_ns
 }

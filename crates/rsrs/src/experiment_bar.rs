@@ -91,7 +91,6 @@ impl ExperimentBar {
         Self { bar, counts: Cell::new(false), verbosity, shown, log: RefCell::new(None) }
     }
 
-    /// Shows how far the experiment has come.
     fn show(&self, progress: &Progress) {
         match progress {
             Progress::Note(text) => {

@@ -39,7 +39,6 @@ impl PageArguments {
         Ok(file.styled(self.style()))
     }
 
-    /// The style of the pictures.
     pub fn style(self) -> PageStyle {
         let theme = match self.theme {
             ThemeName::Screen => Theme::Screen,

@@ -65,7 +65,6 @@ impl Counter {
         Self { bar, revealed: Once::new(), what, doing, log: Mutex::new(None) }
     }
 
-    /// Shows how far the work has come.
     pub fn show(&self, Progress { done, total }: Progress) {
         match shown() {
             Shown::Nothing => {}

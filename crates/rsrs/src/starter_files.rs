@@ -45,7 +45,6 @@ impl StarterFiles {
         Ok(Self { sweep: file("sweep.yaml")?, experiment: file("experiment.yaml")? })
     }
 
-    /// Writes the files below a folder.
     pub fn write(folder: &Path) -> anyhow::Result<Self> {
         for (name, text) in FILES {
             let path = folder.join(name);

@@ -19,7 +19,6 @@ pub struct WheelArguments {
 }
 
 impl WheelArguments {
-    /// The wheels, if they were given.
     pub fn wheels(&self) -> anyhow::Result<Option<Wheels>> {
         let (Some(base_m), Some(speed_max_m_s)) = (self.wheel_base, self.wheel_speed) else {
             return Ok(None);

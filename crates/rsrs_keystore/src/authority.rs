@@ -53,7 +53,6 @@ impl Authority {
         Ok(is_there && !keystore.join(UNFINISHED).exists())
     }
 
-    /// Makes a new one.
     pub(crate) fn create(
         keystore: &Path,
         holds: (Duration, Duration),
@@ -73,7 +72,6 @@ impl Authority {
         Self::read(keystore)
     }
 
-    /// Reads that of a keystore.
     pub(crate) fn read(keystore: &Path) -> Result<Self, KeystoreError> {
         Ok(Self {
             identity: pair(keystore, IDENTITY_CA, IDENTITY_CA_KEY)?,
@@ -154,7 +152,6 @@ impl Authority {
         Ok(text.to_owned())
     }
 
-    /// Signs a document.
     pub(crate) fn sign(&self, text: &str) -> Result<String, KeystoreError> {
         signature::sign(&self.permissions, text).map_err(KeystoreError::cryptography("a signature"))
     }

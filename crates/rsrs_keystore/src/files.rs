@@ -209,7 +209,6 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Reads a text.
 pub(crate) fn read(path: &Path) -> Result<String, KeystoreError> {
     text(path).map_err(KeystoreError::file("read", path))
 }

@@ -102,7 +102,6 @@ pub struct TopicRule {
     pub data: Protection,
 }
 
-/// Every topic.
 const ALL_TOPICS: &str = "*";
 
 /// Why a governance is not used.

@@ -228,7 +228,6 @@ pub fn revoke(
     Ok(Revoked { old, ends: holds.1, private: private.map(TempDir::keep) })
 }
 
-/// The authority of a keystore.
 pub(crate) fn authority_of(keystore: &Path) -> Result<Authority, KeystoreError> {
     if Authority::is_in(keystore)? {
         Authority::read(keystore)

@@ -18,7 +18,6 @@ pub(crate) fn revoked(keystore: &Path) -> Result<BTreeSet<String>, KeystoreError
     }
 }
 
-/// Writes them.
 pub(crate) fn write_revoked(
     keystore: &Path,
     enclaves: &BTreeSet<String>,

@@ -173,7 +173,6 @@ pub(crate) fn try_in_a_copy(attempt: impl FnOnce() -> io::Result<()>) -> io::Res
     }
 }
 
-/// How many threads this process has.
 pub(crate) fn n_threads() -> io::Result<usize> {
     Ok(std::fs::read_dir("/proc/self/task")?.count())
 }
@@ -212,7 +211,6 @@ pub(crate) fn scheduled(thread: u32) -> Option<String> {
     std::fs::read_to_string(format!("/proc/self/task/{thread}/schedstat")).ok()
 }
 
-/// The identity of this thread.
 pub(crate) fn thread_id() -> u32 {
     // Not `libc::gettid`, which glibc has from 2.30 on: wheels are for 2.28.
     // SAFETY: takes nothing and cannot fail.

@@ -130,7 +130,6 @@ pub(crate) struct DrawnCurves {
     pub charts: Vec<Chart>,
 }
 
-/// Draws curves.
 pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictureError> {
     check(picture)?;
     let Page { margin_px, columns, curve_px: (width_px, height_px), width_px: page_px } =

@@ -228,7 +228,6 @@ fn top(condition: &Condition, picture: &OrderPicture) -> f64 {
 /// Of lines that have no colour of their own.
 const OTHERS: [&str; 4] = ["#e69f00", "#0072b2", "#009e73", "#56b4e9"];
 
-/// The colour of an order parameter's line.
 pub(crate) fn colour(parameter: Parameter) -> &'static str {
     match parameter {
         Parameter::ROTATION => "#0072b2",

@@ -294,7 +294,6 @@ fn symbols() -> Markup {
     PreEscaped(all.to_string())
 }
 
-/// The symbol of a phase.
 fn symbol(phase: Phase) -> Markup {
     html! { svg.symbol aria-hidden="true" { use href=(format!("#symbol-{}", phase.key())) {} } }
 }

@@ -24,7 +24,6 @@ use crate::plan::Plan;
 use crate::recorded_topics::{RecordedTopic, Role};
 use crate::tracked::{SeenPose, Sighting, Tracked};
 
-/// Name of the node.
 const NODE: &str = "rsrs_place";
 /// A pose that is older than this shows where the robot was.
 const FRESH: Duration = Duration::from_secs(1);

@@ -22,7 +22,6 @@ use rsrs_ros::session::{
 };
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
-/// Name of the node.
 const NODE: &str = "rsrs_stop";
 
 /// How often the discovery database is looked at.

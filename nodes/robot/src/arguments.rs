@@ -105,7 +105,6 @@ pub enum ArgumentsError {
     },
 }
 
-/// Names of its nodes.
 const NODES: [&str; 2] = [NODE, rsrs_controller_node::NODE];
 
 /// Is a robot: its sensor, its wheels behind the final gate, and its controller.

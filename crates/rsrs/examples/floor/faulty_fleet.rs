@@ -61,7 +61,6 @@ pub const FAULTS: Faults = Faults {
 /// Friction is in the gains that were measured.
 const MOTOR: Motor = Motor { lag_s: FAULTS.motor_lag_s, friction_m_s2: 0.0 };
 
-/// One robot.
 struct Robot {
     speed_gain: f64,
     turn_gain: f64,

@@ -83,7 +83,6 @@ fn within(at: f64, n: f64) -> Option<u16> {
     (at >= 0.0 && at < n).then_some(at as u16)
 }
 
-/// Draws it.
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let area = titled(view.look, "from above", area, buffer);
     if area.height < 3 || area.width < 8 {

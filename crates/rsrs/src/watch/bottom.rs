@@ -21,7 +21,6 @@ const RECORDED: [(&str, &str); 6] = [
     ("up down", "scroll"),
 ];
 
-/// Draws it.
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let keys = match &view.timeline {
         None => &LIVE[..],

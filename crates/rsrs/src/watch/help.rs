@@ -33,7 +33,6 @@ const WORDS: [&str; 12] = [
     "any key closes this",
 ];
 
-/// Draws it.
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let keys = if view.timeline.is_some() { &RECORDED[..] } else { &LIVE[..] };
     let lines: Vec<&str> = keys.iter().chain(&WORDS).copied().collect();

@@ -39,7 +39,6 @@ pub fn height(view: &View<'_>) -> u16 {
     2 + u16::try_from(n).unwrap_or(0)
 }
 
-/// Draws it.
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let area = titled(view.look, "the swarm", area, buffer);
     let Some(order) = &view.order else {

@@ -110,7 +110,6 @@ fn drawn(view: &View<'_>, (width, height): (u16, u16)) -> Buffer {
     terminal.backend().buffer().clone()
 }
 
-/// The rows of the screen.
 fn rows(buffer: &Buffer) -> Vec<String> {
     let width = usize::from(buffer.area.width);
     let signs: Vec<&str> = buffer.content.iter().map(ratatui::buffer::Cell::symbol).collect();

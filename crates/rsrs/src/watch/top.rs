@@ -9,7 +9,6 @@ use rsrs_fleet::observation::{Condition, RunView};
 use super::look::strong;
 use super::screen::{View, clipped, write};
 
-/// Draws it.
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let look = view.look;
     let name = " rsrs watch ";

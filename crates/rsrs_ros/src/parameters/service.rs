@@ -7,7 +7,6 @@ use rsrs_msgs::rcl_interfaces as wire;
 use super::store::{Refusal, Setter, Store};
 use crate::parameter_value::ParameterValue;
 
-/// One of the services.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Service {
     Get,
@@ -34,7 +33,6 @@ impl Service {
         }
     }
 
-    /// Its type.
     pub(super) fn ros_type(self) -> ServiceTypeName {
         ServiceTypeName::new("rcl_interfaces", self.type_name())
     }

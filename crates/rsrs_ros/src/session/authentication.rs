@@ -82,7 +82,6 @@ impl Handshakes {
         }
     }
 
-    /// A handshake is complete.
     pub(super) fn complete(&mut self, id: Prefix) {
         self.begun.remove(&id);
         self.completed.insert(id);

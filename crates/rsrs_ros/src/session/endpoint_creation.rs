@@ -29,7 +29,6 @@ const TIMEOUT: Duration = Duration::from_secs(20);
 /// middleware locks participant and security plugins in both orders.
 static CREATION: Mutex<()> = Mutex::new(());
 
-/// Counts new endpoints.
 #[derive(Debug)]
 pub(super) struct EndpointCreation {
     n_endpoints: AtomicUsize,

@@ -26,7 +26,6 @@ impl SessionOptions {
     }
 }
 
-/// Makes the participant.
 pub(super) fn participant(options: &SessionOptions) -> Result<DomainParticipant, SessionError> {
     let failed = |reason: String| SessionError::Join { domain_id: options.domain_id, reason };
     let builder = DomainParticipantBuilder::new(options.domain_id)

@@ -41,7 +41,6 @@ impl DdsNames {
         Ok(Self { topic: format!("rt{topic}"), type_name })
     }
 
-    /// The topic's name in DDS.
     pub(super) fn topic(&self) -> &str {
         &self.topic
     }
@@ -152,7 +151,6 @@ impl SerializerAdapter<rustdds::bytes::Bytes> for RawCdr {
     }
 }
 
-/// Makes a reader of bytes.
 pub(super) fn reader(
     participant: &DomainParticipant,
     subscriber: &Subscriber,

@@ -120,7 +120,6 @@ impl Tasks {
         Self { runtime, running: Mutex::default(), broken: Arc::default() }
     }
 
-    /// Starts a task.
     pub(super) fn run(&self, future: impl Future<Output = ()> + Send + 'static) -> Task {
         let handle = lock(&self.running).spawn_on(future, &self.runtime);
         Task { handle, ends_on_drop: true }

@@ -52,7 +52,6 @@ impl Threads {
         Ok((made, Self { ids }))
     }
 
-    /// Their identities.
     pub(super) fn ids(&self) -> BTreeSet<u32> {
         self.ids.clone()
     }

@@ -112,7 +112,6 @@ impl Profiles {
         Ok(Self { fleet, own })
     }
 
-    /// The profile of a robot.
     pub(super) fn of(&self, robot: &str) -> &RobotProfile {
         self.own.get(robot).map_or(&self.fleet.profile, |own| &own.profile)
     }

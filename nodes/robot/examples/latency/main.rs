@@ -23,7 +23,6 @@ use rsrs_ros::session::{Session, SessionOptions};
 
 /// Domain of the network of its own.
 const DOMAIN: u16 = 42;
-/// The robot.
 const ROBOT: &str = "robot_1";
 
 /// A process that ends with this one.

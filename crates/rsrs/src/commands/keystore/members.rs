@@ -103,7 +103,6 @@ struct Member {
     problems: Vec<String>,
 }
 
-/// Runs `rsrs keystore show`.
 pub fn show(arguments: &ShowArguments) -> anyhow::Result<Outcome> {
     let (folder, now) = (&arguments.keystore, since_1970()?);
     let keystore = members::show(folder, now).map_err(|error| helped(error.of(folder)))?;
@@ -186,7 +185,6 @@ fn text(shown: &Shown) -> String {
     )
 }
 
-/// Runs `rsrs keystore renew`.
 pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
     let validity = DAY * arguments.validity.valid_days;
     let folder = &arguments.keystore;
@@ -202,7 +200,6 @@ pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Runs `rsrs keystore revoke`.
 pub fn revoke(arguments: &RevokeArguments) -> anyhow::Result<Outcome> {
     let validity = DAY * arguments.validity.valid_days;
     let folder = &arguments.keystore;
