@@ -22,7 +22,6 @@ pub enum Shown {
     Bar,
     /// As a line now and then: no terminal is there, or other lines come between.
     Lines,
-    /// Not at all.
     Nothing,
 }
 

@@ -23,7 +23,6 @@ const FILES: [(&str, &str); 4] = [
 /// Where the files are.
 #[derive(Clone, Debug)]
 pub struct StarterFiles {
-    /// The sweep.
     pub sweep: PathBuf,
     /// One experiment with the fleet.
     pub experiment: PathBuf,

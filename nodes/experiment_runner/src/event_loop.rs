@@ -201,7 +201,6 @@ enum Woken {
     CutOff(SessionEnded),
     /// The bag reports.
     Written(Written),
-    /// A message.
     Sample(Sample),
     /// A request was answered.
     Answer(Event),

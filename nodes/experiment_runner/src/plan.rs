@@ -349,11 +349,8 @@ fn limits(profile: &RobotProfile) -> [f64; 2] {
     experiment.display()
 )]
 struct CellBesideSweep {
-    /// The experiment file.
     experiment: PathBuf,
-    /// The cell that is asked for.
     cell: Cell,
-    /// Folder of the sweep.
     folder: PathBuf,
 }
 

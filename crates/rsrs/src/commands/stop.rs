@@ -197,7 +197,6 @@ fn words(word: StopCommand, summary: &StopSummary) -> Words {
 enum Named {
     /// Robots were found; there may be others that were not.
     Nobody,
-    /// The fleet file.
     ByFleetFile,
 }
 

@@ -5,7 +5,6 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 /// What a person asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// To leave.
     Quit,
     /// To stop all robots.
     Stop,
@@ -23,9 +22,7 @@ pub enum Request {
     Pause,
     /// To go back or forward in a recording.
     Skip(i8),
-    /// To play faster.
     Faster,
-    /// To play slower.
     Slower,
     /// To see everything anew, where another program has written over it.
     Redraw,

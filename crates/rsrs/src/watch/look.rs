@@ -34,9 +34,7 @@ pub enum BannerKind {
 /// How everything looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Look {
-    /// Whether there are colours.
     pub colours: Colours,
-    /// Which signs there are.
     pub signs: Signs,
 }
 

@@ -36,7 +36,6 @@ pub struct View<'a> {
     pub first_row: usize,
     /// What lies over all.
     pub overlay: Overlay,
-    /// Colours and signs.
     pub look: Look,
 }
 
@@ -56,9 +55,7 @@ pub struct Timeline {
 /// Whether a recording goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlayState {
-    /// It does.
     Plays,
-    /// Not now.
     Paused,
     /// It is at its end.
     Over,
@@ -67,7 +64,6 @@ pub enum PlayState {
 /// A line that nobody should overlook.
 #[derive(Clone, Debug)]
 pub struct Banner {
-    /// The text of the line.
     pub text: String,
     /// What it is about.
     pub kind: BannerKind,
@@ -91,7 +87,6 @@ impl Banner {
 /// What lies over all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Overlay {
-    /// Nothing.
     None,
     /// The keys and what the words mean.
     Help,

@@ -76,7 +76,6 @@ pub fn view(
 /// What came of a stop.
 #[derive(Clone, Debug)]
 pub struct StopResult {
-    /// In words.
     pub text: String,
     /// Whether every robot has acknowledged.
     pub is_acknowledged: bool,

@@ -31,7 +31,6 @@ const LOOK_S: f64 = 2.0;
 pub enum Until {
     /// Once, when all are seen.
     AllAreSeen,
-    /// Until somebody stops it.
     Stopped,
 }
 
