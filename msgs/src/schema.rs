@@ -58,8 +58,8 @@ fn find(type_name: &str) -> Option<&'static Definition> {
 /// The definition of a type of a package, and behind it those of all types in it, as bags keep
 /// them; `text_of` has the own definition of each, at whatever depth.
 ///
-/// Each type comes once, depth first and sorted by name, behind a line of 80 `=` and a line `MSG:
-/// package/Type`; this is what rosbag2 writes.
+/// Each type comes once, depth first and sorted by name, behind a line of 80 `=` and a line
+/// `MSG: package/Type`; this is what rosbag2 writes.
 ///
 /// # Panics
 ///

@@ -52,8 +52,7 @@ pub fn bad_arguments(error: anyhow::Error) -> anyhow::Error {
     BadArguments(error).into()
 }
 
-/// Names the option with which something was given that is refused, which makes it an argument that
-/// was typed wrong.
+/// Names the option with which something refused was given: an argument that was typed wrong.
 pub fn check_flag(flag: &str, checked: anyhow::Result<()>) -> anyhow::Result<()> {
     checked.map_err(|error| {
         let message = format!("{flag}: {error}");

@@ -32,8 +32,8 @@ impl ProgressLog {
     }
 
     /// How far the work has come (its share that is done, from 0 to 1), if it is time to report it:
-    /// after 30 s, and then with each tenth that is done, at most every 30 s and at least every 5
-    /// min.
+    /// after 30 s, and then with each tenth that is done, at most every 30 s and at least every
+    /// 5 min.
     pub fn line_if_due(&mut self, now: Instant, share: f64) -> Option<String> {
         let (before, share_before) = self.last;
         let waited = now.duration_since(before);

@@ -56,8 +56,8 @@ pub(crate) struct NewMember {
 }
 
 impl NewMember {
-    /// With a new key for an enclave, such as `/robot_3`, that holds from one time to another, both
-    /// since 1970.
+    /// An enclave, such as `/robot_3`, with a new key; its certificate is to hold from one time to
+    /// another, both since 1970.
     pub(crate) fn new(name: &str, holds: (Duration, Duration)) -> Result<Self, KeystoreError> {
         Self::with_key(name, holds, SigningKey::generate())
     }

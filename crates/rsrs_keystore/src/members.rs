@@ -124,9 +124,11 @@ pub(crate) fn link_all(
     Ok(made)
 }
 
-/// Gives a keystore more time, from `now` (since 1970) for as long as `validity`: its authority and
-/// all of its members get certificates anew, for the keys that they have, and permissions that hold
-/// as long. The new end is since 1970, too. What was copied takes part with it until it ends.
+/// Gives a keystore more time, from `now` for as long as `validity`, and returns its new end; both
+/// times are since 1970.
+///
+/// Its authority and all of its members get certificates anew, for the keys that they have, and
+/// permissions that hold as long. What was copied takes part with it until it ends.
 ///
 /// # Errors
 ///

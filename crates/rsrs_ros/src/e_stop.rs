@@ -39,8 +39,8 @@ pub struct EStopSubscriptions {
 }
 
 impl EStopSubscriptions {
-    /// Subscribes, and hands every message to `deliver`, except those with a cause that there is
-    /// not, which are logged.
+    /// Subscribes, and hands every message to `deliver`, except one with an unknown cause, which is
+    /// logged.
     pub fn new(
         session: &Session,
         node: &NodeHandle,

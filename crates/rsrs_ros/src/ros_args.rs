@@ -167,10 +167,6 @@ impl RosArgs {
 
     /// Refuses rules that a program would have to ignore: for a name of one of its `nodes`, by
     /// which others find it, and for a topic, where its topics cannot have other names.
-    ///
-    /// # Errors
-    ///
-    /// [`RosArgsError::FixedNode`] and [`RosArgsError::FixedTopic`].
     pub fn check_rules(&self, nodes: &[&str], topics: TopicRules) -> Result<(), RosArgsError> {
         self.remaps.check(nodes, topics)
     }

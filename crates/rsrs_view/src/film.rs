@@ -56,7 +56,7 @@ pub enum Kind {
 /// Makes the file of a film.
 ///
 /// After each frame `show` gets the number of frames that are done. Once it returns false, the film
-/// is called off, and there is none.
+/// is called off, and there is no file.
 pub fn film(
     film: &Film,
     kind: Kind,

@@ -43,8 +43,8 @@ const NUMBERS: [(&str, u16); 15] = [
 /// From a string without limit to one with.
 const BOUNDED_STRING: u16 = 4;
 
-/// The hash of a type, `RIHS01_` and 64 hexadecimal digits; `None` if a field is of a type that ROS
-/// 2 does not have.
+/// The hash of a type, `RIHS01_` and 64 hexadecimal digits; `None` if a field is of a type that
+/// ROS 2 does not have.
 ///
 /// The `texts` are the definitions of the type and of all types in it, at whatever depth.
 ///

@@ -18,7 +18,7 @@ pub(crate) type RawServer = Server<Bytes, Bytes>;
 /// The end that asks.
 pub(crate) type RawClient = Client<Bytes, Bytes>;
 
-/// Makes the end that answers of a service such as `/simulator/step_simulation`.
+/// Makes the answering end of a service such as `/simulator/step_simulation`.
 pub(crate) fn server(
     session: &Session,
     node: &NodeHandle,
@@ -35,7 +35,7 @@ pub(crate) fn server(
     })
 }
 
-/// Makes the end that asks of a service such as `/simulator/step_simulation`.
+/// Makes the asking end of a service such as `/simulator/step_simulation`.
 pub(crate) fn client(
     session: &Session,
     node: &NodeHandle,
