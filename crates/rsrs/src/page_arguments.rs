@@ -10,8 +10,8 @@ use crate::failure::bad_arguments;
 /// How pictures are printed.
 #[derive(clap::Args, Clone, Copy)]
 pub struct PageArguments {
-    /// For a screen, or for a paper: above a caption, without title, facts and notes, which are then the
-    /// file's description (default: screen).
+    /// For a screen, or for a paper, where a caption explains it: without title, facts and notes,
+    /// which become the file's description (default: screen).
     #[arg(
         long,
         value_name = "THEME",
@@ -20,8 +20,8 @@ pub struct PageArguments {
         hide_default_value = true
     )]
     theme: ThemeName,
-    /// Width on paper, such as 88mm, 8.8cm or 3.5in; a PNG has 600 dots to an inch of it (default: as wide
-    /// as it takes).
+    /// Width on paper, such as 88mm, 8.8cm or 3.5in; a PNG has 600 dots per inch (default: as wide
+    /// as needed).
     #[arg(long, value_name = "WIDTH")]
     width: Option<Length>,
 }

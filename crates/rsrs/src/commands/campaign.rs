@@ -36,7 +36,7 @@ use rsrs_render::campaign as render;
 ///
 /// With the simulator, the world is placed anew before each run. With the fleet, you are asked to
 /// place the robots before each run, or a program does it (`--place-command`). Exit code 3 means
-/// that experiments are missing, void, not judged, without a robot that was lost, or lost data.
+/// that experiments are missing, void or not judged, or lost a robot or data.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -58,7 +58,7 @@ pub struct Arguments {
     /// `RSRS_INTERFACE`, with commas between them).
     #[arg(long, value_name = "NAME|IP")]
     interface: Vec<String>,
-    /// Start every run of a fleet without asking, as where the robots need not be placed.
+    /// Start every run of a fleet without asking, where robots need not be placed.
     #[arg(long)]
     yes: bool,
     /// Program that places the robots of a fleet before each run, instead of asking you: it gets one

@@ -25,18 +25,19 @@ use rsrs_render::words::Words;
 
 /// Choose the cell that may drift furthest while robots do what is wanted, and confirm it on fresh seeds.
 ///
-/// What counts is the share of runs that end as wanted, in stable milling or what else the sweep is judged
-/// for, in the world in which it is smaller (robots made worse, or as measured), smoothed over neighbouring
-/// cells. Cells without a surely failing neighbour come first, and then those deepest
-/// inside the region where this share is viable. In this order, cells are confirmed in both worlds until
-/// one is viable; only these fresh runs count for its `B_s`, because the best of many swept cells looks
-/// better than it is. The output also states what a denser start and other numbers of robots would give.
-/// The last lines show which of the factors that make robots worse matters in that cell: each
-/// alone, and all but each. With `--pseudo-realities`, every cell is also run with profiles drawn around
-/// the intervals that `rsrs measure fit` states, in the place of robots that are made worse: how often
-/// such robots do what is wanted on average and in the worst tenth of profiles, beside `B_s`; they decide
-/// nothing. Exit code 3 means that no cell is viable; `rsrs diagnose FOLDER` finds what
-/// would have to be changed about the robots.
+/// What counts is the share of runs that end as wanted, in stable milling or what else the sweep is
+/// judged for, in the world in which it is smaller (robots made worse, or as measured), smoothed
+/// over neighbouring cells. Cells without a surely failing neighbour come first, and then those
+/// deepest inside the region where this share is viable. In this order, cells are confirmed in both
+/// worlds until one is viable; only these fresh runs count for its `B_s`, because the best of many
+/// swept cells looks better than it is. The output also states what a denser start and other
+/// numbers of robots would give. The last lines show which of the factors that make robots worse
+/// matters in that cell: each alone, and all but each. With `--pseudo-realities`, every cell is
+/// also run with profiles drawn around the intervals that `rsrs measure fit` states, instead of
+/// robots that are made worse. The output then shows, beside `B_s`, how often such robots do what
+/// is wanted on average and in the worst tenth of profiles; they decide nothing. Exit code 3 means
+/// that no cell is viable; `rsrs diagnose FOLDER` finds what would have to be changed about the
+/// robots.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.
@@ -50,7 +51,7 @@ pub struct Arguments {
     output: Option<PathBuf>,
     #[command(flatten)]
     setting: SettingArguments,
-    /// Run the cells with so many profiles, too, that are drawn around the intervals of the robots' own.
+    /// Run the cells with this many profiles drawn around the intervals of the robots' own, too.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=10_000))]
     pseudo_realities: Option<u64>,
     /// How many times as wide as those intervals the draws are (default: 2).

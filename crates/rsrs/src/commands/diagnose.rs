@@ -30,12 +30,12 @@ pub struct Arguments {
     /// Sweep file or folder of a sweep whose settings are tried (default: a built-in grid).
     #[arg(long, value_name = "SWEEP")]
     sweep: Option<PathBuf>,
-    /// Share of runs that are wanted to end as the sweep is judged for: the least confirmed lower bound
+    /// Share of runs that have to end as wanted, as the least confirmed lower bound of its interval
     /// (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
           value_parser = super::wanted)]
     b_s: f64,
-    /// What a change of a capability costs, in any currency; changes are put in order by it.
+    /// What changing a capability costs, in any currency; changes are listed by it, cheapest first.
     #[arg(long, value_name = "CAPABILITY=NUMBER", value_parser = cost)]
     cost: Vec<(Axis, f64)>,
     #[command(flatten)]

@@ -65,10 +65,10 @@ pub struct Arguments {
     /// Title (default: one with the name of the robot).
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
-    /// What the cells show in the place of their phases: an order parameter by its name in
-    /// `replicates.parquet`, as its mean over the runs of a cell (`mean_radius_m`: over those that end as
-    /// wanted); `settling_time_s`, when half of those that end as wanted had come to it, of runs that are
-    /// simulated again; or `difference`, of robots as measured to those made worse (default: phases).
+    /// What the cells show instead of their phases: the mean of an order parameter over the runs of
+    /// a cell (`mean_radius_m`: over those that end as wanted); `settling_time_s`, when half of
+    /// those that end as wanted had settled, for which they are simulated again; or `difference`,
+    /// between robots as measured and those made worse (default: phases).
     #[arg(long, value_name = "NAME", value_parser = cell_numbers())]
     value: Option<CellNumber>,
     /// Leave the numbers out of the cells.

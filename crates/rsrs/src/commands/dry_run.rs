@@ -49,12 +49,12 @@ use rsrs_render::words::Words;
 
 /// Go through the whole loop on this machine: no robots, no LAN.
 ///
-/// From the measured profile over a simulator that is made worse to the phase diagram, the chosen
-/// cell, experiments over ROS 2, bags, labels, and the comparison of real with simulated runs. The
-/// measured profile, moved by the simulator, stands in for the real robots. Experiments are run until
-/// they decide whether those mill as often as the worse ones, or at most 25 percentage points less
-/// often; looking at the verdict after every run makes it no less sure. Everything is left in one
-/// folder, and `report.html` shows it. Exit code 3 means that no cell is viable.
+/// Robots that are made worse than measured are simulated into a phase diagram, a cell is chosen
+/// and run over ROS 2, and the bags are labelled and compared. In these runs, simulated robots as
+/// measured stand in for real ones. There are as many as decide whether those mill as often as the
+/// worse ones, or at most 25 percentage points less often; looking at the verdict after every run
+/// makes it no less sure. Everything is left in one folder, and `report.html` shows it. Exit code 3
+/// means that no cell is viable.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of your own robots, as `rsrs init` makes it, with sweep.yaml and experiment.yaml (default:

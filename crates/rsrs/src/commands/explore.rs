@@ -41,7 +41,8 @@ pub struct Arguments {
     /// A controller's table, whose numbers are searched within their bounds in place of two commands.
     #[arg(long, value_name = "FILE", conflicts_with = "forward")]
     controller: Option<PathBuf>,
-    /// What is in the arena besides robots: a world's file; beside `--arena`, unless it has an arena of its own.
+    /// What is in the arena besides robots: a world's file, which takes `--arena` unless it has an
+    /// arena of its own.
     #[arg(long = "world-file", value_name = "FILE")]
     world: Option<PathBuf>,
     /// Where robots start: a table of poses, of which replicate k takes set k (default: in a disc, facing away
@@ -54,7 +55,7 @@ pub struct Arguments {
     /// Side of the square arena, in metres (default: 22 radii of a robot's body times the root of their number).
     #[arg(long, value_name = "M")]
     arena: Option<f64>,
-    /// What happens at its border: robots seldom slide along real walls, as with `clamp`.
+    /// What happens at the arena's border: robots seldom slide along real walls, as with `clamp`.
     #[arg(long, value_enum, default_value = "stop")]
     walls: WallKind,
     /// Search controllers that never drive backward only.

@@ -26,10 +26,10 @@ use rsrs_render::picture_file::PictureFile;
 /// Print start poses for the floor, as a table and a picture.
 ///
 /// They are those with which the simulator starts this experiment with measured robots. The robots'
-/// centres lie in a disc or a box around the origin, far enough apart, and every robot faces away from
-/// the centre; `--seed` gives others that are as good. With `placement: {kind: file, path: …}` they are
-/// those of the table, checked against the robots and the arena. Of a world with objects it says where
-/// those are to be.
+/// centres lie in a disc or a box around the origin, far enough apart, and every robot faces away
+/// from the centre; `--seed` gives others that are as good. With `placement: {kind: file, path: …}`
+/// they are those of the table, checked against the robots and the arena. Where the world has
+/// objects, it shows their places, too.
 ///
 /// `--check` shows instead where the robots of the fleet are seen now, as a run would read their poses,
 /// and what is not as it should be at the start; it sends nothing to any robot. Exit code 3 means that

@@ -20,14 +20,14 @@ use crate::progress::execution;
 
 /// Plan real runs: how many decide whether robots mill as often as simulated.
 ///
-/// Real robots are taken to mill as often as simulated ones that are as measured, which are run once
-/// more, and often. The real runs are shared
-/// out evenly among the cells, and `rsrs compare` is run after each; the number is the least by which it
-/// has decided, either way, with the wanted probability. Exit code 3 means that 1,024 runs do not.
+/// Real robots are assumed to mill as often as simulated ones as measured, which are run again, and
+/// often. The real runs are shared out evenly among the cells, and `rsrs compare` is run after
+/// each; the number is the least by which it has decided, either way, with the wanted probability.
+/// Exit code 3 means that 1,024 runs do not.
 ///
-/// With `--fixed` nobody looks before the last run, which takes fewer of them: their number is written
-/// into a campaign file (`-o`) before the first, and `rsrs compare` gives its verdict at that number,
-/// once.
+/// With `--fixed` nobody looks before the last run, so that fewer suffice: their number is written
+/// into a campaign file (`-o`) before the first, and `rsrs compare` gives its verdict at that
+/// number, once.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

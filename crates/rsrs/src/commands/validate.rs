@@ -43,8 +43,8 @@ pub struct Arguments {
     /// Values on the capabilities that the sweep sweeps, as AXIS=VALUE,…: one robot is judged.
     #[arg(long, value_name = "AXIS=V")]
     at: Option<Cell>,
-    /// The class whose robot is judged, where classes of the sweep's world have profiles of their own; of bags in which
-    /// there are several classes, its robots' trajectories count.
+    /// The class whose robot is judged, where classes of the sweep's world have profiles of their
+    /// own; of bags with several classes, only its robots' trajectories count.
     #[arg(long, value_name = "NAME")]
     class: Option<String>,
     /// Simulated robots, 200 or more (default: 2000).
@@ -56,8 +56,9 @@ pub struct Arguments {
     /// How far measured headings may be off, in rad (default: 0.01).
     #[arg(long, value_name = "RAD")]
     tolerance_heading: Option<f64>,
-    /// Folder for validation.json and the pictures, of drives whose command changes or that push an object only
-    /// those that left (default: the folder of the sweep, if it is one; then its diagram shows it, too).
+    /// Folder for validation.json and the pictures; drives whose command changes, or that push an
+    /// object, are drawn only if they left the region (default: the folder of the sweep, if it is
+    /// one, whose diagram then shows the answer).
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     #[command(flatten)]

@@ -34,8 +34,8 @@ use placing::Placing;
 /// robot, and trials of the simulator are not added to those of robots.
 ///
 /// `--plan` makes all trials of a folder of `rsrs measure plan` that are not in its tables yet, and
-/// those in which commands paused; `--template` those of one table. Killed at any moment, the same
-/// command goes on.
+/// those in which commands paused; `--template` those of one table. Killed at any moment, they go
+/// on when typed again.
 ///
 /// On the fleet, this command is the robots' controller. A robot with `lease: gate` needs its node
 /// running without one (`rsrs node robot --without-controller …`); one with `lease: controller` needs

@@ -21,10 +21,10 @@ use crate::wheel_arguments::WheelArguments;
 
 /// Fit a profile to trials: every number with its interval and where it comes from.
 ///
-/// Tables are CSV with the header of `rsrs measure plan`. All of them may come out of bags instead, and
-/// straight runs and turns out of trajectories; a table goes before them. Outliers are named, not
-/// dropped. What was fitted to trials of the simulator states it wherever it is named; trials of both are
-/// refused without `--mixed`.
+/// Tables are CSV with the header of `rsrs measure plan`. All of them may come out of bags instead,
+/// and straight runs and turns out of trajectories; where a table is given, it counts. Outliers are
+/// named, not dropped. A profile fitted to trials of the simulator says so wherever it is used;
+/// trials of simulator and robots are mixed only with `--mixed`.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
