@@ -41,8 +41,7 @@ pub struct Arguments {
     output: Option<PathBuf>,
     #[command(flatten)]
     page: PageArguments,
-    /// Share of runs that have to end as wanted, as the least lower bound of its interval (default:
-    /// 0.8).
+    /// Least lower bound of the share of runs that end as wanted (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
           value_parser = super::wanted)]
     b_s: f64,

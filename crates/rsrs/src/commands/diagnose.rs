@@ -13,11 +13,12 @@ use rsrs_render::diagnosis::{json, text};
 
 /// Find out why robots do not mill, and what would have to be changed about them.
 ///
-/// The best setting is looked for as by `choose` and `answer`, among speeds and turning rates within the
-/// robot's limits, or among the settings of a sweep. If the robots fail there, too, capabilities are moved, each by itself and together, towards a perfect robot; the smallest change that reaches
-/// the wanted share of mills is confirmed on fresh seeds, in both worlds. What is needed is a measured
-/// value: the robot that has it is made worse again. For robots that mill, the output lists what could
-/// be worse. Exit code 3 means that they do not mill.
+/// The best setting is looked for as by `choose` and `answer`, among speeds and turning rates
+/// within the robot's limits, or among the settings of a sweep. If the robots fail there, too,
+/// capabilities are moved, each by itself and together, towards a perfect robot; the smallest
+/// change that reaches the wanted share of mills is confirmed on fresh seeds, in both worlds. What
+/// is needed is a measured value: a robot that has it is made worse, too. For robots that mill, the
+/// output lists what could be worse. Exit code 3 means that they do not mill.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -30,8 +31,7 @@ pub struct Arguments {
     /// Sweep file or folder of a sweep whose settings are tried (default: a built-in grid).
     #[arg(long, value_name = "SWEEP")]
     sweep: Option<PathBuf>,
-    /// Share of runs that have to end as wanted, as the least confirmed lower bound of its interval
-    /// (default: 0.8).
+    /// Least confirmed lower bound of the share of runs that end as wanted (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
           value_parser = super::wanted)]
     b_s: f64,

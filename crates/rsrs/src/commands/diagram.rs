@@ -34,8 +34,8 @@ use rsrs_render::picture_file::PictureFile;
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
-    /// Picture to write; its extension selects the format: svg, png, pdf, or html, which has the
-    /// numbers, too; or tex, for a paper: a table of the cells alone.
+    /// Picture to write; its extension selects the format: svg, png, pdf, or html, which also has
+    /// the numbers; or tex, a table of the cells for a paper.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Horizontal axis (default: the first swept one).

@@ -130,7 +130,7 @@ pub struct Arguments {
     #[arg(long, value_name = "SEED", default_value = "1", hide_default_value = true, value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: u64,
     /// Folder of the bag; it must not exist (default: named after the run, in this folder). For a
-    /// plan, the folder of all its bags (default: `bags` in it); for a template, too (default: named
+    /// plan or a template, the folder of all its bags (default: `bags` in the plan's folder; named
     /// after the table, beside it).
     #[arg(short, long, value_name = "BAG")]
     output: Option<PathBuf>,
