@@ -22,11 +22,8 @@ fn files_of(entry: &str) -> tempfile::TempDir {
     folder
 }
 
-/// In how many of how many runs each cell of a sweep file shows what it is judged for.
-///
-/// # Arguments
-///
-/// * `instead` — lines of the file, and what stands there instead.
+/// In how many of how many runs each cell of a sweep file shows what it is judged for; `instead` has
+/// lines of the file, and what stands there instead.
 fn swept(place: &Path, file: &str, instead: &[(&str, &str)]) -> Vec<(u64, u64)> {
     let mut text = fs::read_to_string(place.join(file)).expect("the entry has it");
     for (line, other) in instead {

@@ -51,11 +51,7 @@ fn shortened(pages: &[&str], shorter: &[(&str, &str)]) -> String {
     script
 }
 
-/// Types it, in a folder that has what is shipped.
-///
-/// # Arguments
-///
-/// * `more` — folders in which the shell looks for programs besides ours.
+/// Types it, in a folder that has what is shipped; the shell looks for programs in the folders `more`, too.
 fn typed(script: &str, folder: &Path, (more, patience_s): (&[&Path], u32)) -> Output {
     let ends = "trap 'kill $(jobs -p) 2>/dev/null || true; wait' EXIT\n";
     let program = Path::new(env!("CARGO_BIN_EXE_rsrs")).parent().expect("it is in a folder");
@@ -72,11 +68,8 @@ fn typed(script: &str, folder: &Path, (more, patience_s): (&[&Path], u32)) -> Ou
         .expect("every system has bash")
 }
 
-/// Types it in a new folder; again if the machine starved a robot, which ends a run, as it should.
-///
-/// # Arguments
-///
-/// * `files` — what the reader has, by name.
+/// Types it in a new folder with the files that the reader has, by name; again if the machine starved a
+/// robot, which ends a run, as it should.
 fn typed_in_time(
     script: &str,
     files: &[(&str, &str)],

@@ -338,11 +338,7 @@ impl Laboratory {
         fs::write(self.folder.path().join("inventory.yaml"), inventory).expect("writable");
     }
 
-    /// Runs the playbook.
-    ///
-    /// # Returns
-    ///
-    /// Whether it succeeded, and what it printed.
+    /// Runs the playbook: whether it succeeded, and what it printed.
     fn play(&self, tags: &str, offset_s: &str) -> (bool, String) {
         let tools = house().join("tests/deploy");
         let path = std::env::var("PATH").expect("there is a PATH");

@@ -54,11 +54,8 @@ impl Topic {
     }
 }
 
-/// Records a run and lets others read its bag.
-///
-/// # Returns
-///
-/// What our program reports of the run, and what the others find.
+/// Records a run and lets others read its bag: what our program reports of the run, and what the others
+/// find.
 fn recorded_and_read() -> (Value, Report) {
     let python = python_with(&BAGS);
     let folder = tempfile::tempdir().expect("there is room for a temporary folder");

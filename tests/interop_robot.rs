@@ -81,16 +81,8 @@ pub fn python() -> PathBuf {
     python_with(&JAZZY)
 }
 
-/// Runs two of our robots beside one in rclpy.
-///
-/// # Arguments
-///
-/// * `changes` — of the example.
-/// * `cmd_vel_type` — of what the base driver is sent.
-///
-/// # Returns
-///
-/// How the run ended, what it printed, and its bag.
+/// Runs two of our robots beside one in rclpy, the example with some changes, whose base driver is sent
+/// messages of `cmd_vel_type`: how the run ended, what it printed, and its bag.
 fn run_beside(
     python: &Path,
     folder: &Path,
@@ -217,16 +209,11 @@ const KINDS: [(&str, &str, &str); 8] = [
     ("twist_stamped", "default", "depth_1"),
 ];
 
-/// Runs a fleet of foreign robots, of which the simulator has none.
+/// Runs a fleet of foreign robots, of which the simulator has none: how the run ended, what it printed,
+/// and its bag.
 ///
-/// # Arguments
-///
-/// * `bases` — what the robots really are; the fleet file and the controllers are those of [`KINDS`].
-/// * `pose` — by which of their topics the fleet file takes where they are.
-///
-/// # Returns
-///
-/// How the run ended, what it printed, and its bag.
+/// `bases` is what the robots really are, while the fleet file and the controllers are those of [`KINDS`];
+/// `pose` is the topic by which the fleet file takes where they are.
 fn run_of_bases(
     python: &Path,
     folder: &Path,

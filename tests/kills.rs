@@ -218,11 +218,8 @@ impl FleetUnderTest {
         }
     }
 
-    /// Continues a process that is stopped, and waits for its end.
-    ///
-    /// # Returns
-    ///
-    /// How it ended, and what it wrote to standard error.
+    /// Continues a process that is stopped, and waits for its end: how it ended, and what it wrote to
+    /// standard error.
     fn thaw(&mut self, victim: Victim, run: &mut Process) -> (ExitStatus, String) {
         let process = self.process(victim, run);
         for _ in 0..TRIES {

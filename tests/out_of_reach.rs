@@ -235,9 +235,7 @@ fn a_secured_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run() {
     });
 }
 
-/// # Arguments
-///
-/// * `enclave` — of the tracker, in a secured fleet.
+/// In a secured fleet, `enclave` is that of the tracker.
 async fn cut_again_and_again(enclave: Option<Enclave>) {
     make_base();
     let options = SessionOptions { domain_id: 42, interfaces: vec![IpAddr::V4(BASE)], enclave };

@@ -31,11 +31,7 @@ const CHANGES: [(&str, &str); 2] =
 const DIFFERS: &str = "lab/robot_2: own profile: actuation.speed.limits_m_s [0.02, 0.25] (fleet \
                        [0.02, 0.3]), sensing.cone.range_m 0.6 (fleet 0.75)";
 
-/// Writes the files of an experiment with this fleet.
-///
-/// # Returns
-///
-/// Path of the experiment file.
+/// Writes the files of an experiment with this fleet, and returns the path of the experiment file.
 fn files(folder: &Path, driver: &str, time: &str, duration_s: u64) -> PathBuf {
     let time = format!("time: {time}");
     let changes = [("robots: 9", "robots: 3"), ("time: lockstep", time.as_str())];

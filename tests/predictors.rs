@@ -26,11 +26,8 @@ fn floors(results: &Value) -> &Vec<Value> {
     results["floors"].as_array().expect("a list of floors")
 }
 
-/// Every line of the tables that a script prints of committed results is on a page, which names the machine.
-///
-/// # Returns
-///
-/// The results.
+/// Every line of the tables that a script prints of committed results is on a page, which names the machine; returns
+/// the results.
 pub fn has_the_tables_of(page: &str, script: &Path, results: &str) -> Value {
     let text = fs::read_to_string(repository().join(page)).expect("the page is there");
     let results = repository().join(results);

@@ -39,12 +39,8 @@ fn n_robots() -> usize {
     number("RSRS_ROBOT_PROCESSES").unwrap_or(N_ROBOTS)
 }
 
-/// An experiment of so many robots, and the names of the robots.
-///
-/// # Arguments
-///
-/// * `driver` — of all robots, as a fleet file names it.
-/// * `changes` — to the shipped experiment.
+/// An experiment of so many robots with this driver: the shipped one with some changes. Also the names of the
+/// robots.
 fn fleet_of(
     n_robots: usize,
     driver: &str,

@@ -53,11 +53,8 @@ fn enclave(keystore: &Path, name: &str) -> Option<Enclave> {
     request.enclave(Member::Runner, DOMAIN, now).expect("the enclave is well")
 }
 
-/// Secures every program that this test starts from now on.
-///
-/// # Returns
-///
-/// Their keystore, and the enclave of a tracker in it.
+/// Secures every program that this test starts from now on: their keystore, and the enclave of a tracker
+/// in it.
 pub fn secure_this_test() -> (TempDir, Option<Enclave>) {
     let keys = tempfile::tempdir().expect("a temporary folder");
     keystore(keys.path());

@@ -44,11 +44,8 @@ fn chromium() -> PathBuf {
     })
 }
 
-/// Lets a script of `tests` use a page, and gives what it found, which `--nocapture` shows: how long things took, too.
-///
-/// # Arguments
-///
-/// * `script` — its path within `tests`; it is given the browser, the page, and `more`.
+/// Lets a script, by its path within `tests`, use a page, and gives what it found, which `--nocapture` shows: how long
+/// things took, too. The script is given the browser, the page, and `more`.
 #[expect(clippy::print_stdout, reason = "for who measures")]
 pub fn browse(script: &str, page: &Path, more: &[&Path]) -> String {
     let python = python_with(&PLAYWRIGHT);

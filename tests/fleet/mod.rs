@@ -18,11 +18,8 @@ pub const ROBOTS: [&str; 9] = [
     "robot_9",
 ];
 
-/// Copies the shipped files, with another duration of the experiment and other changes.
-///
-/// # Returns
-///
-/// Path of the experiment file.
+/// Copies the shipped files, with another duration of the experiment and other changes, and returns the
+/// path of the experiment file.
 pub fn experiment(folder: &Path, duration_s: u64, changes: &[(&str, &str)]) -> PathBuf {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../launch_configs");
     for file in

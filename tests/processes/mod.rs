@@ -103,11 +103,7 @@ impl Process {
         Self(command.spawn().expect("the program was built for this test"))
     }
 
-    /// Waits for the end.
-    ///
-    /// # Returns
-    ///
-    /// How it ended, and what it wrote to standard error.
+    /// Waits for the end: how it ended, and what it wrote to standard error.
     pub fn wait(&mut self, timeout: Duration) -> (ExitStatus, String) {
         let start = Instant::now();
         let status = loop {
@@ -126,11 +122,7 @@ impl Process {
 }
 
 /// Whether a run ended because the machine gave one of its processes no processor for half a second, as
-/// it should end then.
-///
-/// # Arguments
-///
-/// * `printed` — what the run wrote to standard error.
+/// it should end then, by what it wrote to standard error.
 pub fn is_starved(printed: &str) -> bool {
     [
         "lease ran out",

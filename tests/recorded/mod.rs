@@ -45,11 +45,7 @@ pub fn assert_digests_of_replicate(bag: &Bag, record: &ExperimentRecord) {
     assert_eq!(found, expected[..found.len()]);
 }
 
-/// The same places of every object as in the replicate, bit by bit.
-///
-/// # Returns
-///
-/// How many objects were pushed.
+/// The same places of every object as in the replicate, bit by bit; returns how many were pushed.
 pub fn assert_objects_of_replicate(bag: &Bag, record: &ExperimentRecord) -> usize {
     let expected = run_episode(&record.conditions, seed_of(record), record.duration_s);
     let expected = expected.expect("it fits");

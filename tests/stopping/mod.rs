@@ -182,11 +182,8 @@ impl Watch {
     }
 }
 
-/// Waits for the end of a process, while the watch goes on.
-///
-/// # Returns
-///
-/// Its exit code, standard output and standard error.
+/// Waits for the end of a process, while the watch goes on: its exit code, standard output and standard
+/// error.
 async fn ended(mut process: Process) -> (Option<i32>, String, String) {
     let wait = move || {
         let (status, errors) = process.wait(TIMEOUT);

@@ -74,11 +74,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// Starts a program in a new window.
-    ///
-    /// # Arguments
-    ///
-    /// * `size` — columns and rows.
+    /// Starts a program in a new window of so many columns and rows.
     pub fn open(program: &Command, size: (u16, u16)) -> Self {
         let terminal = Terminal::open();
         let file = terminal.file();

@@ -488,8 +488,8 @@ impl Axis {
         }
     }
 
-    /// Gives a robot another capability. Of a robot that cannot have it, the error says how such
-    /// robots are: `whose sensor is a cone`.
+    /// Gives a robot another capability. If it cannot have it, the error says which robots cannot:
+    /// `whose sensor is a cone`.
     ///
     /// # Panics
     ///

@@ -64,7 +64,7 @@ impl Geofence {
         within(self.x_m, pose.x_m) && within(self.y_m, pose.y_m)
     }
 
-    /// Refuses a start outside of which robots are to be before they have moved.
+    /// Refuses a start that reaches out of it: robots would be outside before they have moved.
     pub fn check_start(&self, wanted: &WantedStart) -> Result<(), StartsOutside> {
         let start = match &wanted.area {
             StartArea::Disc { radius_m } => Self::around(*radius_m, *radius_m),

@@ -297,8 +297,8 @@ fn away(
     })
 }
 
-/// Objects that are not where their world has them; of those that it has anywhere, nothing is
-/// asked.
+/// Objects that are not where their world has them; those that it places at random may be
+/// anywhere.
 ///
 /// Their places, in metres, have the shape `[n_objects][2]`, or are empty if nobody knows them.
 pub fn deviations_of_objects(

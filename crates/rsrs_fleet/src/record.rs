@@ -214,8 +214,8 @@ pub enum UnsuitableTracker {
     },
 }
 
-/// The tracker of a run with these robots; `None` where poses are on the floor as they come, on the
-/// robots' own topics.
+/// The tracker of a run with these robots; `None` where poses come on the robots' own topics, in the
+/// frame of the floor.
 pub fn tracker(
     backend: Backend,
     robots: &[FleetRobot],

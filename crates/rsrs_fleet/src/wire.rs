@@ -89,7 +89,7 @@ pub fn first_counter(now: Time) -> u64 {
     now.to_nanos().unwrap_or(0) / 1_000_000
 }
 
-/// Understands a lease.
+/// Reads a lease.
 pub fn lease(message: RunLease) -> Result<Lease, InvalidMessage> {
     let state = LeaseState::try_from(message.state)?;
     let (robots, counters) = (message.robots.len(), message.echoed_counter.len());
@@ -122,7 +122,7 @@ pub fn lease_message(lease: &Lease, stamp: Time) -> RunLease {
 /// The longest reason for standing that is kept, in characters.
 const MOST_REASON: usize = 200;
 
-/// Understands a status; its reason is anybody's text, and is kept as one line that is not too long.
+/// Reads a status; its reason is anybody's text, and is kept as one line that is not too long.
 pub fn status(message: RobotStatus) -> Result<Status, InvalidMessage> {
     let state = RobotState::try_from(message.state)?;
     let stop_cause = StopCause::try_from(message.stop_cause)?;
@@ -153,7 +153,7 @@ pub fn status_message(status: &Status, stamp: Time) -> RobotStatus {
     }
 }
 
-/// Understands locks of the e-stop; of more than a lab has the rest counts as one.
+/// Reads locks of the e-stop; of more than a robot keeps, one stands for the rest.
 pub fn locks(message: EStopLocks) -> Result<Locks, InvalidMessage> {
     let lock = |EStopLock { source, cause }| Ok((Source(source), LockCause::try_from(cause)?));
     message.locks.into_iter().take(MOST_SOURCES + 1).map(lock).collect::<Result<_, _>>().map(Locks)
@@ -168,7 +168,7 @@ pub fn locks_message(locks: &Locks) -> EStopLocks {
     EStopLocks { locks: locks.0.iter().map(lock).collect() }
 }
 
-/// Understands a velocity command of finite numbers: `x` of the linear part, `z` of the angular
+/// Reads a velocity command of finite numbers: `x` of the linear part, `z` of the angular
 /// part (REP 103).
 pub fn command(twist: &Twist) -> Result<Command, InvalidMessage> {
     let command = Command { speed_m_s: twist.linear.x, turn_rate_rad_s: twist.angular.z };
@@ -179,7 +179,7 @@ pub fn command(twist: &Twist) -> Result<Command, InvalidMessage> {
     }
 }
 
-/// Understands a pose on the floor: its heading is the turn around the vertical axis (REP 103).
+/// Reads a pose on the floor: its heading is the turn around the vertical axis (REP 103).
 pub fn pose(message: &geometry_msgs::Pose) -> Result<Pose, InvalidMessage> {
     let (x_m, y_m) = (message.position.x, message.position.y);
     if !(x_m.is_finite() && y_m.is_finite()) {

@@ -116,7 +116,7 @@ impl fmt::Display for Attempt {
 /// Ends the name of a folder with a recording that does not count.
 const ASIDE: &str = ".unfinished_";
 
-/// Keeps a recording that does not count beside, under a name that cannot be taken for the bag, and
+/// Puts a recording that does not count aside, under a name that cannot be taken for the bag, and
 /// returns its new path; `None` if there was none.
 pub fn keep_aside(bag: &Path) -> anyhow::Result<Option<PathBuf>> {
     if !bag.exists() {

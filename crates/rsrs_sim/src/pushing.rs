@@ -156,8 +156,8 @@ impl Pushing {
         read(&mut self.from_m, robots, objects);
     }
 
-    /// From where every robot would be if it were alone to where all are among each other. Places
-    /// are as in [`Self::begin`], and change where somebody is pushed.
+    /// Moves all from where each robot would be if it were alone to where they are among each other.
+    /// Places are as in [`Self::begin`], and change where somebody is pushed.
     pub fn settle(&mut self, mut robots: [&mut [f32]; 2], mut objects: [&mut [f32]; 2]) {
         read(&mut self.alone_m, shared(&robots), shared(&objects));
         let farthest_m = farthest_m(&self.from_m, &self.alone_m);

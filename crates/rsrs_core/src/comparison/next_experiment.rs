@@ -65,10 +65,11 @@ const NO_INFORMATION: f64 = 1e-3;
 
 /// Recommends what to do next.
 ///
-/// A violation sends back to step 1. Else the undecided cell is run on in which one further run is
-/// expected to be most informative; and when the runs support the claim, the one of the others. Where they
-/// make none, it is the other cell that makes one and has the greatest part of the error, the chosen one;
-/// of equals, the one in which simulated robots do it most often.
+/// A violation sends back to step 1. While nothing is decided, the cell in which one further run is
+/// expected to be most informative is run on; once the runs support the claim, it is the most informative
+/// one of `others`. If no cell that was run makes a claim, it is the one of `others` that does and has the
+/// greatest part of the error, as the chosen cell has; of equals, the one in which simulated robots mill
+/// most often.
 ///
 /// The comparison rests on `runs`, in the same order; `others` are the simulated runs of swept cells that
 /// were not run, and `as_measured` gives those of robots as measured in a cell, none where they are not

@@ -61,7 +61,7 @@ impl Help for BeyondLimits {
 }
 
 impl RobotProfile {
-    /// Refuses a controller with a command beyond the limits, which the wheels of a robot refuse as well.
+    /// Refuses a controller with a command beyond the limits of speed and turning rate, or of the wheels.
     ///
     /// Standing and going straight on are commands of every robot: 0 is within any limits.
     pub fn check_limits(&self, controller: &Controller) -> Result<(), BeyondLimits> {

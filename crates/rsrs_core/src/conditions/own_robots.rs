@@ -62,7 +62,7 @@ impl Conditions {
     }
 
     /// Puts a robot with a profile of its own in the place of one that is like the others. Where it
-    /// starts, and what it is commanded, stays; so does the control period, which the swarm has one of.
+    /// starts, what it is commanded, and the control period of the swarm stay.
     pub fn put_own_robot(
         &mut self,
         place: usize,

@@ -148,8 +148,8 @@ pub struct AtCircliness {
 
 impl AtCircliness {
     /// Judges simulated replicates, whose reach is known, again with lower, equal and higher
-    /// thresholds; mills that did not last stay what they are. A behaviour whose wanted phase has no
-    /// bound on circliness has none.
+    /// thresholds; mills that did not last stay what they are. Empty for a behaviour whose wanted
+    /// phase has no bound on circliness.
     pub fn of(judged: &[(Phase, OrderParameters)]) -> Vec<Self> {
         let Some((phase, _)) = judged.first() else { return Vec::new() };
         let rules = phase.behaviour().rules();
@@ -197,7 +197,7 @@ impl AsMeasured {
         Share { hits, n: self.n_replicates }
     }
 
-    /// What follows from how replicates ended; the candidate has its number as for [`tail`].
+    /// What follows from how replicates ended; `number` is the candidate's, as for [`tail`].
     pub fn new(phases: &PhaseCounts, number: u64) -> Self {
         let milling = Share::milling(phases);
         let interval = Interval::with_tails(milling.hits, milling.n, tail(number));
@@ -224,7 +224,7 @@ pub fn tail(number: u64) -> f64 {
 
 impl Choice {
     /// The choice of a candidate of [`rank`] after its confirmation by fresh replicates: those of
-    /// the sweep do not count. The candidate has its number as for [`tail`].
+    /// the sweep do not count. `number` is the candidate's, as for [`tail`].
     pub fn new(candidate: &Candidate, phases: PhaseCounts, number: u64) -> Self {
         let confirmed = Share::milling(&phases);
         let interval = Interval::with_tails(confirmed.hits, confirmed.n, tail(number));

@@ -167,8 +167,8 @@ impl OrderParameters {
     }
 }
 
-/// Adds up a window of all worlds, which is not empty, and by itself each of its blocks of
-/// `n_block` samples. Blocks begin with the window; what is left over at its end belongs to none.
+/// Adds up a window, which is not empty, of all worlds, and each of its blocks of `n_block`
+/// samples by itself. Blocks begin with the window; what is left over at its end belongs to none.
 #[inline(always)]
 pub fn sums_with_blocks<S: Samples>(
     samples: &S,

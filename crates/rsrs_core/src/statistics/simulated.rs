@@ -111,8 +111,8 @@ impl Portfolio {
         self.least_towards(shares, None)
     }
 
-    /// Whether the logarithm of the least capital over all shares of the cells is so much; the search, which begins at
-    /// `shares`, ends where that is known.
+    /// Whether the logarithm of the least capital over all shares of the cells is at least `enough`; the search, which
+    /// begins at `shares`, ends where that is known.
     pub fn is_at_least(&self, shares: &[f64], enough: f64) -> bool {
         self.least_towards(shares, Some(enough)) >= enough
     }

@@ -50,8 +50,8 @@ pub enum Taken<M> {
 }
 
 impl<M: Copy + PartialEq> HandOver<M> {
-    /// No machine was received yet. Two machines that agree are at most the radius of a robot's
-    /// body apart.
+    /// Before anything was received from a machine. Poses of two machines that agree are at most the
+    /// radius of a robot's body apart.
     pub fn new(radius_m: f64) -> Self {
         Self { radius_m, in_use: BTreeMap::new() }
     }

@@ -36,8 +36,7 @@ pub(super) fn problems(apart: &Apart, seen: &Seen) -> Vec<Problem> {
     problems
 }
 
-/// Robots whose last pose cannot be used, for these reasons by robot; others than those of `apart`
-/// need no poses.
+/// Robots of `apart` whose last pose cannot be used, with the reasons of each; others need no poses.
 pub(crate) fn unusable_poses(apart: &Apart, reasons: &BTreeMap<String, String>) -> Vec<Problem> {
     let needed = reasons.iter().filter(|(robot, _)| apart.robots.contains(*robot));
     let problem = |(robot, reason): (&String, &String)| Problem::PoseUnusable {

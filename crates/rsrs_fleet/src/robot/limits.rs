@@ -74,8 +74,8 @@ impl Ramp {
         Self { now: Command::STOP, at }
     }
 
-    /// The command that the wheels get now, not before the last call's, on the way to what the gate
-    /// lets through.
+    /// The command that the wheels get at `now`, which is never before the last call's, on the way to
+    /// what the gate lets through.
     ///
     /// Speeds grow no faster than the limits allow; they fall, and change their sign up to zero, at
     /// once, because a stop is never held back.

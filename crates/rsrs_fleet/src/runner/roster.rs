@@ -200,8 +200,8 @@ impl Roster {
         }
     }
 
-    /// The robots are about to be stopped: how they stood meanwhile because their leases had run
-    /// out, in the order in which they did.
+    /// Ends the run's motion, and returns when robots stood because their leases had run out, in the
+    /// order in which they did.
     pub(super) fn end(&mut self, now: Duration) -> Vec<PausedRobot> {
         self.moving_in = None;
         let pauses = self.members.iter_mut().flat_map(|member| {

@@ -140,8 +140,8 @@ pub fn of_robot(profile: &RobotProfile, robots: Option<usize>) -> SweepFile {
     plane.within_wheels(profile)
 }
 
-/// The settings of a sweep: without capabilities, and those that it fixes, which are the robot's.
-/// Capabilities that it sweeps are left out.
+/// A sweep without capabilities, and those that it fixes, which are the robot's; those that it sweeps
+/// are left out.
 pub fn without_capabilities(sweep: &SweepFile) -> (SweepFile, Vec<(Axis, f64)>) {
     let (capabilities, values): (Vec<_>, Vec<_>) =
         sweep.fixed.values.iter().copied().partition(|(axis, _)| axis.is_capability());

@@ -140,8 +140,8 @@ impl CampaignFolder {
     /// Whether an experiment has its result, and all of it is as it was: a file that is gone or
     /// changed is an error that names it.
     ///
-    /// One whose run was void, or could not be judged, and which a version took for finished that
-    /// did not run it again, has none.
+    /// One whose run was void or could not be judged has none, even if an earlier version, which did
+    /// not run it again, took it for finished.
     pub fn is_finished(&self, item: &Item) -> anyhow::Result<bool> {
         let Some(manifest) = self.manifest(item)? else { return Ok(false) };
         manifest.verify(&self.of(item))?;

@@ -25,8 +25,8 @@ pub struct AtHand {
 }
 
 impl AtHand {
-    /// That of a sweep, with the experiment file that lies beside it, if one does and it is that of
-    /// all the runs that there are.
+    /// That of a sweep, with the experiment file that lies beside it, if one does and has the
+    /// duration of all runs.
     ///
     /// # Panics
     ///

@@ -18,7 +18,7 @@ pub struct Journal {
 
 impl Journal {
     /// Opens a journal, and makes it if it is not there. A last line that was not finished is
-    /// dropped; any other one that is none is an error.
+    /// dropped; any other line that is no trial is an error.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let cannot = |what| format!("cannot {what} {}", path.display());
         let text = read_if_there(path)?.unwrap_or_default();

@@ -43,7 +43,7 @@ impl World {
 }
 
 impl SweepResult {
-    /// Both worlds, which folders do not have that were made before sweeps held them.
+    /// Both worlds; an error for a folder from before sweeps held both.
     pub fn worlds(&self) -> anyhow::Result<Worlds<'_>> {
         let is_one = self.source.as_measured().is_none();
         if self.as_measured.is_none() && !is_one {

@@ -38,8 +38,8 @@ pub fn of_cell(
     of_runs(source, index, LOOK, execution)
 }
 
-/// The same by the runs that the sweep itself has of the cell, of which a person may have few because each takes long;
-/// `None` also of a single run, which can show nothing.
+/// The same by the sweep's own runs of the cell, which may be few where each takes long; `None` also of a single run,
+/// which can show nothing.
 pub fn of_cell_as_swept(
     source: &ResolvedSweep,
     index: usize,
