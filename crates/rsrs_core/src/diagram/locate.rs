@@ -25,7 +25,7 @@ pub enum NotSwept {
 impl PhaseDiagram {
     /// Finds the swept cell with these values: its index in [`PhaseDiagram::cells`].
     ///
-    /// There is a value on every swept axis, in any order; further axes do not matter. Numbers that
+    /// It takes a value on every swept axis, in any order; further axes do not matter. Numbers that
     /// differ by less than a billionth were the same before they were written to a file. Of equally
     /// near cells the first one counts as the nearest, which [`NotSwept`] names.
     ///

@@ -28,8 +28,8 @@ const SHOWN: usize = 4;
 /// It begins elsewhere once its steps are smaller than this.
 const LEAST_STEP: f64 = 0.02;
 
-/// Searches, and returns one controller for each niche, or where a behaviour is searched for the ones
-/// that come nearest to it.
+/// Searches, and returns one controller for each niche; where a behaviour is searched for, of those
+/// that came nearest to it.
 pub fn search(
     laboratory: &Laboratory,
     journal: &mut Journal,

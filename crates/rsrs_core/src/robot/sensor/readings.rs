@@ -150,7 +150,7 @@ impl ReadingNames {
         Err(FurtherReadings { found: self.to_string(), where_ })
     }
 
-    /// Whether there are names, each once, and not too many, and the first one is `detection`.
+    /// Whether each name is there once, they are not too many, and the first one is `detection`.
     pub fn check(&self) -> Result<(), String> {
         let names: Vec<&str> = self.iter().collect();
         let twice = (1..names.len()).find(|place| names[..*place].contains(&names[*place]));
