@@ -108,11 +108,8 @@ impl Followed {
 #[expect(clippy::cast_possible_truncation, reason = "the world's sensors are single precision")]
 fn sees(view: &FieldOfView, from: &Pose, to: &Pose) -> bool {
     let (dx_m, dy_m) = (to.x_m - from.x_m, to.y_m - from.y_m);
-    let (sine, cosine) = libm::sincos(from.heading_rad);
-    let forward_m = (dx_m * cosine + dy_m * sine) as f32;
-    let lateral_m = (dy_m * cosine - dx_m * sine) as f32;
-    let d2_m2 = (dx_m * dx_m + dy_m * dy_m) as f32;
-    view.sees(forward_m, lateral_m, d2_m2)
+    let seen = to.relative_to(*from);
+    view.sees(seen.x_m as f32, seen.y_m as f32, (dx_m * dx_m + dy_m * dy_m) as f32)
 }
 
 /// The topics of the real robots of a world, until it is dropped.

@@ -223,6 +223,7 @@ struct Factor {
     /// What it makes of the robots.
     meaning: &'static str,
     worse: Worse,
+    written: Written,
     get: fn(&HarsherFactors) -> f64,
     set: fn(&mut HarsherFactors, f64),
 }
@@ -235,12 +236,32 @@ enum Worse {
     Less,
 }
 
+/// How a file has it.
+#[derive(PartialEq)]
+enum Written {
+    /// As a number.
+    Number,
+    /// As a whole number.
+    Count,
+    /// As a number other than 1, which is what robots have that are given none: copies of sweeps are what they
+    /// were.
+    UnlessOne,
+}
+
+impl Factor {
+    /// A value as it is kept.
+    fn kept(&self, value: f64) -> Option<f64> {
+        Some(value).filter(|value| self.written != Written::UnlessOne || !is_one(value))
+    }
+}
+
 macro_rules! factor {
-    ($key:ident, $meaning:literal, $worse:expr) => {
+    ($key:ident, $meaning:literal, $worse:expr, $written:ident) => {
         Factor {
             key: stringify!($key),
             meaning: $meaning,
             worse: $worse,
+            written: Written::$written,
             get: |factors| f64::from(factors.$key),
             set: |factors, value| factors.$key = value as _,
         }
@@ -249,28 +270,21 @@ macro_rules! factor {
 
 /// All factors, in the order of [`HarsherFactors`].
 const FACTORS: [Factor; 9] = [
-    factor!(gain_sd_factor, "robots differ more", Worse::More(1.0)),
-    factor!(miss_factor, "more neighbours are missed", Worse::More(1.0)),
-    factor!(false_positive_factor, "more is detected that is not there", Worse::More(1.0)),
-    factor!(polygon_scale, "a smaller sensing region", Worse::Less),
-    factor!(latency_extra_steps, "later detections", Worse::More(0.0)),
-    factor!(gust_factor, "stronger gusts", Worse::More(1.0)),
-    factor!(drift_factor, "more drift in heading", Worse::More(1.0)),
-    factor!(yaw_lag_factor, "turns that follow later", Worse::More(1.0)),
-    factor!(friction_factor, "bodies that slide less along each other", Worse::More(1.0)),
+    factor!(gain_sd_factor, "robots differ more", Worse::More(1.0), Number),
+    factor!(miss_factor, "more neighbours are missed", Worse::More(1.0), Number),
+    factor!(false_positive_factor, "more is detected that is not there", Worse::More(1.0), Number),
+    factor!(polygon_scale, "a smaller sensing region", Worse::Less, Number),
+    factor!(latency_extra_steps, "later detections", Worse::More(0.0), Count),
+    factor!(gust_factor, "stronger gusts", Worse::More(1.0), Number),
+    factor!(drift_factor, "more drift in heading", Worse::More(1.0), Number),
+    factor!(yaw_lag_factor, "turns that follow later", Worse::More(1.0), Number),
+    factor!(
+        friction_factor,
+        "bodies that slide less along each other",
+        Worse::More(1.0),
+        UnlessOne
+    ),
 ];
-
-/// The factor that no robot needs by itself: where it changes nothing it is as if it were not given, so that copies of
-/// sweeps are what they were.
-const UNNEEDED: &str = "friction_factor";
-
-/// A factor as it is kept.
-fn kept(key: &str, value: f64) -> Option<f64> {
-    Some(value).filter(|_| key != UNNEEDED || !is_one(&value))
-}
-
-/// The factor that counts steps.
-const STEPS: &str = "latency_extra_steps";
 
 /// Rounds away what binary fractions add behind the twelfth decimal, so that 0.02 × 2.5 is the
 /// number a person would write.
@@ -350,18 +364,22 @@ impl Harsher {
 
 impl From<HarsherFactors> for Harsher {
     fn from(factors: HarsherFactors) -> Self {
-        Self { given: FACTORS.each_ref().map(|factor| kept(factor.key, (factor.get)(&factors))) }
+        Self { given: FACTORS.each_ref().map(|factor| factor.kept((factor.get)(&factors))) }
     }
 }
 
 impl Serialize for Harsher {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
-        for (key, value) in self.given() {
-            if key == STEPS {
-                map.serialize_entry(key, &(value as u32))?;
-            } else {
-                map.serialize_entry(key, &value)?;
+        for (factor, given) in FACTORS.iter().zip(self.given) {
+            match (given, &factor.written) {
+                (None, _) => {}
+                (Some(value), Written::Count) => {
+                    map.serialize_entry(factor.key, &(value as u32))?;
+                }
+                (Some(value), Written::Number | Written::UnlessOne) => {
+                    map.serialize_entry(factor.key, &value)?;
+                }
             }
         }
         map.end()
@@ -407,12 +425,12 @@ impl<'de> serde::de::Visitor<'de> for HarsherVisitor {
             if harsher.given[place].is_some() {
                 return Err(A::Error::duplicate_field(KEYS[place]));
             }
-            let value = if KEYS[place] == STEPS {
-                map.next_value::<Option<u32>>()?.map(f64::from)
-            } else {
-                map.next_value()?
+            let factor = &FACTORS[place];
+            let value = match factor.written {
+                Written::Count => map.next_value::<Option<u32>>()?.map(f64::from),
+                Written::Number | Written::UnlessOne => map.next_value()?,
             };
-            harsher.given[place] = value.and_then(|value| kept(KEYS[place], value));
+            harsher.given[place] = value.and_then(|value| factor.kept(value));
         }
         Ok(harsher)
     }

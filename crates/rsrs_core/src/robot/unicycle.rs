@@ -32,6 +32,28 @@ impl Pose {
             heading_rad: self.heading_rad + turn_rad * share,
         }
     }
+
+    /// The pose in the frame of another: x ahead of it, y to its left, the heading as it differs.
+    #[must_use]
+    pub fn relative_to(self, frame: Self) -> Self {
+        let (sine, cosine) = libm::sincos(frame.heading_rad);
+        let (dx_m, dy_m) = (self.x_m - frame.x_m, self.y_m - frame.y_m);
+        Self {
+            x_m: dx_m * cosine + dy_m * sine,
+            y_m: dy_m * cosine - dx_m * sine,
+            heading_rad: self.heading_rad - frame.heading_rad,
+        }
+    }
+
+    /// Where a place in the frame of this pose, ahead and to the left in metres, is in the frame in which the
+    /// pose is given.
+    pub fn place_m(self, [ahead_m, left_m]: [f64; 2]) -> [f64; 2] {
+        let (sine, cosine) = libm::sincos(self.heading_rad);
+        [
+            self.x_m + (ahead_m * cosine - left_m * sine),
+            self.y_m + (ahead_m * sine + left_m * cosine),
+        ]
+    }
 }
 
 /// The same angle, in radians, from -π to below π.

@@ -231,9 +231,7 @@ pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>
 
 /// Whether an object did not stay where it was.
 fn moves(trajectory: &Trajectory, object: usize) -> bool {
-    let mut places_m = trajectory.objects_m.iter().skip(object).step_by(trajectory.n_objects);
-    let start_m = places_m.next();
-    start_m.is_some_and(|start_m| places_m.any(|place_m| has_moved(*start_m, *place_m)))
+    has_moved(trajectory.objects_m.iter().skip(object).step_by(trajectory.n_objects).copied())
 }
 
 /// One robot's drives: a part of what lies between one standstill and the next.

@@ -72,14 +72,11 @@ impl<'a> Driver<'a> {
     /// Where the object of a trial may have been at its start, in the frame of the robot's, in metres: ahead, left. A
     /// millimetre decides on which side a robot loses what it pushes, and trackers are off by more.
     fn object_start_m(&self, trial: &DrivenTrial, errors: &mut Stream) -> Option<[f64; 2]> {
-        let [ahead_m, left_m] = trial.object_start_m()?;
+        let place_m = trial.object_start_m()?;
         let mut uniform = |most: f64| most * (2.0 * errors.uniform() - 1.0);
-        let [off_x_m, off_y_m] = [0, 1].map(|_| uniform(self.tolerance_m));
-        let (sine, cosine) = libm::sincos(uniform(self.tolerance_rad));
-        Some([
-            ahead_m * cosine - left_m * sine + off_x_m,
-            ahead_m * sine + left_m * cosine + off_y_m,
-        ])
+        let [x_m, y_m] = [0, 1].map(|_| uniform(self.tolerance_m));
+        let seen_from = Pose { x_m, y_m, heading_rad: uniform(self.tolerance_rad) };
+        Some(seen_from.place_m(place_m))
     }
 
     fn once(&self, world: &mut World, kind: &Kind, errors: &mut Stream) -> Moved {
@@ -89,11 +86,7 @@ impl<'a> Driver<'a> {
             step(world, self.as_at_reference(trial.command_at(0.0)));
         }
         let robot = pose(world);
-        let object_m = self.object_start_m(trial, errors).map(|[ahead_m, left_m]| {
-            let (sine, cosine) = libm::sincos(robot.heading_rad);
-            let (dx_m, dy_m) = (ahead_m * cosine - left_m * sine, ahead_m * sine + left_m * cosine);
-            [robot.x_m + dx_m, robot.y_m + dy_m]
-        });
+        let object_m = self.object_start_m(trial, errors).map(|place_m| robot.place_m(place_m));
         if let Some(place_m) = object_m {
             world.put_object(0, place_m);
         }
@@ -120,7 +113,7 @@ impl<'a> Driver<'a> {
             }
             let late = f64::from(n_steps) - horizon_s / self.period_s;
             for (body, path) in moved.iter_mut().enumerate() {
-                path.push(displacement(start[body], between(now[body], before[body], late)));
+                path.push(between(now[body], before[body], late).relative_to(start[body]));
             }
         }
         put_aside(world);
@@ -167,16 +160,5 @@ fn between(from: Pose, to: Pose, share: f64) -> Pose {
         x_m: mix(from.x_m, to.x_m),
         y_m: mix(from.y_m, to.y_m),
         heading_rad: mix(from.heading_rad, to.heading_rad),
-    }
-}
-
-/// A pose in the frame of another.
-fn displacement(start: Pose, pose: Pose) -> Pose {
-    let (sine, cosine) = libm::sincos(start.heading_rad);
-    let (dx_m, dy_m) = (pose.x_m - start.x_m, pose.y_m - start.y_m);
-    Pose {
-        x_m: dx_m * cosine + dy_m * sine,
-        y_m: dy_m * cosine - dx_m * sine,
-        heading_rad: pose.heading_rad - start.heading_rad,
     }
 }

@@ -80,16 +80,16 @@ fn exit(regions: &Regions, horizon: usize, time_s: f64, pose: Pose) -> Option<Ex
         return None;
     }
     let [least_rad, most_rad] = regions.headings_rad[horizon];
-    let heading_rad = f64::midpoint(least_rad, most_rad);
-    let (sine, cosine) = libm::sincos(heading_rad);
-    let (dx_m, dy_m) = (pose.x_m - region.mean_m[0], pose.y_m - region.mean_m[1]);
+    let [x_m, y_m] = region.mean_m;
+    let middle = Pose { x_m, y_m, heading_rad: f64::midpoint(least_rad, most_rad) };
+    let off = pose.relative_to(middle);
     Some(Exit {
         time_s,
         by_position,
         by_heading,
-        ahead_m: dx_m * cosine + dy_m * sine,
-        left_m: dy_m * cosine - dx_m * sine,
-        turned_rad: pose.heading_rad - heading_rad,
+        ahead_m: off.x_m,
+        left_m: off.y_m,
+        turned_rad: off.heading_rad,
     })
 }
 

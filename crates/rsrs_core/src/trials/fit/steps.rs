@@ -66,10 +66,8 @@ pub fn step_noise(trials: &[DrivenTrial], period_s: f64) -> Option<StepNoise> {
 /// From each sample to the next: how far ahead, and how far turned.
 fn pairs(trial: &DrivenTrial, of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     let step = |pair: &[crate::trials::trial::DrivenSample]| {
-        let (from, to) = (pair[0].pose, pair[1].pose);
-        let (sine, cosine) = libm::sincos(from.heading_rad);
-        let ahead_m = (to.x_m - from.x_m) * cosine + (to.y_m - from.y_m) * sine;
-        of(ahead_m, to.heading_rad - from.heading_rad)
+        let moved = pair[1].pose.relative_to(pair[0].pose);
+        of(moved.x_m, moved.heading_rad)
     };
     trial.samples.windows(2).map(step).collect()
 }

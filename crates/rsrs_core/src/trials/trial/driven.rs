@@ -11,9 +11,10 @@ use crate::robot::unicycle::Pose;
 /// A tracker sees an object that nobody pushes move no further than this, in metres.
 const STAYED_M: f64 = 0.02;
 
-/// Whether an object that was at one place, in metres, and is at another was moved.
-pub fn has_moved(from_m: [f64; 2], to_m: [f64; 2]) -> bool {
-    libm::hypot(to_m[0] - from_m[0], to_m[1] - from_m[1]) > STAYED_M
+/// Whether an object that was seen at these places, in metres, did not stay at the first of them.
+pub fn has_moved(mut places_m: impl Iterator<Item = [f64; 2]>) -> bool {
+    let Some([x_m, y_m]) = places_m.next() else { return false };
+    places_m.any(|place_m| libm::hypot(place_m[0] - x_m, place_m[1] - y_m) > STAYED_M)
 }
 
 /// One robot's pose and the command it had at one time.
@@ -60,17 +61,12 @@ impl DrivenTrial {
         let span_s = high.time_s - low.time_s;
         let share = if span_s > 0.0 { (time_s - low.time_s) / span_s } else { 0.0 };
         let between = |from: f64, to: f64| from + share * (to - from);
-        let (dx_m, dy_m) = (
-            between(low.pose.x_m, high.pose.x_m) - start.pose.x_m,
-            between(low.pose.y_m, high.pose.y_m) - start.pose.y_m,
-        );
-        let (sine, cosine) = libm::sincos(start.pose.heading_rad);
-        Pose {
-            x_m: dx_m * cosine + dy_m * sine,
-            y_m: dy_m * cosine - dx_m * sine,
-            heading_rad: between(low.pose.heading_rad, high.pose.heading_rad)
-                - start.pose.heading_rad,
-        }
+        let pose = Pose {
+            x_m: between(low.pose.x_m, high.pose.x_m),
+            y_m: between(low.pose.y_m, high.pose.y_m),
+            heading_rad: between(low.pose.heading_rad, high.pose.heading_rad),
+        };
+        pose.relative_to(start.pose)
     }
 
     /// Where the object was at the start, in the frame of the robot's start, in metres: ahead, left; `None` if there
@@ -78,9 +74,8 @@ impl DrivenTrial {
     pub fn object_start_m(&self) -> Option<[f64; 2]> {
         let start = self.samples[0];
         let [x_m, y_m] = start.object_m?;
-        let (sine, cosine) = libm::sincos(start.pose.heading_rad);
-        let (dx_m, dy_m) = (x_m - start.pose.x_m, y_m - start.pose.y_m);
-        Some([dx_m * cosine + dy_m * sine, dy_m * cosine - dx_m * sine])
+        let object = Pose { x_m, y_m, heading_rad: 0.0 }.relative_to(start.pose);
+        Some([object.x_m, object.y_m])
     }
 
     /// The trial of the object in the place of the robot, heading all the time as the robot did at the start; `None` if
@@ -97,9 +92,7 @@ impl DrivenTrial {
 
     /// Whether there is an object that did not stay where it was.
     pub fn moves_object(&self) -> bool {
-        let mut places_m = self.samples.iter().filter_map(|sample| sample.object_m);
-        let start_m = places_m.next();
-        start_m.is_some_and(|start_m| places_m.any(|place_m| has_moved(start_m, place_m)))
+        has_moved(self.samples.iter().filter_map(|sample| sample.object_m))
     }
 
     /// The command, if it was the same all the time. The last sample's is never driven, and trackers
