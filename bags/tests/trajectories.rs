@@ -100,6 +100,24 @@ fn a_trackers_bag_with_unstamped_commands_counts_from_the_first_to_the_last_comm
 }
 
 #[test]
+fn what_a_gate_lets_through_to_a_base_is_no_command_of_another_robot() {
+    let mut foreign = Foreign::new();
+    for step in 0..40 {
+        let mut pose = PoseStamped::default();
+        pose.header.stamp = Time::from_nanos(step * PERIOD_NS);
+        pose.pose.position.x = 0.01 * step as f64;
+        foreign.put("/robot_1/pose", step * PERIOD_NS, &pose);
+        foreign.command("robot_1", step * PERIOD_NS, 0.1);
+        foreign.command("robot_1/hardware", step * PERIOD_NS, 0.3);
+    }
+
+    let read = foreign.read().unwrap();
+
+    assert_eq!(read.robots, ["robot_1"]);
+    assert!(read.trajectory.commands.iter().all(|command| command.speed_m_s == 0.1));
+}
+
+#[test]
 fn transforms_from_one_frame_are_poses() {
     let mut foreign = Foreign::new();
     for step in 0..20 {

@@ -23,9 +23,6 @@ use super::transforms::Tree;
 use super::{RecordedTracker, TrajectoryError, TrajectoryOptions};
 use crate::{Bag, BagMessage, TopicInfo};
 
-/// Transforms that never change; received once, and true from the beginning.
-const TF_STATIC: &str = "/tf_static";
-
 /// What was recorded of one robot.
 #[derive(Debug)]
 pub struct RecordedRobot {
@@ -242,7 +239,7 @@ impl RecordedSamples {
             if running {
                 self.runs[run].1.extend(lease.robots);
             }
-        } else if let Some(robot) = pose::robot_before(topic, topics::CMD_VEL.name) {
+        } else if let Some(robot) = pose::robot_of(topic, topics::CMD_VEL) {
             let command = if &*message.type_name == Twist::TYPE_NAME {
                 CommandSample::of_unstamped(&robot, decode::<Twist>(message)?, log_ns)?
             } else {
@@ -260,8 +257,8 @@ impl RecordedSamples {
 
     /// Takes the transforms that never change.
     fn take_fixed(&mut self, bag: &Bag, topics: &[TopicInfo]) -> Result<(), TrajectoryError> {
-        let is_fixed =
-            |topic: &&TopicInfo| topic.name == TF_STATIC && topic.type_name == TFMessage::TYPE_NAME;
+        // They never change: received once, and true from the beginning.
+        let is_fixed = |topic: &&TopicInfo| is_same(topic, topics::TF_STATIC);
         let names = topics.iter().filter(is_fixed).map(|topic| topic.name.as_str());
         for message in bag.messages_on(names) {
             let fixed = self.raw_poses(PoseSource::Tf, &message?)?;
@@ -329,17 +326,16 @@ impl RecordedSamples {
             })?;
             return Ok((described.reader.topics()[index].machine, raw));
         }
-        let robot = |relative| {
-            pose::robot_before(&message.topic, relative).expect("only such topics were asked for")
-        };
+        let robot =
+            |known| pose::robot_of(&message.topic, known).expect("only such topics were asked for");
         let raw = match source {
             PoseSource::Odom => {
                 let Odometry { header, pose, .. } = decode(message)?;
-                vec![pose::of_message(robot(topics::ODOM.name), &header, pose.pose)]
+                vec![pose::of_message(robot(topics::ODOM), &header, pose.pose)]
             }
             PoseSource::Pose => {
                 let PoseStamped { header, pose } = decode(message)?;
-                vec![pose::of_message(robot(topics::POSE.name), &header, pose)]
+                vec![pose::of_message(robot(topics::POSE), &header, pose)]
             }
             PoseSource::NamedPoses => arrays::named(decode::<NamedPoseArray>(message)?),
             PoseSource::PoseArray => {

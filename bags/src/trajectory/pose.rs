@@ -10,7 +10,7 @@ use rsrs_msgs::geometry_msgs::{
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::tf2_msgs::TFMessage;
-use rsrs_msgs::{RosMessage, topics};
+use rsrs_msgs::topics;
 
 use super::TrajectoryError;
 use crate::TopicInfo;
@@ -46,19 +46,17 @@ pub struct RawPose {
 
 /// The robot whose poses a topic has, if it has some.
 pub fn robot_of_topic(topic: &TopicInfo, source: PoseSource) -> Option<String> {
-    let (relative, type_name) = match source {
-        PoseSource::Odom => (topics::ODOM.name, Odometry::TYPE_NAME),
-        PoseSource::Pose => (topics::POSE.name, PoseStamped::TYPE_NAME),
+    let known = match source {
+        PoseSource::Odom => topics::ODOM,
+        PoseSource::Pose => topics::POSE,
         PoseSource::Tf | PoseSource::NamedPoses | PoseSource::PoseArray => return None,
     };
-    let is_robots = topic.type_name == type_name && topics::object_of(&topic.name).is_none();
-    is_robots.then(|| robot_before(&topic.name, relative)).flatten()
+    (topic.type_name == known.type_name).then(|| robot_of(&topic.name, known)).flatten()
 }
 
-/// The namespace of a relative topic, without the slashes around it.
-pub fn robot_before(topic: &str, relative: &str) -> Option<String> {
-    let robot = topic.strip_prefix('/')?.strip_suffix(relative)?.strip_suffix('/')?;
-    (!robot.is_empty()).then(|| robot.to_owned())
+/// The robot whose topic of this kind has the name, if it is one.
+pub fn robot_of(name: &str, known: topics::Topic) -> Option<String> {
+    known.robot_of(name).map(str::to_owned)
 }
 
 /// The pose of a robot in a message.
@@ -217,9 +215,11 @@ mod tests {
 
     #[test]
     fn a_robot_is_the_whole_namespace_before_the_topic() {
-        assert_eq!(robot_before("/robot_1/odom", "odom").as_deref(), Some("robot_1"));
-        assert_eq!(robot_before("/lab/robot_1/odom", "odom").as_deref(), Some("lab/robot_1"));
-        assert_eq!(robot_before("/odom", "odom"), None);
-        assert_eq!(robot_before("/robot_1/modem_odom", "odom"), None);
+        let robot = |name| robot_of(name, topics::ODOM);
+
+        assert_eq!(robot("/robot_1/odom").as_deref(), Some("robot_1"));
+        assert_eq!(robot("/lab/robot_1/odom").as_deref(), Some("lab/robot_1"));
+        assert_eq!(robot("/odom"), None);
+        assert_eq!(robot("/robot_1/modem_odom"), None);
     }
 }

@@ -72,7 +72,7 @@ fn has_all(topics: &[TopicInfo], source: PoseSource) -> bool {
 pub fn robot_commanded_by(topic: &TopicInfo) -> Option<String> {
     let command_types = [TwistStamped::TYPE_NAME, Twist::TYPE_NAME];
     let is_command = command_types.contains(&topic.type_name.as_str());
-    is_command.then(|| pose::robot_before(&topic.name, topics::CMD_VEL.name)).flatten()
+    is_command.then(|| pose::robot_of(&topic.name, topics::CMD_VEL)).flatten()
 }
 
 /// Whether a topic is a known one, by name and type.
