@@ -134,36 +134,22 @@ pub struct PoseArray {
 }
 
 /// A pose with its uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PoseWithCovariance {
     /// The pose.
     pub pose: Pose,
-    /// Row by row over (x, y, z, rotation about x, y, z), in m², m·rad and rad²; shape `[36]`.
-    #[serde(with = "crate::covariance")]
-    pub covariance: [f64; 36],
-}
-
-impl Default for PoseWithCovariance {
-    fn default() -> Self {
-        Self { pose: Pose::default(), covariance: [0.0; 36] }
-    }
+    /// Row by row over (x, y, z, rotation about x, y, z), in m², m·rad and rad²; shape `[6, 6]`.
+    pub covariance: [[f64; 6]; 6],
 }
 
 /// A velocity with its uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TwistWithCovariance {
     /// The velocity.
     pub twist: Twist,
     /// Row by row over (x, y, z, rotation about x, y, z), in the squares of the units of the
-    /// velocity; shape `[36]`.
-    #[serde(with = "crate::covariance")]
-    pub covariance: [f64; 36],
-}
-
-impl Default for TwistWithCovariance {
-    fn default() -> Self {
-        Self { twist: Twist::default(), covariance: [0.0; 36] }
-    }
+    /// velocity; shape `[6, 6]`.
+    pub covariance: [[f64; 6]; 6],
 }
 
 /// The step from one frame to another.

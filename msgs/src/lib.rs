@@ -14,7 +14,6 @@
 
 pub mod builtin_interfaces;
 pub mod cdr;
-mod covariance;
 pub mod diagnostic_msgs;
 pub mod geometry_msgs;
 mod message;

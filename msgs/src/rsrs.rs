@@ -69,7 +69,8 @@ pub struct Recorded {
 }
 
 /// A number in a message that stands for nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{kind} {found}, expected {} to {}", known[0], known[1])]
 pub struct UnknownNumber {
     /// Of what, such as `lease state`.
     pub kind: &'static str,
@@ -78,15 +79,6 @@ pub struct UnknownNumber {
     /// The least and the greatest that stand for something.
     pub known: [u8; 2],
 }
-
-impl fmt::Display for UnknownNumber {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, found, known: [least, most] } = self;
-        write!(formatter, "{kind} {found}, expected {least} to {most}")
-    }
-}
-
-impl std::error::Error for UnknownNumber {}
 
 /// Enums that messages contain as a `uint8`, whose constants are those of the `.msg` file.
 macro_rules! numbered {

@@ -44,6 +44,11 @@ impl Qos {
         Self { reliability: Reliability::Reliable, durability: Durability::Volatile, depth }
     }
 
+    /// Reliable, and the last so many are kept for those who come later (transient local).
+    pub const fn latched(depth: u32) -> Self {
+        Self { durability: Durability::TransientLocal, ..Self::reliable(depth) }
+    }
+
     /// Best effort and volatile, with this depth.
     pub const fn best_effort(depth: u32) -> Self {
         Self { reliability: Reliability::BestEffort, durability: Durability::Volatile, depth }
@@ -137,22 +142,12 @@ const fn topic<M: RosMessage>(name: &'static str, qos: Qos) -> Topic {
 /// and the recorder confirms each. A test of `rsrs_sim_node` compares the two.
 const LOCKSTEP_DEPTH: u32 = 200;
 
-/// The last sample is kept for those who come later.
-const LATCHED: Qos =
-    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1 };
-
 /// Whether the robot sees another one; one sample per control period.
 pub const DETECTION: Topic = topic::<std_msgs::Bool>("detection", Qos::reliable(LOCKSTEP_DEPTH));
 /// A further reading of a robot with several sensors, beside [`DETECTION`]: on [`further_detection`]. In lockstep it is
 /// kept for who subscribes once it is told what the robot reports; elsewhere it is subscribed as [`DETECTION`] is.
-pub const FURTHER_DETECTION: Topic = topic::<std_msgs::Bool>(
-    "detection/*",
-    Qos {
-        reliability: Reliability::Reliable,
-        durability: Durability::TransientLocal,
-        depth: LOCKSTEP_DEPTH,
-    },
-);
+pub const FURTHER_DETECTION: Topic =
+    topic::<std_msgs::Bool>("detection/*", Qos::latched(LOCKSTEP_DEPTH));
 /// The name of a robot's [`FURTHER_DETECTION`] of one reading.
 ///
 /// # Example
@@ -191,14 +186,8 @@ pub const NAMED_POSES: Topic =
 pub const POSE_ARRAY: Topic = topic::<geometry_msgs::PoseArray>("/poses", Qos::best_effort(10));
 /// Where an object that robots push is: on [`object_pose`] of each. In lockstep it is kept for who subscribes once it is
 /// told what is there; elsewhere it is subscribed as [`POSE`] is.
-pub const OBJECT_POSE: Topic = topic::<geometry_msgs::PoseStamped>(
-    "/objects/*/pose",
-    Qos {
-        reliability: Reliability::Reliable,
-        durability: Durability::TransientLocal,
-        depth: LOCKSTEP_DEPTH,
-    },
-);
+pub const OBJECT_POSE: Topic =
+    topic::<geometry_msgs::PoseStamped>("/objects/*/pose", Qos::latched(LOCKSTEP_DEPTH));
 /// The name of the [`OBJECT_POSE`] of one object.
 ///
 /// # Example
@@ -263,12 +252,12 @@ pub const E_STOP: Topic = topic::<std_msgs::Bool>("/swarm/e_stop", Qos::reliable
 pub const E_STOP_RELEASE: Topic =
     topic::<rsrs::EStopLocks>("/swarm/e_stop_release", Qos::reliable(10));
 /// Which publishers have locked the robots of a process; transient local, for robots that start again.
-pub const E_STOP_LOCKS: Topic = topic::<rsrs::EStopLocks>("/swarm/e_stop_locks", LATCHED);
+pub const E_STOP_LOCKS: Topic = topic::<rsrs::EStopLocks>("/swarm/e_stop_locks", Qos::latched(1));
 /// The record of the run, as the bag's attachment has it: JSON. Latched, and a message because
 /// converters of bags keep nothing else.
-pub const EXPERIMENT: Topic = topic::<std_msgs::Text>("/swarm/experiment", LATCHED);
+pub const EXPERIMENT: Topic = topic::<std_msgs::Text>("/swarm/experiment", Qos::latched(1));
 /// How the run ended, as the bag's metadata has it: JSON.
-pub const ENDING: Topic = topic::<std_msgs::Text>("/swarm/ending", LATCHED);
+pub const ENDING: Topic = topic::<std_msgs::Text>("/swarm/ending", Qos::latched(1));
 /// The fingerprint of the simulated world, after each lockstep step.
 pub const WORLD_DIGEST: Topic =
     topic::<rsrs::WorldDigest>("/swarm/world_digest", Qos::reliable(LOCKSTEP_DEPTH));
@@ -282,10 +271,7 @@ pub const DIAGNOSTICS: Topic =
 /// The transform tree.
 pub const TF: Topic = topic::<tf2_msgs::TFMessage>("/tf", Qos::reliable(100));
 /// Transforms that stay as they are.
-pub const TF_STATIC: Topic = topic::<tf2_msgs::TFMessage>(
-    "/tf_static",
-    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 100 },
-);
+pub const TF_STATIC: Topic = topic::<tf2_msgs::TFMessage>("/tf_static", Qos::latched(100));
 /// What the simulator has to show: bodies, sensors, the ring, objects, goals and the judge's verdict.
 pub const MARKERS: Topic =
     topic::<visualization_msgs::MarkerArray>("/swarm/markers", Qos::reliable(10));
@@ -293,10 +279,7 @@ pub const MARKERS: Topic =
 pub const PARAMETER_EVENTS: Topic =
     topic::<rcl_interfaces::ParameterEvent>("/parameter_events", Qos::reliable(1000));
 /// Log lines.
-pub const ROSOUT: Topic = topic::<rcl_interfaces::Log>(
-    "/rosout",
-    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1000 },
-);
+pub const ROSOUT: Topic = topic::<rcl_interfaces::Log>("/rosout", Qos::latched(1000));
 
 /// All of them.
 pub const ALL: &[Topic] = &[

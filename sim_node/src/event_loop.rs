@@ -21,7 +21,7 @@ use rsrs_msgs::simulation_interfaces::{Result as Outcome, StepSimulationResponse
 use rsrs_msgs::topics;
 use rsrs_ros::clock::{ClockPublisher, wall_time};
 use rsrs_ros::complaints::Complaints;
-use rsrs_ros::e_stop::{EStopMessage, LocksPublisher};
+use rsrs_ros::e_stop::LocksPublisher;
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
@@ -137,14 +137,6 @@ fn step_response(left: u64, asked: u64) -> StepSimulationResponse {
         services::outcome(Outcome::OPERATION_FAILED, &text)
     };
     StepSimulationResponse { result }
-}
-
-fn e_stop_event(message: EStopMessage) -> robot::Event {
-    match message {
-        EStopMessage::State { source, engaged } => robot::Event::EStop { source, engaged },
-        EStopMessage::Release(sources) => robot::Event::Release(sources),
-        EStopMessage::Locks { locks, .. } => robot::Event::LocksOfOthers(locks),
-    }
 }
 
 async fn until(due: Option<Instant>) {
@@ -280,7 +272,7 @@ impl<'a> Simulation<'a> {
                     Ok(())
                 }
             },
-            Input::EStop(message) => self.all_robots(&e_stop_event(message)).await,
+            Input::EStop(message) => self.all_robots(&robot::Event::EStop(message)).await,
             Input::Controller(index, status) => self.receive_controller(index, status, now).await,
             Input::Command { robot, stamp_ns, twist } => {
                 self.command(robot, stamp_ns, &twist).await

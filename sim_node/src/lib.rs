@@ -21,11 +21,7 @@ mod virtual_pose_publisher;
 
 pub use parameters::NODE;
 
-use anyhow::Context;
-use rsrs_ros::environment::Environment;
-use rsrs_ros::node_arguments::{
-    AFTER_HELP, NodeArguments, NodeFlags, Part, Program, has_helped, split,
-};
+use rsrs_ros::node_arguments::{AFTER_HELP, NodeFlags, Part, Program, run};
 use rsrs_ros::ros_args::TopicRules;
 
 /// Is the world behind the topics of a fleet, in lockstep or in real time.
@@ -39,19 +35,8 @@ struct Flags {
 /// Runs the node until SIGINT or SIGTERM, by the arguments of the process, without its name:
 /// `[--interface NAME|IP] --robots NAME,… [--ros-args …]`.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
-    if has_helped::<Flags>(arguments)? {
-        return Ok(());
-    }
-    let environment = Environment::of_this_process();
-    let (Flags { node }, ros) = split(arguments, &environment)?;
     let program = Program { nodes: &[NODE], topics: TopicRules::Refused, part: Part::Simulator };
-    let options = NodeArguments::new(node, ros, &environment, program)?;
-    options.ros.start_logging(options.log_level);
-    tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("starting the runtime")?
-        .block_on(event_loop::run(options))
+    run(program, arguments, |Flags { node }| node, event_loop::run)
 }
 
 #[cfg(test)]

@@ -129,23 +129,17 @@ pub struct Wanted {
 pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParameters, WorldError> {
     let text = |name, description| Descriptor::new(name, ParameterKind::String, description);
     let count = |name, description, most: f64| {
-        let mut descriptor = Descriptor::new(name, ParameterKind::Integer, description);
-        descriptor.range = Some((0.0, most));
-        (descriptor, ParameterValue::Integer(0))
+        let descriptor = Descriptor::new(name, ParameterKind::Integer, description);
+        (descriptor.within(0.0, most), ParameterValue::Integer(0))
     };
-    let time = Descriptor {
-        additional_constraints: "lockstep or real_time".to_owned(),
-        ..text(TIME, "Pace: by the controllers' answers, or by the clock on the wall.")
-    };
+    let time = text(TIME, "Pace: by the controllers' answers, or by the clock on the wall.");
     let robots = Descriptor::new(
         ROBOTS,
         ParameterKind::StringArray,
         "Robots of the world; others than ours are real and followed. Empty: the first of ours.",
     );
-    let tracked_by = Descriptor {
-        additional_constraints: "odom or pose".to_owned(),
-        ..text(TRACKED_BY, "Topic of the real robots' poses, in the frame of the world.")
-    };
+    let tracked_by =
+        text(TRACKED_BY, "Topic of the real robots' poses, in the frame of the world.");
     let mut parameters = vec![
         (
             text(
@@ -157,9 +151,9 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
         count(SEED, "Seed of the world, below 2^63.", i64::MAX as f64),
         count(REPLICATE, "Number of the replicate, from 0.", i64::MAX as f64),
         count(STEPS, "Steps to make in lockstep.", f64::from(u32::MAX)),
-        (time, ParameterValue::String(TIMES[0].0.to_owned())),
+        (time.limited_to("lockstep or real_time"), ParameterValue::String(TIMES[0].0.to_owned())),
         (robots, ParameterValue::StringArray(Vec::new())),
-        (tracked_by, ParameterValue::String(TRACKERS[0].0.to_owned())),
+        (tracked_by.limited_to("odom or pose"), ParameterValue::String(TRACKERS[0].0.to_owned())),
         (hardware_only(), ParameterValue::Bool(false)),
     ];
     parameters.extend(by_hand::declared());
@@ -177,9 +171,7 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
 fn hardware_only() -> Descriptor {
     let description = "Whether the robots are nodes of their own (`rsrs node robot --driver virtual`), and \
                        this is only what their sensors and wheels are: set at the start.";
-    let mut descriptor = Descriptor::new(HARDWARE_ONLY, ParameterKind::Bool, description);
-    descriptor.read_only = true;
-    descriptor
+    Descriptor::new(HARDWARE_ONLY, ParameterKind::Bool, description).read_only()
 }
 
 /// Where the gates of the robots are.
@@ -226,21 +218,14 @@ pub fn check(
 
 /// Makes the world that the parameters ask for; `None` while no conditions are set.
 pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Wanted>, WorldError> {
-    let text = |name| match server.get(FULL_NAME, name) {
-        Some(ParameterValue::String(text)) => text,
-        other => unreachable!("{name} was declared as a string, found {other:?}"),
-    };
-    let integer = |name| match server.get(FULL_NAME, name) {
-        Some(ParameterValue::Integer(value)) => value.unsigned_abs(),
-        other => unreachable!("{name} was declared as an integer, found {other:?}"),
-    };
-    let conditions = text(CONDITIONS);
+    let integer = |name| server.integer(FULL_NAME, name).unsigned_abs();
+    let conditions = server.text(FULL_NAME, CONDITIONS);
     if conditions.is_empty() {
         return Ok(None);
     }
     let conditions = read_conditions(&conditions)?;
     let rows = Rows::of(&names(server), hosted, conditions.robots)?;
-    let time = read_time(&text(TIME))?;
+    let time = read_time(&server.text(FULL_NAME, TIME))?;
     check_mixed(&rows, time)?;
     let (seed, replicate, steps) = (integer(SEED), integer(REPLICATE), integer(STEPS));
     check_length(&conditions, steps)?;
@@ -261,10 +246,7 @@ pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Want
 
 /// Where the poses of real robots come from.
 pub fn tracked_by(server: &ParameterServer) -> Result<TrackedBy, WorldError> {
-    match server.get(FULL_NAME, TRACKED_BY) {
-        Some(ParameterValue::String(text)) => read_tracker(&text),
-        other => unreachable!("{TRACKED_BY} was declared as a string, found {other:?}"),
-    }
+    read_tracker(&server.text(FULL_NAME, TRACKED_BY))
 }
 
 fn names(server: &ParameterServer) -> Vec<String> {

@@ -2,7 +2,7 @@
 
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::simulation_interfaces::{self as wire, Result as Outcome};
-use rsrs_ros::services::{self, Responder, Service};
+use rsrs_ros::services::{self, Responder, Service, decode};
 use rsrs_ros::session::{NodeHandle, Session};
 
 /// A request, and the client that waits for its response.
@@ -34,25 +34,28 @@ pub fn offer(
     received: impl Fn(Call) + Clone + Send + 'static,
 ) -> anyhow::Result<Vec<Service>> {
     let ends = Ends { session, node, received };
+    let request = |body: &[u8]| {
+        let older = || decode::<wire::SetEntityStateRequest1>(body).map(Into::into);
+        decode::<wire::SetEntityStateRequest>(body).or_else(older)
+    };
     Ok(vec![
-        ends.offer::<wire::GetSimulatorFeaturesRequest, _>(
+        ends.offer(
             "get_simulator_features",
-            |_, responder| Call::Features(responder),
+            decode,
+            |_: wire::GetSimulatorFeaturesRequest, responder| Call::Features(responder),
         )?,
-        ends.offer::<wire::GetSimulationStateRequest, _>(
+        ends.offer(
             "get_simulation_state",
-            |_, responder| Call::State(responder),
+            decode,
+            |_: wire::GetSimulationStateRequest, responder| Call::State(responder),
         )?,
-        ends.offer("set_simulation_state", Call::SetState)?,
-        ends.offer("reset_simulation", Call::Reset)?,
-        ends.offer("step_simulation", Call::Step)?,
-        ends.offer("get_entities", Call::Entities)?,
-        ends.offer("get_entities_states", Call::EntitiesStates)?,
-        ends.offer("get_entity_state", Call::EntityState)?,
-        ends.offer_with_older_request::<wire::SetEntityStateRequest1, _, _>(
-            "set_entity_state",
-            Call::SetEntityState,
-        )?,
+        ends.offer("set_simulation_state", decode, Call::SetState)?,
+        ends.offer("reset_simulation", decode, Call::Reset)?,
+        ends.offer("step_simulation", decode, Call::Step)?,
+        ends.offer("get_entities", decode, Call::Entities)?,
+        ends.offer("get_entities_states", decode, Call::EntitiesStates)?,
+        ends.offer("get_entity_state", decode, Call::EntityState)?,
+        ends.offer("set_entity_state", request, Call::SetEntityState)?,
     ])
 }
 
@@ -66,32 +69,12 @@ impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
     fn offer<Q: RosMessage, R: RosMessage + Default>(
         &self,
         name: &str,
+        decode: impl Fn(&[u8]) -> Option<Q> + Send + 'static,
         call: impl Fn(Q, Responder<R>) -> Call + Send + 'static,
     ) -> anyhow::Result<Service> {
         let received = self.received.clone();
-        Ok(services::offer(self.session, self.node, name, move |request, responder| {
-            received(call(request, responder));
-        })?)
-    }
-
-    fn offer_with_older_request<Older, Q, R>(
-        &self,
-        name: &str,
-        call: impl Fn(Q, Responder<R>) -> Call + Send + 'static,
-    ) -> anyhow::Result<Service>
-    where
-        Older: RosMessage,
-        Q: RosMessage + From<Older>,
-        R: RosMessage + Default,
-    {
-        let received = self.received.clone();
         let deliver = move |request, responder| received(call(request, responder));
-        Ok(services::offer_with_older_request::<Older, Q, R>(
-            self.session,
-            self.node,
-            name,
-            deliver,
-        )?)
+        Ok(services::offer(self.session, self.node, name, decode, deliver)?)
     }
 }
 

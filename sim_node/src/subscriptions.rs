@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_fleet::e_stop::Message;
 use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::topics::{self, Topic};
-use rsrs_ros::e_stop::{EStopMessage, EStopSubscriptions};
+use rsrs_ros::e_stop::EStopSubscriptions;
 use rsrs_ros::session::{EndpointKind, NodeHandle, Session, Subscription};
 use tokio::sync::mpsc::UnboundedSender;
 
@@ -20,7 +21,7 @@ pub enum Input {
     /// A lease.
     Lease(RunLease),
     /// The e-stop.
-    EStop(EStopMessage),
+    EStop(Message),
     /// A status of the controller of a robot.
     Controller(usize, RobotStatus),
     /// A velocity command for a robot, and its stamp in nanoseconds, if it has one.

@@ -2,7 +2,7 @@
 //!
 //! Where the robot has no gate of ours, the controller holds the lease: see `lease_gate`.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use rsrs_core::draw::Key;
@@ -11,7 +11,7 @@ use rsrs_core::robot::controller::{self, Command, Reaction};
 use rsrs_core::robot::sensor::Readings;
 use rsrs_msgs::topics;
 
-use crate::e_stop::{Locks, Source};
+use crate::e_stop::Message;
 use crate::epoch;
 use crate::heartbeat::Heartbeat;
 use crate::message::{Lease, LeaseState, RobotState, Status, StopCause, armed_reason};
@@ -40,18 +40,8 @@ pub enum Event {
     Lease(Lease),
     /// Parameters were set, from the fleet file or by a client.
     Parameters(Settings),
-    /// A source published on the e-stop topic that it is engaged, or that it is not; only the
-    /// holder of the lease needs it.
-    EStop {
-        /// Who.
-        source: Source,
-        /// The value published.
-        engaged: bool,
-    },
-    /// A release of the locks of these sources.
-    Release(BTreeSet<Source>),
-    /// What the e-stop has locked on another robot.
-    LocksOfOthers(Locks),
+    /// A message on one of the e-stop's topics; only the holder of the lease needs it.
+    EStop(Message),
     /// Time passed.
     Tick,
 }
@@ -256,7 +246,7 @@ impl Controller {
             }
             // What waited for the end of its silence.
             Event::Tick => self.answer(&mut actions, now),
-            Event::EStop { .. } | Event::Release(_) | Event::LocksOfOthers(_) => {}
+            Event::EStop(_) => {}
         }
         actions.extend(self.status_due(now).map(Action::Status));
         actions

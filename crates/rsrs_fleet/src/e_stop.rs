@@ -35,6 +35,27 @@ impl fmt::Display for Source {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Locks(pub BTreeMap<Source, LockCause>);
 
+/// What is received on one of the topics of the e-stop.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Message {
+    /// A source reports that it is engaged, or that it is not.
+    State {
+        /// Who.
+        source: Source,
+        /// What.
+        engaged: bool,
+    },
+    /// Somebody ends the locks of these sources.
+    Release(BTreeSet<Source>),
+    /// What is locked on the robots of a process.
+    Locks {
+        /// The publisher of that process.
+        reporter: Source,
+        /// The locks.
+        locks: Locks,
+    },
+}
+
 /// Sources that are listed one by one; a lab has a few.
 pub(crate) const MOST_SOURCES: usize = 64;
 

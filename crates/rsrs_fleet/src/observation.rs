@@ -16,7 +16,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
-use crate::e_stop::{Locks, Source};
+use crate::e_stop::{Locks, Message, Source};
 use crate::message::{Echo, Lease, LeaseState, Status};
 use crate::record::{Ending, ExperimentRecord};
 use crate::stopper::MOST_ROBOTS;
@@ -86,20 +86,8 @@ pub enum Event {
     },
     /// The runner's permission to move.
     Lease(Lease),
-    /// A source published on the e-stop topic that it is engaged, or that it is not.
-    EStop {
-        /// Who.
-        source: Source,
-        /// The value published.
-        engaged: bool,
-    },
-    /// The robots of a process reported what the e-stop has locked on them.
-    Locks {
-        /// Who reports: the GUID of its publisher.
-        reporter: Source,
-        /// The locks.
-        locks: Locks,
-    },
+    /// A message on one of the e-stop's topics.
+    EStop(Message),
     /// What parts of robots say of themselves.
     Diagnoses(Vec<Diagnosis>),
     /// Simulated time.
@@ -122,8 +110,7 @@ impl Event {
         match self {
             Self::Found { .. }
             | Self::Lease(_)
-            | Self::EStop { .. }
-            | Self::Locks { .. }
+            | Self::EStop(_)
             | Self::Experiment(_)
             | Self::Ending { .. } => true,
             Self::Detection { .. }
@@ -241,16 +228,17 @@ impl Observation {
                 }
             }
             Event::Lease(lease) => self.take_lease(lease, now),
-            Event::EStop { source, engaged } => {
+            Event::EStop(Message::State { source, engaged }) => {
                 if self.engaged.contains_key(&source) || self.engaged.len() < MOST_ROBOTS {
                     self.engaged.insert(source, Seen { value: engaged, at: now });
                 }
             }
-            Event::Locks { reporter, locks } => {
+            Event::EStop(Message::Locks { reporter, locks }) => {
                 if self.locks.contains_key(&reporter) || self.locks.len() < MOST_ROBOTS {
                     self.locks.insert(reporter, locks);
                 }
             }
+            Event::EStop(Message::Release(_)) => {}
             Event::Diagnoses(diagnoses) => {
                 for diagnosis in diagnoses {
                     let mut robots = self.robots.iter_mut();

@@ -1,7 +1,6 @@
 //! What must be there before anything is set or moved; every problem is named at once.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::topics;
@@ -129,18 +128,13 @@ pub struct Graph {
 }
 
 /// A topic whose ends do not fit each other.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+#[error("{topic}: {reason}")]
 pub struct UnfitTopic {
     /// Full name of the topic.
     pub topic: String,
     /// Which ends, and what to change.
     pub reason: String,
-}
-
-impl fmt::Display for UnfitTopic {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}: {}", self.topic, self.reason)
-    }
 }
 
 /// What a fleet file and a controller's parameter call commands of this type; `None` if no command is of it.

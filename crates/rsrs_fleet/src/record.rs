@@ -111,6 +111,15 @@ pub enum Backend {
 }
 
 impl Backend {
+    /// Whether a robot of such a run is on the floor.
+    fn is_real(self, robot: &FleetRobot) -> bool {
+        match self {
+            Self::Simulator => false,
+            Self::Mixed => robot.driver != Driver::Virtual,
+            Self::Fleet => true,
+        }
+    }
+
     /// What moved the robots, for a sentence.
     pub fn in_words(self) -> &'static str {
         match self {
@@ -153,12 +162,7 @@ pub fn pose_source(
     backend: Backend,
     robots: &[FleetRobot],
 ) -> Result<PoseSource, Box<DifferentPoses>> {
-    let is_real = |robot: &&FleetRobot| match backend {
-        Backend::Simulator => false,
-        Backend::Mixed => robot.driver != Driver::Virtual,
-        Backend::Fleet => true,
-    };
-    let mut real = robots.iter().filter(is_real);
+    let mut real = robots.iter().filter(|robot| backend.is_real(robot));
     let Some(first) = real.next() else { return Ok(PoseSource::Odom) };
     match real.find(|robot| robot.pose != first.pose) {
         None => Ok(first.pose),
@@ -220,12 +224,7 @@ pub fn tracker(
     backend: Backend,
     robots: &[FleetRobot],
 ) -> Result<Option<Tracker>, UnsuitableTracker> {
-    let is_real = |robot: &&FleetRobot| match backend {
-        Backend::Simulator => false,
-        Backend::Mixed => robot.driver != Driver::Virtual,
-        Backend::Fleet => true,
-    };
-    let mut real = robots.iter().filter(is_real);
+    let mut real = robots.iter().filter(|robot| backend.is_real(robot));
     let Some(first) = real.clone().next() else { return Ok(None) };
     if let Some(other) = real.clone().find(|robot| robot.tracker != first.tracker) {
         return Err(UnsuitableTracker::Several {
@@ -297,7 +296,7 @@ pub enum RecordError {
     )]
     Version {
         /// Its version.
-        found: u32,
+        found: u64,
     },
     /// Its numbers make no world.
     #[error("conditions.{source}")]
@@ -322,17 +321,6 @@ pub enum RecordError {
     Json(#[from] serde_json::Error),
 }
 
-/// What a record has in every version.
-#[derive(Deserialize)]
-struct Versioned {
-    provenance: VersionedProvenance,
-}
-
-#[derive(Deserialize)]
-struct VersionedProvenance {
-    schema_version: u32,
-}
-
 impl ExperimentRecord {
     /// The record as JSON, on one line.
     ///
@@ -346,9 +334,9 @@ impl ExperimentRecord {
     /// Reads a record back.
     pub fn from_json(text: &str) -> Result<Self, RecordError> {
         // A newer shape may have any keys.
-        let versioned: Option<Versioned> = serde_json::from_str(text).ok();
-        let found = versioned.map(|record| record.provenance.schema_version);
-        if let Some(found) = found.filter(|found| *found != RECORD_SCHEMA_VERSION) {
+        let record: serde_json::Value = serde_json::from_str(text).unwrap_or_default();
+        let found = record["provenance"]["schema_version"].as_u64();
+        if let Some(found) = found.filter(|found| *found != u64::from(RECORD_SCHEMA_VERSION)) {
             return Err(RecordError::Version { found });
         }
         let record: Self = serde_json::from_str(text)?;
@@ -401,7 +389,8 @@ pub struct Ending {
 }
 
 /// A robot that stood in a run for a moment, because leases did not reach it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[error("{robot} stood for at most {stood_s:.1} s after {after_s:.1} s: lease ran out")]
 pub struct PausedRobot {
     /// Its name.
     pub robot: String,
@@ -411,18 +400,9 @@ pub struct PausedRobot {
     pub stood_s: f64,
 }
 
-impl fmt::Display for PausedRobot {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { robot, after_s, stood_s } = self;
-        write!(
-            formatter,
-            "{robot} stood for at most {stood_s:.1} s after {after_s:.1} s: lease ran out"
-        )
-    }
-}
-
 /// A robot that took part in only the beginning of a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[error("{robot} lost after {after_s:.1} s: {reason}")]
 pub struct LostRobot {
     /// Its name.
     pub robot: String,
@@ -430,12 +410,6 @@ pub struct LostRobot {
     pub after_s: f64,
     /// What was wrong with it.
     pub reason: String,
-}
-
-impl fmt::Display for LostRobot {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{} lost after {:.1} s: {}", self.robot, self.after_s, self.reason)
-    }
 }
 
 /// How a run ended, in a word.

@@ -10,12 +10,12 @@ pub mod detector;
 pub mod limits;
 mod stand_reason;
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
 
-use crate::e_stop::{EStop, Locks, Source};
+use crate::e_stop::{EStop, Locks, Message};
 use crate::epoch::{self, ImplausibleEpoch};
 use crate::heartbeat::Heartbeat;
 use crate::message::{
@@ -40,17 +40,8 @@ pub enum Event {
     /// A velocity command arrived that the robot cannot follow; its sender is not to be obeyed
     /// with an older one either.
     CommandRefused,
-    /// A source published on the e-stop topic that it is engaged, or that it is not.
-    EStop {
-        /// Who.
-        source: Source,
-        /// The value published.
-        engaged: bool,
-    },
-    /// A release of the locks of these sources.
-    Release(BTreeSet<Source>),
-    /// What the e-stop has locked on another robot.
-    LocksOfOthers(Locks),
+    /// A message on one of the e-stop's topics; locks are those of other robots.
+    EStop(Message),
     /// The simulator that this robot is in has placed no world with it, or has placed one.
     WithoutWorld(bool),
     /// The driver of its wheels or sensor failed.
@@ -227,10 +218,12 @@ impl Robot {
             Event::Lease(lease) => self.on_lease(&lease, now),
             Event::Controller(status) => self.receive_controller(status, now),
             Event::Command(command) => self.command = Some((command, now)),
-            Event::EStop { source, engaged } => self.e_stop.receive((source, engaged), now),
-            Event::Release(sources) => self.e_stop.release(&sources),
+            Event::EStop(Message::State { source, engaged }) => {
+                self.e_stop.receive((source, engaged), now);
+            }
+            Event::EStop(Message::Release(sources)) => self.e_stop.release(&sources),
             // Who has been there all the time has the newest locks.
-            Event::LocksOfOthers(locks) if !self.asking.is_over(now) => {
+            Event::EStop(Message::Locks { locks, .. }) if !self.asking.is_over(now) => {
                 self.e_stop.adopt(&locks, now);
             }
             Event::WithoutWorld(is_without) => self.is_without_world = is_without,
@@ -238,7 +231,7 @@ impl Robot {
             Event::Fault(reason) => self.fault = Some(reason),
             Event::Repaired => self.fault = None,
             Event::Battery(battery_v) => self.battery_v = battery_v,
-            Event::LocksOfOthers(_) | Event::Tick => {}
+            Event::EStop(Message::Locks { .. }) | Event::Tick => {}
         }
         self.latch(now);
         self.status_due(now)
@@ -314,7 +307,7 @@ impl Robot {
             return;
         }
         if let Some(reason) = &self.fault {
-            self.latched = Some(StandReason::Fault(reason.clone()).text());
+            self.latched = Some(StandReason::Fault(reason.clone()).to_string());
             return;
         }
         self.follow_lapse(now);
@@ -336,14 +329,14 @@ impl Robot {
                     Lapsed { since: bound.fresh_until, is_excused: false }
                 }
                 (Lapse::Stops, ..) => {
-                    self.latched = Some(reason.text());
+                    self.latched = Some(reason.to_string());
                     return;
                 }
             },
         };
         self.lapsed = Some(lapsed);
         if now.saturating_sub(lapsed.since) >= self.options.lapse.grace() {
-            self.latched = Some(reason.unwrap_or(StandReason::LeaseLapsed).text());
+            self.latched = Some(reason.unwrap_or(StandReason::LeaseLapsed).to_string());
         }
     }
 
@@ -487,9 +480,9 @@ impl Robot {
             }
             // The stopper must see that this one has received it, too.
             (Some(reason @ StandReason::Fault(_)), _) if self.e_stop_holds(now) => {
-                (StopCause::EStop, format!("{E_STOP_REASON}; {}", reason.text()))
+                (StopCause::EStop, format!("{E_STOP_REASON}; {reason}"))
             }
-            (Some(reason), _) => (reason.cause(), reason.text()),
+            (Some(reason), _) => (reason.cause(), reason.to_string()),
         };
         Some(Status {
             counter,

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rsrs_core::robot::unicycle::Pose;
 
-use crate::e_stop::EStop;
+use crate::e_stop::{EStop, Message};
 use crate::epoch::{self, ImplausibleEpoch};
 use crate::heartbeat::next_beat;
 use crate::message::{Lease, LeaseState, RobotState, Status};
@@ -284,6 +284,7 @@ impl Runner {
             Event::ParametersSet { .. }
             | Event::ReadBack { .. }
             | Event::RecorderReady
+            | Event::EStop(Message::Locks { .. })
             | Event::Tick => {}
             Event::Recorded { step } => self.recorded = self.recorded.max(step),
             Event::RecorderFailed { reason } => self.fail_recorder(reason, now, actions),
@@ -294,13 +295,13 @@ impl Runner {
             Event::RecorderClosed => self.recorder_closed = true,
             Event::SimulatorStatus(status) => self.receive_simulator(status, now, actions),
             Event::LeaseReceived(lease) => self.receive_lease(lease, now, actions),
-            Event::EStop { source, engaged } => {
+            Event::EStop(Message::State { source, engaged }) => {
                 self.e_stop.receive((source, engaged), now);
                 if engaged && self.phase != Phase::Discover {
                     self.abort(&AbortCause::EStop, now, actions);
                 }
             }
-            Event::Release(sources) => self.e_stop.release(&sources),
+            Event::EStop(Message::Release(sources)) => self.e_stop.release(&sources),
             Event::PoseAhead { robot, seconds } => {
                 self.start_check.receive_pose_clock(robot, seconds, now);
             }

@@ -353,26 +353,46 @@ impl Run {
 
     fn on_event(&mut self, event: &Event, now: Duration, actions: &mut Vec<Action>) {
         let Self { placed, progress, pace, is_held, manual } = self;
+        let mut turn = Turn { placed, progress, now, actions };
         if let Event::Gates(gates) = event {
             *is_held = gates.iter().any(|gate| gate.is_in_run);
         }
         if let Some(manual) = manual {
             if *is_held {
-                manual.pause(placed, now, actions);
+                manual.pause(&mut turn);
             }
-            manual.on_event(placed, event, now, actions);
+            manual.on_event(event, &mut turn);
             return;
         }
         match pace {
             TimeMode::Lockstep(lockstep) => {
-                if matches!(progress, Progress::Waiting | Progress::Started) {
-                    lockstep.on_event(placed, progress, event, now, actions);
+                if matches!(turn.progress, Progress::Waiting | Progress::Started) {
+                    lockstep.on_event(event, &mut turn);
                 }
             }
-            TimeMode::RealTime(real_time) => {
-                real_time.on_event(placed, progress, event, now, actions);
-            }
+            TimeMode::RealTime(real_time) => real_time.on_event(event, &mut turn),
         }
+    }
+}
+
+/// An event of a run: what is known when it happens, and what follows from it.
+struct Turn<'a> {
+    placed: &'a Placed,
+    progress: &'a mut Progress,
+    now: Duration,
+    actions: &'a mut Vec<Action>,
+}
+
+impl Turn<'_> {
+    fn complete(&mut self, reason: &'static str) {
+        *self.progress = Progress::Complete(reason);
+        self.actions.push(Action::Complete { reason });
+    }
+
+    fn void(&mut self, cause: &VoidCause) {
+        let reason = cause.to_string();
+        *self.progress = Progress::Void(reason.clone());
+        self.actions.push(Action::Void { reason });
     }
 }
 

@@ -11,14 +11,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use crate::e_stop::{LockCause, Locks, Source};
+use crate::e_stop::{LockCause, Locks, Message, Source};
 use crate::message::{RobotState, Status};
 use crate::timing::{ACKNOWLEDGE_TIMEOUT, NODE_TIMEOUT, REPEAT_PERIOD, Transport};
 
 /// What every robot is to receive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StopCommand {
     /// Stand, whatever else is published.
+    #[default]
     Engage,
     /// A newer epoch may move you.
     Release,
@@ -39,20 +40,8 @@ pub enum Event {
         /// Its status.
         status: Status,
     },
-    /// A source published on the e-stop topic that it is engaged, or that it is not.
-    EStop {
-        /// Who.
-        source: Source,
-        /// The value published.
-        engaged: bool,
-    },
-    /// A robot, or several in one process, reported what the e-stop has locked on it.
-    Locks {
-        /// Who reports: the GUID of its publisher.
-        reporter: Source,
-        /// The locks.
-        locks: Locks,
-    },
+    /// A message on one of the e-stop's topics; another release is no business of ours.
+    EStop(Message),
     /// Publishers of the e-stop topic that are there now, without our own.
     Publishers(BTreeSet<Source>),
     /// Someone does not want to wait any longer.
@@ -101,7 +90,7 @@ pub struct RobotAcknowledgement {
 pub const MOST_ROBOTS: usize = 1_000;
 
 /// Stops, or releases, every robot there is.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Stopper {
     word: StopCommand,
     robots: BTreeMap<String, LastStatus>,
@@ -128,18 +117,7 @@ struct LastStatus {
 impl Stopper {
     /// A stopper without robots that has published nothing.
     pub fn new(word: StopCommand) -> Self {
-        Self {
-            word,
-            robots: BTreeMap::new(),
-            locks: BTreeMap::new(),
-            engaged_at: BTreeMap::new(),
-            present: BTreeSet::new(),
-            started: None,
-            published: None,
-            is_interrupted: false,
-            is_over: false,
-            transport: Transport::Plain,
-        }
+        Self { word, ..Self::default() }
     }
 
     /// The same over another transport, on which it depends how long it looks for robots.
@@ -197,23 +175,23 @@ impl Stopper {
                     .then(|| received.acknowledged.unwrap_or(now));
                 received.last = Some((status, now));
             }
-            Event::EStop { source, engaged: true } => {
+            Event::EStop(Message::State { source, engaged: true }) => {
                 let is_known = self.engaged_at.contains_key(&source);
                 if is_known || self.engaged_at.len() < MOST_ROBOTS {
                     self.engaged_at.insert(source, now);
                 }
             }
-            Event::EStop { source, engaged: false } => {
+            Event::EStop(Message::State { source, engaged: false }) => {
                 self.engaged_at.remove(&source);
             }
-            Event::Locks { reporter, locks } => {
+            Event::EStop(Message::Locks { reporter, locks }) => {
                 if self.locks.contains_key(&reporter) || self.locks.len() < MOST_ROBOTS {
                     self.locks.insert(reporter, locks);
                 }
             }
             Event::Publishers(present) => self.present = present,
             Event::Interrupt => self.is_interrupted = true,
-            Event::Tick => {}
+            Event::EStop(Message::Release(_)) | Event::Tick => {}
         }
     }
 

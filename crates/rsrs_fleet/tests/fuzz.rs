@@ -6,7 +6,7 @@ use std::time::Duration;
 use rand::RngExt;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_fleet::e_stop::{LockCause, Locks, Source};
+use rsrs_fleet::e_stop::{LockCause, Locks, Message, Source};
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_fleet::observation::{Event, Observation};
@@ -153,17 +153,19 @@ impl Floor {
             }
             Kind::EStop => {
                 let engaged = decode::<Bool>(bytes)?.data;
-                (Some(robot::Event::EStop { source, engaged }), Event::EStop { source, engaged })
+                let state = Message::State { source, engaged };
+                (Some(robot::Event::EStop(state.clone())), Event::EStop(state))
             }
             Kind::Locks => {
                 let locks = wire::locks(decode(bytes)?).map_err(in_words)?;
-                let observed = Event::Locks { reporter: source, locks: locks.clone() };
-                (Some(robot::Event::LocksOfOthers(locks)), observed)
+                let locks = Message::Locks { reporter: source, locks };
+                (Some(robot::Event::EStop(locks.clone())), Event::EStop(locks))
             }
             Kind::Release => {
                 let locks = wire::locks(decode(bytes)?).map_err(in_words)?;
                 let sources = locks.0.into_keys().collect();
-                (Some(robot::Event::Release(sources)), Event::Found { robot })
+                let release = Message::Release(sources);
+                (Some(robot::Event::EStop(release.clone())), Event::EStop(release))
             }
         };
         if let Some(event) = to_robot {

@@ -18,9 +18,9 @@ use rsrs_pipeline::measure::sensor_readings;
 
 use crate::run::RunSummary;
 use crate::run::operator::Operator;
-use crate::runtime::runtime;
 pub use filling::{Filled, fill_plan, fill_table};
 use result::{Motion, Source, TrialResult};
+use rsrs_ros::runtime::runtime;
 pub use trial_nodes::RunTarget;
 use trial_nodes::TrialNodes;
 

@@ -12,5 +12,4 @@ pub mod campaign;
 pub mod drive;
 pub mod publish;
 pub mod run;
-pub mod runtime;
 pub mod watch;

@@ -5,32 +5,11 @@ use std::collections::BTreeSet;
 use crate::session::{
     NodeHandle, PublishError, Publisher, Received, Session, SessionError, Subscription,
 };
-use rsrs_fleet::e_stop::{LockCause, Locks, Source};
+use rsrs_fleet::e_stop::{LockCause, Locks, Message, Source};
 use rsrs_fleet::wire;
 use rsrs_msgs::rsrs::{EStopLock, EStopLocks};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
-
-/// What was received on one of the topics.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum EStopMessage {
-    /// A source reports that it is engaged, or that it is not.
-    State {
-        /// Who.
-        source: Source,
-        /// What.
-        engaged: bool,
-    },
-    /// Somebody ends the locks of these sources.
-    Release(BTreeSet<Source>),
-    /// What is locked on the robots of a process.
-    Locks {
-        /// The publisher of that process.
-        reporter: Source,
-        /// The locks.
-        locks: Locks,
-    },
-}
 
 /// Receives from all three topics until it is dropped.
 #[derive(Debug)]
@@ -44,7 +23,7 @@ impl EStopSubscriptions {
     pub fn new(
         session: &Session,
         node: &NodeHandle,
-        deliver: impl Fn(EStopMessage) + Clone + Send + 'static,
+        deliver: impl Fn(Message) + Clone + Send + 'static,
     ) -> Result<Self, SessionError> {
         let (state, release, locks) =
             (topics::E_STOP, topics::E_STOP_RELEASE, topics::E_STOP_LOCKS);
@@ -52,29 +31,19 @@ impl EStopSubscriptions {
         let all = [
             session.subscribe(node, state.name, state.qos, move |sample: Received<Bool>| {
                 let source = Source(sample.writer);
-                to_state(EStopMessage::State { source, engaged: sample.message.data });
+                to_state(Message::State { source, engaged: sample.message.data });
             })?,
-            session.subscribe(
-                node,
-                release.name,
-                release.qos,
-                move |sample: Received<EStopLocks>| {
-                    if let Some(locks) = understood(release.name, sample.message) {
-                        to_release(EStopMessage::Release(locks.0.into_keys().collect()));
-                    }
-                },
-            )?,
-            session.subscribe(
-                node,
-                locks.name,
-                locks.qos,
-                move |sample: Received<EStopLocks>| {
-                    let reporter = Source(sample.writer);
-                    if let Some(locks) = understood(locks.name, sample.message) {
-                        to_locks(EStopMessage::Locks { reporter, locks });
-                    }
-                },
-            )?,
+            session.subscribe(node, release.name, release.qos, move |sample: Received<_>| {
+                if let Some(locks) = understood(release.name, sample.message) {
+                    to_release(Message::Release(locks.0.into_keys().collect()));
+                }
+            })?,
+            session.subscribe(node, locks.name, locks.qos, move |sample: Received<_>| {
+                let reporter = Source(sample.writer);
+                if let Some(locks) = understood(locks.name, sample.message) {
+                    to_locks(Message::Locks { reporter, locks });
+                }
+            })?,
         ];
         Ok(Self { _all: all })
     }

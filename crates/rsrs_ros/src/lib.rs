@@ -11,6 +11,7 @@
 //! * [`network`] — which network to join, by those.
 //! * [`confine`] and [`interfaces`] — where the packets may go.
 //! * [`security`] — which enclave of a keystore a process has.
+//! * [`runtime`] — on what a program of nodes runs.
 //! * [`shutdown`], [`logging`], [`complaints`] and [`printing`] — how a node ends, what it logs, and who prints it.
 //! * [`e_stop`] — the three topics of the e-stop.
 //!
@@ -31,6 +32,7 @@ mod parameter_value;
 pub mod parameters;
 pub mod printing;
 pub mod ros_args;
+pub mod runtime;
 pub mod security;
 pub mod services;
 pub mod session;

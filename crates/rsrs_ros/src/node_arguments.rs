@@ -9,6 +9,7 @@ use crate::environment::Environment;
 use crate::logging::Level;
 use crate::network::NetworkError;
 use crate::ros_args::{RosArgs, RosArgsError, START, TopicRules};
+use crate::runtime::runtime;
 use crate::security::{Member, PermissiveStrategy};
 use crate::session::SessionOptions;
 
@@ -120,6 +121,30 @@ pub fn split<F: Parser>(
         NodeArgumentsError::Flags(text.trim_start_matches("error: ").trim_end().to_owned())
     })?;
     Ok((flags, ros))
+}
+
+/// Runs the program of a node, which has the flags of all nodes and no others.
+///
+/// `arguments` are those of the process, without its name, and `node` takes the flags of all nodes
+/// out of the program's own, whose documentation is its help.
+///
+/// # Errors
+///
+/// If the arguments are wrong, no interface is chosen, or `serve` fails.
+pub fn run<F: Parser, S: Future<Output = anyhow::Result<()>>>(
+    program: Program<'_>,
+    arguments: &[String],
+    node: impl FnOnce(F) -> NodeFlags,
+    serve: impl FnOnce(NodeArguments) -> S,
+) -> anyhow::Result<()> {
+    if has_helped::<F>(arguments)? {
+        return Ok(());
+    }
+    let environment = Environment::of_this_process();
+    let (flags, ros) = split(arguments, &environment)?;
+    let options = NodeArguments::new(node(flags), ros, &environment, program)?;
+    options.ros.start_logging(options.log_level);
+    runtime()?.block_on(serve(options))
 }
 
 impl NodeArguments {

@@ -6,41 +6,26 @@ use rsrs_msgs::rcl_interfaces::{self as wire, ParameterType};
 
 /// The type of a parameter's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
 pub enum ParameterKind {
     /// A truth value.
-    Bool,
+    Bool = ParameterType::BOOL,
     /// A signed integer of 64 bits.
-    Integer,
+    Integer = ParameterType::INTEGER,
     /// A floating-point number of 64 bits.
-    Double,
+    Double = ParameterType::DOUBLE,
     /// A text.
-    String,
+    String = ParameterType::STRING,
     /// Bytes.
-    ByteArray,
+    ByteArray = ParameterType::BYTE_ARRAY,
     /// Truth values.
-    BoolArray,
+    BoolArray = ParameterType::BOOL_ARRAY,
     /// Integers.
-    IntegerArray,
+    IntegerArray = ParameterType::INTEGER_ARRAY,
     /// Floating-point numbers.
-    DoubleArray,
+    DoubleArray = ParameterType::DOUBLE_ARRAY,
     /// Texts.
-    StringArray,
-}
-
-impl ParameterKind {
-    fn as_wire(self) -> u8 {
-        match self {
-            Self::Bool => ParameterType::BOOL,
-            Self::Integer => ParameterType::INTEGER,
-            Self::Double => ParameterType::DOUBLE,
-            Self::String => ParameterType::STRING,
-            Self::ByteArray => ParameterType::BYTE_ARRAY,
-            Self::BoolArray => ParameterType::BOOL_ARRAY,
-            Self::IntegerArray => ParameterType::INTEGER_ARRAY,
-            Self::DoubleArray => ParameterType::DOUBLE_ARRAY,
-            Self::StringArray => ParameterType::STRING_ARRAY,
-        }
-    }
+    StringArray = ParameterType::STRING_ARRAY,
 }
 
 impl fmt::Display for ParameterKind {
@@ -101,10 +86,8 @@ impl ParameterValue {
 
     /// The message that carries it.
     pub fn to_wire(&self) -> wire::ParameterValue {
-        let mut value = wire::ParameterValue {
-            r#type: self.kind().as_wire(),
-            ..wire::ParameterValue::default()
-        };
+        let mut value =
+            wire::ParameterValue { r#type: self.kind() as u8, ..wire::ParameterValue::default() };
         match self {
             Self::Bool(v) => value.bool_value = *v,
             Self::Integer(v) => value.integer_value = *v,
@@ -204,12 +187,30 @@ impl Descriptor {
         }
     }
 
+    /// The same, set at the start and not any more.
+    #[must_use]
+    pub fn read_only(self) -> Self {
+        Self { read_only: true, ..self }
+    }
+
+    /// The same, with a lowest and a highest number, in the unit of the parameter.
+    #[must_use]
+    pub fn within(self, lowest: f64, highest: f64) -> Self {
+        Self { range: Some((lowest, highest)), ..self }
+    }
+
+    /// The same, with limits that a range cannot express, in words.
+    #[must_use]
+    pub fn limited_to(self, words: &str) -> Self {
+        Self { additional_constraints: words.to_owned(), ..self }
+    }
+
     /// The message that carries it.
     #[expect(clippy::cast_possible_truncation, reason = "limits of an integer are integers")]
     pub fn to_wire(&self) -> wire::ParameterDescriptor {
         let mut descriptor = wire::ParameterDescriptor {
             name: self.name.clone(),
-            r#type: self.kind.as_wire(),
+            r#type: self.kind as u8,
             description: self.description.clone(),
             additional_constraints: self.additional_constraints.clone(),
             read_only: self.read_only,

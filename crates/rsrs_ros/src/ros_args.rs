@@ -19,7 +19,7 @@ use crate::logging::{self, Level};
 use crate::parameter_value::ParameterValue;
 
 pub(crate) use discovery::USUAL_KEYSTORE;
-pub use discovery::{DiscoveryRange, Note, OtherMiddleware};
+pub use discovery::{Note, OtherMiddleware};
 pub use error::RosArgsError;
 use overrides::Overrides;
 use remap::Remaps;
@@ -41,8 +41,6 @@ const WITHOUT_EFFECT: [(&str, &str); 2] = [
 pub struct RosArgs {
     /// `ROS_DOMAIN_ID`; 0 to 232.
     pub domain_id: u16,
-    /// How far to look for others.
-    pub discovery_range: DiscoveryRange,
     /// What a user may not expect, to be logged.
     pub notes: Vec<Note>,
     /// Whether log lines go to `/rosout`, too.
@@ -69,7 +67,6 @@ impl RosArgs {
         let discovery = discovery::read(environment)?;
         let mut parsed = Self {
             domain_id: discovery.domain_id,
-            discovery_range: discovery.range,
             localhost: discovery.localhost,
             notes: discovery.notes,
             to_rosout: true,

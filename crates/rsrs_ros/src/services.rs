@@ -33,49 +33,21 @@ impl<R> Responder<R> {
     }
 }
 
+/// Understands the body of a request of this type.
+pub fn decode<Q: RosMessage>(body: &[u8]) -> Option<Q> {
+    cdr::decode_body(body, ByteOrder::Little).ok()
+}
+
 /// Offers a service of a node, with a name below the node's, such as `step_simulation`.
 ///
 /// Every request is answered unless `deliver`, which must not block, drops its responder; then the
-/// client waits in vain. A request that cannot be understood, as of another version of the service,
-/// is answered with the default of the response, which by its type means that it was refused.
+/// client waits in vain. A request that `decode` does not understand, as of another version of the
+/// service, is answered with the default of the response, which by its type means that it was refused.
 ///
 /// # Panics
 ///
 /// If the request is not of a type called `package/srv/Name_Request`: then it is none.
 pub fn offer<Q: RosMessage, R: RosMessage + Default>(
-    session: &Session,
-    node: &NodeHandle,
-    name: &str,
-    deliver: impl FnMut(Q, Responder<R>) + Send + 'static,
-) -> Result<Service, SessionError> {
-    let decode = |body: &[u8]| cdr::decode_body::<Q>(body, ByteOrder::Little).ok();
-    offer_decoded(session, node, name, decode, deliver)
-}
-
-/// As [`offer`], for a service whose requests are shorter in an older version of its package.
-///
-/// # Panics
-///
-/// As [`offer`].
-pub fn offer_with_older_request<Older, Q, R>(
-    session: &Session,
-    node: &NodeHandle,
-    name: &str,
-    deliver: impl FnMut(Q, Responder<R>) + Send + 'static,
-) -> Result<Service, SessionError>
-where
-    Older: RosMessage,
-    Q: RosMessage + From<Older>,
-    R: RosMessage + Default,
-{
-    let decode = |body: &[u8]| {
-        let older = || cdr::decode_body::<Older>(body, ByteOrder::Little).map(Q::from);
-        cdr::decode_body::<Q>(body, ByteOrder::Little).or_else(|_| older()).ok()
-    };
-    offer_decoded(session, node, name, decode, deliver)
-}
-
-fn offer_decoded<Q: RosMessage, R: RosMessage + Default>(
     session: &Session,
     node: &NodeHandle,
     name: &str,

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rsrs_core::robot::controller::Reaction;
 use rsrs_fleet::controller::{Action, Controller, Event, Settings, Stamp, nothing_on};
-use rsrs_fleet::e_stop::Locks;
+use rsrs_fleet::e_stop::{Locks, Message};
 use rsrs_fleet::timing::{HEARTBEAT_PERIOD, TICK};
 use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
@@ -16,7 +16,7 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::{since_boot, wall_time};
 use rsrs_ros::complaints::Complaints;
-use rsrs_ros::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
+use rsrs_ros::e_stop::{EStopSubscriptions, LocksPublisher};
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer, ParameterValue};
@@ -37,7 +37,7 @@ enum Input {
     Virtual(usize, Bool),
     Lease(RunLease),
     Clock(u64),
-    EStop(EStopMessage),
+    EStop(Message),
     ParametersOf(String),
 }
 
@@ -352,11 +352,7 @@ fn dispatch(
         }
         Input::Virtual(..) => Vec::new(),
         Input::Clock(stamp_ns) => all(Event::Clock(stamp_ns)),
-        Input::EStop(EStopMessage::State { source, engaged }) => {
-            all(Event::EStop { source, engaged })
-        }
-        Input::EStop(EStopMessage::Release(sources)) => all(Event::Release(sources)),
-        Input::EStop(EStopMessage::Locks { locks, .. }) => all(Event::LocksOfOthers(locks)),
+        Input::EStop(message) => all(Event::EStop(message)),
         Input::Lease(message) => match wire::lease(message) {
             Ok(lease) => {
                 let robots = hosted.iter().map(|controller| controller.robot.as_str());

@@ -10,14 +10,10 @@ mod parameters;
 mod sight;
 
 pub use event_loop::{Hosting, serve};
-pub use parameters::NAMES;
+pub use parameters::names;
 pub use rsrs_fleet::parameters::controller::NODE;
 
-use anyhow::Context;
-use rsrs_ros::environment::Environment;
-use rsrs_ros::node_arguments::{
-    AFTER_HELP, NodeArguments, NodeFlags, Part, Program, has_helped, split,
-};
+use rsrs_ros::node_arguments::{AFTER_HELP, NodeFlags, Part, Program, run};
 use rsrs_ros::ros_args::TopicRules;
 
 /// Decides what a robot does: detections in, velocity commands out.
@@ -36,17 +32,6 @@ struct Flags {
 ///
 /// Without `--robots` the namespace (`-r __ns:=/robot_1`) names the one robot.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
-    if has_helped::<Flags>(arguments)? {
-        return Ok(());
-    }
-    let environment = Environment::of_this_process();
-    let (Flags { node }, ros) = split(arguments, &environment)?;
     let program = Program { nodes: &[NODE], topics: TopicRules::Followed, part: Part::Robot };
-    let options = NodeArguments::new(node, ros, &environment, program)?;
-    options.ros.start_logging(options.log_level);
-    tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("starting the runtime")?
-        .block_on(event_loop::run(options))
+    run(program, arguments, |Flags { node }| node, event_loop::run)
 }

@@ -14,27 +14,8 @@ use rsrs_fleet::parameters::controller::{
 };
 use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_ros::parameters::{
-    Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
+    Descriptor, NodeParameters, ParameterKind as Kind, ParameterServer, ParameterValue as Value,
 };
-
-/// The names of all parameters of a controller.
-pub const NAMES: [&str; 15] = [
-    SPEED,
-    UNDETECTED_SPEED,
-    SPEED_MAX,
-    TURN_RATE,
-    UNDETECTED_TURN_RATE,
-    TURN_RATE_MAX,
-    MIRRORED,
-    STAMP_FROM_CLOCK,
-    CMD_VEL_TYPE,
-    CONSTANT,
-    LEASE,
-    PERIOD,
-    TABLE,
-    TRANSITION_KEY,
-    CLASS,
-];
 
 /// Greatest safe values where no start value is given: those of the Flockbot.
 const LIMITS: [(&str, f64); 2] = [(SPEED_MAX, 0.30), (TURN_RATE_MAX, 2.5)];
@@ -56,9 +37,9 @@ pub enum StartValueError {
         /// The robot.
         robot: String,
         /// The name.
-        name: &'static str,
+        name: String,
         /// The value.
-        found: ParameterValue,
+        found: Value,
         /// What it may be.
         expected: String,
     },
@@ -69,10 +50,19 @@ pub enum StartValueError {
 /// start at 0.
 pub fn declare(
     robot: &str,
-    mut given: BTreeMap<String, ParameterValue>,
+    mut given: BTreeMap<String, Value>,
 ) -> Result<NodeParameters, StartValueError> {
+    let mut take =
+        |descriptor: Descriptor, usual, is_allowed: &dyn Fn(&_) -> bool, expected: &str| {
+            let found = given.remove(&descriptor.name).unwrap_or(usual);
+            if is_allowed(&found) {
+                return Ok((descriptor, found));
+            }
+            let (robot, name, expected) = (robot.to_owned(), descriptor.name, expected.to_owned());
+            Err(StartValueError::NotAllowed { robot, name, found, expected })
+        };
     let mut parameters = Vec::new();
-    for ((limit, default), commanded) in LIMITS.into_iter().zip([
+    for ((limit, usual), commanded) in LIMITS.into_iter().zip([
         [
             (SPEED, "Forward speed v where something is detected, in m/s."),
             (UNDETECTED_SPEED, "Forward speed where nothing is, in m/s, unless mirrored."),
@@ -82,46 +72,64 @@ pub fn declare(
             (UNDETECTED_TURN_RATE, "Turning rate where nothing is, in rad/s, unless mirrored."),
         ],
     ]) {
-        let most = number(robot, limit, given.remove(limit), default, [0.0, f64::MAX])?;
+        let is_limit =
+            |it: &_| matches!(it, Value::Double(most) if (0.0..=f64::MAX).contains(most));
+        let limit = Descriptor::new(limit, Kind::Double, "Greatest safe value, same unit.");
+        let limit =
+            take(limit.read_only(), Value::Double(usual), &is_limit, "a double, 0 or more")?;
+        let Value::Double(most) = limit.1 else { unreachable!("it is a limit") };
+        let is_within = |it: &_| matches!(it, Value::Double(it) if (-most..=most).contains(it));
+        let range = format!("a double from {} to {most}", -most);
         for (name, description) in commanded {
-            let value = number(robot, name, given.remove(name), 0.0, [-most, most])?;
-            let mut descriptor = Descriptor::new(name, ParameterKind::Double, description);
-            descriptor.range = Some((-most, most));
-            parameters.push((descriptor, ParameterValue::Double(value)));
+            let descriptor = Descriptor::new(name, Kind::Double, description).within(-most, most);
+            parameters.push(take(descriptor, Value::Double(0.0), &is_within, &range)?);
         }
-        let mut descriptor =
-            Descriptor::new(limit, ParameterKind::Double, "Greatest safe value, same unit.");
-        descriptor.read_only = true;
-        parameters.push((descriptor, ParameterValue::Double(most)));
+        parameters.push(limit);
     }
-    for (name, default, description) in [
-        (
-            MIRRORED,
-            true,
-            "Whether it drives at the same speed and turns the other way where nothing is detected, as \
-             the milling controller does.",
-        ),
-        (
-            STAMP_FROM_CLOCK,
-            false,
-            "Whether commands carry the simulator's clock, one message of it for each detection (lockstep), \
-             or the wall's.",
-        ),
-    ] {
-        let value = match given.remove(name) {
-            None => default,
-            Some(ParameterValue::Bool(value)) => value,
-            Some(found) => return not_allowed(robot, name, found, "true or false"),
-        };
-        let descriptor = Descriptor::new(name, ParameterKind::Bool, description);
-        parameters.push((descriptor, ParameterValue::Bool(value)));
-    }
-    parameters.push(cmd_vel_type(robot, given.remove(CMD_VEL_TYPE))?);
-    parameters.push(constant(robot, given.remove(CONSTANT))?);
-    parameters.push(lease(robot, given.remove(LEASE))?);
-    parameters.push(period(robot, given.remove(PERIOD))?);
-    parameters.extend(of_table(robot, [given.remove(TABLE), given.remove(TRANSITION_KEY)])?);
-    parameters.push(class(robot, given.remove(CLASS))?);
+    let is_bool = |it: &_| matches!(it, Value::Bool(_));
+    let is_text = |it: &_| matches!(it, Value::String(_));
+    let is_integer = |it: &_| matches!(it, Value::Integer(_));
+    let is_one_of = |words: [&'static str; 2]| move |it: &_| matches!(it, Value::String(word) if words.contains(&word.as_str()));
+    let is_period =
+        |it: &_| matches!(it, Value::Double(it) if *it > 0.0 && *it <= PERIOD_BOUNDS_S[1]);
+    let text = |text: &str| Value::String(text.to_owned());
+    let mirrored = "Whether it drives at the same speed and turns the other way where nothing is detected, as \
+                    the milling controller does.";
+    let mirrored = Descriptor::new(MIRRORED, Kind::Bool, mirrored);
+    let stamp = "Whether commands carry the simulator's clock, one message of it for each detection (lockstep), \
+                 or the wall's.";
+    let stamp = Descriptor::new(STAMP_FROM_CLOCK, Kind::Bool, stamp);
+    let cmd_vel = "Type of cmd_vel: twist_stamped, or twist for Humble's drivers.";
+    let cmd_vel = Descriptor::new(CMD_VEL_TYPE, Kind::String, cmd_vel).read_only();
+    let is_cmd_vel = is_one_of(["twist", "twist_stamped"]);
+    let constant = "Whether it turns counterclockwise whatever is detected: for measuring robots.";
+    let constant = Descriptor::new(CONSTANT, Kind::Bool, constant).read_only();
+    let lease = "Who holds the lease: the gate in front of the robot's wheels, or, if it has none, \
+                 this controller, which then sends zero without one.";
+    let lease = Descriptor::new(LEASE, Kind::String, lease).read_only();
+    let is_lease = is_one_of([LEASE_GATE, LEASE_CONTROLLER]);
+    let period = "Interval of the robot's detections, in s; without one for 2.5 of them, and at \
+                  least 0.3 s, a controller that holds the lease sends zero.";
+    let period = Descriptor::new(PERIOD, Kind::Double, period).read_only();
+    let table = "Table of a controller with states, as JSON, in place of speeds and turning rates; empty \
+                 for none.";
+    let table = Descriptor::new(TABLE, Kind::String, table);
+    let none_yet = "none at the start: a runner sets it";
+    let key = "Key of the draws of the table's transitions, of one robot in one run.";
+    let key = Descriptor::new(TRANSITION_KEY, Kind::Integer, key);
+    let class = "Class of the robot, by which the table has its start; empty for none.";
+    let class = Descriptor::new(CLASS, Kind::String, class);
+    parameters.extend([
+        take(mirrored, Value::Bool(true), &is_bool, "true or false")?,
+        take(stamp, Value::Bool(false), &is_bool, "true or false")?,
+        take(cmd_vel, text("twist_stamped"), &is_cmd_vel, "`twist` or `twist_stamped`")?,
+        take(constant, Value::Bool(false), &is_bool, "true or false")?,
+        take(lease, text(LEASE_GATE), &is_lease, "`gate` or `controller`")?,
+        take(period, Value::Double(0.13), &is_period, "a double above 0 and at most 2")?,
+        take(table, text(""), &|it| *it == text(""), none_yet)?,
+        take(key, Value::Integer(0), &is_integer, "an integer")?,
+        take(class, text(""), &is_text, "a name")?,
+    ]);
     match given.into_keys().next() {
         Some(name) => Err(StartValueError::Unknown { robot: robot.to_owned(), name }),
         None => {
@@ -130,99 +138,16 @@ pub fn declare(
     }
 }
 
-fn cmd_vel_type(
-    robot: &str,
-    given: Option<ParameterValue>,
-) -> Result<(Descriptor, ParameterValue), StartValueError> {
-    let given = given.unwrap_or_else(|| ParameterValue::String("twist_stamped".to_owned()));
-    let is_known = matches!(&given, ParameterValue::String(kind)
-        if kind == "twist" || kind == "twist_stamped");
-    if !is_known {
-        return not_allowed(robot, CMD_VEL_TYPE, given, "`twist` or `twist_stamped`");
-    }
-    let description = "Type of cmd_vel: twist_stamped, or twist for Humble's drivers.";
-    let mut descriptor = Descriptor::new(CMD_VEL_TYPE, ParameterKind::String, description);
-    descriptor.read_only = true;
-    Ok((descriptor, given))
-}
-
-fn lease(
-    robot: &str,
-    given: Option<ParameterValue>,
-) -> Result<(Descriptor, ParameterValue), StartValueError> {
-    let given = given.unwrap_or_else(|| ParameterValue::String(LEASE_GATE.to_owned()));
-    let is_known = matches!(&given, ParameterValue::String(holder)
-        if holder == LEASE_GATE || holder == LEASE_CONTROLLER);
-    if !is_known {
-        return not_allowed(robot, LEASE, given, "`gate` or `controller`");
-    }
-    let description = "Who holds the lease: the gate in front of the robot's wheels, or, if it has none, \
-                       this controller, which then sends zero without one.";
-    let mut descriptor = Descriptor::new(LEASE, ParameterKind::String, description);
-    descriptor.read_only = true;
-    Ok((descriptor, given))
-}
-
-fn period(
-    robot: &str,
-    given: Option<ParameterValue>,
-) -> Result<(Descriptor, ParameterValue), StartValueError> {
-    let value = match given {
-        None => 0.13,
-        Some(ParameterValue::Double(value)) if value > 0.0 && value <= PERIOD_BOUNDS_S[1] => value,
-        Some(found) => {
-            return not_allowed(robot, PERIOD, found, "a double above 0 and at most 2");
-        }
-    };
-    let description = "Interval of the robot's detections, in s; without one for 2.5 of them, and at \
-                       least 0.3 s, a controller that holds the lease sends zero.";
-    let mut descriptor = Descriptor::new(PERIOD, ParameterKind::Double, description);
-    descriptor.read_only = true;
-    Ok((descriptor, ParameterValue::Double(value)))
-}
-
-/// The table of a controller with states, and the key of its draws: none until a runner sets them.
-fn of_table(
-    robot: &str,
-    [table, key]: [Option<ParameterValue>; 2],
-) -> Result<[(Descriptor, ParameterValue); 2], StartValueError> {
-    let is_none = |text: &ParameterValue| *text == ParameterValue::String(String::new());
-    if let Some(found) = table.filter(|text| !is_none(text)) {
-        return not_allowed(robot, TABLE, found, "none at the start: a runner sets it");
-    }
-    let key = key.unwrap_or(ParameterValue::Integer(0));
-    if !matches!(key, ParameterValue::Integer(_)) {
-        return not_allowed(robot, TRANSITION_KEY, key, "an integer");
-    }
-    let text = "Table of a controller with states, as JSON, in place of speeds and turning rates; empty \
-                for none.";
-    let draws = "Key of the draws of the table's transitions, of one robot in one run.";
-    Ok([
-        (
-            Descriptor::new(TABLE, ParameterKind::String, text),
-            ParameterValue::String(String::new()),
-        ),
-        (Descriptor::new(TRANSITION_KEY, ParameterKind::Integer, draws), key),
-    ])
-}
-
-/// The class of the robot: none until a runner sets it.
-fn class(
-    robot: &str,
-    given: Option<ParameterValue>,
-) -> Result<(Descriptor, ParameterValue), StartValueError> {
-    let given = given.unwrap_or_else(|| ParameterValue::String(String::new()));
-    if !matches!(given, ParameterValue::String(_)) {
-        return not_allowed(robot, CLASS, given, "a name");
-    }
-    let text = "Class of the robot, by which the table has its start; empty for none.";
-    Ok((Descriptor::new(CLASS, ParameterKind::String, text), given))
+/// The names of all parameters of a controller.
+pub fn names() -> Vec<String> {
+    let declared = declare("", BTreeMap::new()).expect("all may be what they usually are");
+    declared.parameters.into_iter().map(|(descriptor, _)| descriptor.name).collect()
 }
 
 /// Refuses a table that cannot run, or commands more than the node's limits: `speed_max` and
 /// `turn_rate_max`.
 pub fn check_table(
-    changes: &[(String, ParameterValue)],
+    changes: &[(String, Value)],
     [speed_max_m_s, turn_rate_max_rad_s]: [f64; 2],
 ) -> Result<(), String> {
     let set = changes.iter().find(|(name, _)| name == TABLE).map(|(_, value)| value);
@@ -244,70 +169,23 @@ pub fn check_table(
 /// The greatest commands of a node, as it was declared.
 pub fn limits(declared: &NodeParameters) -> [f64; 2] {
     [SPEED_MAX, TURN_RATE_MAX].map(|name| {
-        let is_it = |(descriptor, _): &&(Descriptor, ParameterValue)| descriptor.name == name;
+        let is_it = |(descriptor, _): &&(Descriptor, Value)| descriptor.name == name;
         match declared.parameters.iter().find(is_it) {
-            Some((_, ParameterValue::Double(most))) => *most,
+            Some((_, Value::Double(most))) => *most,
             other => unreachable!("{name} was declared as a double, found {other:?}"),
         }
     })
 }
 
 /// The machine of a table; `None` where there is no table.
-fn machine(table: &ParameterValue) -> Option<Result<StateMachine, String>> {
+fn machine(table: &Value) -> Option<Result<StateMachine, String>> {
     match table {
-        ParameterValue::String(text) if !text.is_empty() => Some(
+        Value::String(text) if !text.is_empty() => Some(
             StateMachine::from_json(text)
                 .map_err(|error| format!("`{TABLE}` is no table: {error}")),
         ),
         _ => None,
     }
-}
-
-fn constant(
-    robot: &str,
-    given: Option<ParameterValue>,
-) -> Result<(Descriptor, ParameterValue), StartValueError> {
-    let given = given.unwrap_or(ParameterValue::Bool(false));
-    if !matches!(given, ParameterValue::Bool(_)) {
-        return not_allowed(robot, CONSTANT, given, "true or false");
-    }
-    let description =
-        "Whether it turns counterclockwise whatever is detected: for measuring robots.";
-    let mut descriptor = Descriptor::new(CONSTANT, ParameterKind::Bool, description);
-    descriptor.read_only = true;
-    Ok((descriptor, given))
-}
-
-/// A number within a range; `default` where none is given.
-fn number(
-    robot: &str,
-    name: &'static str,
-    given: Option<ParameterValue>,
-    default: f64,
-    [least, most]: [f64; 2],
-) -> Result<f64, StartValueError> {
-    match given {
-        None => Ok(default),
-        Some(ParameterValue::Double(value)) if (least..=most).contains(&value) => Ok(value),
-        Some(found) => {
-            let range = if most < f64::MAX {
-                format!("a double from {least} to {most}")
-            } else {
-                "a double, 0 or more".to_owned()
-            };
-            not_allowed(robot, name, found, &range)
-        }
-    }
-}
-
-fn not_allowed<T>(
-    robot: &str,
-    name: &'static str,
-    found: ParameterValue,
-    expected: &str,
-) -> Result<T, StartValueError> {
-    let (robot, expected) = (robot.to_owned(), expected.to_owned());
-    Err(StartValueError::NotAllowed { robot, name, found, expected })
 }
 
 /// Reads what a controller is set to now.
@@ -316,11 +194,8 @@ fn not_allowed<T>(
 ///
 /// If the node's parameters were not declared by [`declare`].
 pub fn settings(server: &ParameterServer, node: &str) -> Settings {
-    let double = |name| match server.get(node, name) {
-        Some(ParameterValue::Double(value)) => value,
-        other => unreachable!("{name} was declared as a double, found {other:?}"),
-    };
-    let is_set = |name| server.get(node, name) == Some(ParameterValue::Bool(true));
+    let double = |name| server.double(node, name);
+    let is_set = |name| server.get(node, name) == Some(Value::Bool(true));
     let from_clock = is_set(STAMP_FROM_CLOCK);
     let command =
         |speed, turn_rate| Command { speed_m_s: double(speed), turn_rate_rad_s: double(turn_rate) };
@@ -333,18 +208,10 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
     } else {
         ControllerParameters::of(detected, command(UNDETECTED_SPEED, UNDETECTED_TURN_RATE)).into()
     };
-    let transition_key = match server.get(node, TRANSITION_KEY) {
-        Some(ParameterValue::Integer(bits)) => Key::from_bits(bits.cast_unsigned()),
-        other => unreachable!("{TRANSITION_KEY} was declared as an integer, found {other:?}"),
-    };
-    let start = match server.get(node, CLASS) {
-        Some(ParameterValue::String(class)) => controller.start(Some(&class)),
-        other => unreachable!("{CLASS} was declared as a string, found {other:?}"),
-    };
     Settings {
+        transition_key: Key::from_bits(server.integer(node, TRANSITION_KEY).cast_unsigned()),
+        start: controller.start(Some(&server.text(node, CLASS))),
         controller,
-        transition_key,
-        start,
         stamp: if from_clock { Stamp::Clock } else { Stamp::Wall },
         reaction: reaction(server, node),
     }
@@ -352,7 +219,7 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
 
 /// Whether a controller publishes stamped commands.
 pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
-    server.get(node, CMD_VEL_TYPE) != Some(ParameterValue::String("twist".to_owned()))
+    server.get(node, CMD_VEL_TYPE) != Some(Value::String("twist".to_owned()))
 }
 
 /// A controller of a robot, as its parameters define it.
@@ -362,11 +229,8 @@ pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
 /// If the node's parameters were not declared by [`declare`].
 pub fn controller(server: &ParameterServer, node: &str, robot: &str, transport: Transport) -> Node {
     let settings = settings(server, node);
-    let period_s = match server.get(node, PERIOD) {
-        Some(ParameterValue::Double(period_s)) => period_s,
-        other => unreachable!("{PERIOD} was declared as a double, found {other:?}"),
-    };
-    if server.get(node, LEASE) == Some(ParameterValue::String(LEASE_CONTROLLER.to_owned())) {
+    let period_s = server.double(node, PERIOD);
+    if server.get(node, LEASE) == Some(Value::String(LEASE_CONTROLLER.to_owned())) {
         Node::holding_lease(robot, settings, command_timeout(period_s, transport))
     } else {
         Node::new(robot, settings)
@@ -375,7 +239,7 @@ pub fn controller(server: &ParameterServer, node: &str, robot: &str, transport: 
 
 /// What a controller makes of its sensor.
 pub fn reaction(server: &ParameterServer, node: &str) -> Reaction {
-    if server.get(node, CONSTANT) == Some(ParameterValue::Bool(true)) {
+    if server.get(node, CONSTANT) == Some(Value::Bool(true)) {
         Reaction::Constant
     } else {
         Reaction::ToDetections
@@ -386,40 +250,32 @@ pub fn reaction(server: &ParameterServer, node: &str) -> Reaction {
 mod tests {
     use super::*;
 
-    fn given(name: &str, value: ParameterValue) -> BTreeMap<String, ParameterValue> {
+    fn given(name: &str, value: Value) -> BTreeMap<String, Value> {
         BTreeMap::from([(name.to_owned(), value)])
     }
 
     #[test]
     fn a_speed_above_the_limit_is_refused_at_the_start() {
-        let error = declare("robot_1", given("speed", ParameterValue::Double(0.5))).unwrap_err();
+        let error = declare("robot_1", given("speed", Value::Double(0.5))).unwrap_err();
 
         assert!(error.to_string().contains("expected a double from -0.3 to 0.3"), "{error}");
     }
 
     #[test]
     fn an_integer_is_not_a_double() {
-        assert!(declare("robot_1", given("speed", ParameterValue::Integer(0))).is_err());
+        assert!(declare("robot_1", given("speed", Value::Integer(0))).is_err());
     }
 
     #[test]
     fn an_unknown_parameter_is_named() {
-        let error = declare("robot_1", given("sped", ParameterValue::Double(0.1))).unwrap_err();
+        let error = declare("robot_1", given("sped", Value::Double(0.1))).unwrap_err();
 
         assert_eq!(error.to_string(), "/robot_1/controller has no parameter `sped`");
     }
 
     #[test]
-    fn the_list_of_names_is_that_of_the_parameters() {
-        let declared = declare("robot_1", BTreeMap::new()).unwrap();
-
-        let names: Vec<_> = declared.parameters.iter().map(|(known, _)| &known.name).collect();
-        assert_eq!(names, NAMES.iter().collect::<Vec<_>>());
-    }
-
-    #[test]
     fn nobody_else_can_hold_the_lease() {
-        let nobody = ParameterValue::String("nobody".to_owned());
+        let nobody = Value::String("nobody".to_owned());
 
         let error = declare("robot_1", given("lease", nobody)).unwrap_err();
 
@@ -429,7 +285,7 @@ mod tests {
     #[test]
     fn a_table_that_cannot_run_or_commands_too_much_is_refused() {
         let check = |table: &str| {
-            let table = ParameterValue::String(table.to_owned());
+            let table = Value::String(table.to_owned());
             check_table(&[(TABLE.to_owned(), table)], [0.3, 2.5])
         };
         let table = |state: &str, speed: f64| {
@@ -446,13 +302,13 @@ mod tests {
         let refused = check(&table("a", -0.4)).unwrap_err();
         assert_eq!(refused, "`table` commands 0.4 m/s, expected at most 0.3 m/s");
         assert!(check("{}").is_err());
-        let at_start = given("table", ParameterValue::String("{}".to_owned()));
+        let at_start = given("table", Value::String("{}".to_owned()));
         assert!(declare("robot_1", at_start).is_err(), "no run has set it");
     }
 
     #[test]
     fn an_unknown_type_of_command_is_refused() {
-        let kind = ParameterValue::String("ackermann".to_owned());
+        let kind = Value::String("ackermann".to_owned());
 
         assert!(declare("robot_1", given("cmd_vel_type", kind)).is_err());
     }

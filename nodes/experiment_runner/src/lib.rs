@@ -24,10 +24,11 @@ pub use event_loop::{NODE, run};
 pub use recorder::RecorderError;
 pub use report::{Progress, RunReport};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use rsrs_fleet::record::{Ending, EndingKind};
 use rsrs_ros::environment::Environment;
 use rsrs_ros::node_arguments::has_helped;
+use rsrs_ros::runtime::runtime;
 use rsrs_ros::shutdown;
 
 use arguments::{Flags, RunnerArguments};
@@ -54,11 +55,7 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     };
     // Its messages go to the log by themselves.
     let mut watch = |_| {};
-    let report = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("starting the runtime")?
-        .block_on(run(&plan, &options.session, &mut watch, stop))?;
+    let report = runtime()?.block_on(run(&plan, &options.session, &mut watch, stop))?;
     let Ending { kind, reason, .. } = report.ending;
     if kind != EndingKind::Completed {
         bail!("run {}: {reason}", kind.key());

@@ -1,6 +1,6 @@
 //! What the samples of a run mean to its machine.
 
-use rsrs_fleet::e_stop::Source;
+use rsrs_fleet::e_stop::{Message, Source};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::CmdVel;
 use rsrs_fleet::message::Status;
@@ -55,11 +55,11 @@ pub fn events(
         }
         Role::EStop => {
             let (source, engaged) = (Source(received.writer), decode::<Bool>(data)?.data);
-            vec![Event::EStop { source, engaged }]
+            vec![Event::EStop(Message::State { source, engaged })]
         }
         Role::EStopRelease => {
             let locks = wire::locks(decode(data)?).map_err(|error| error.to_string())?;
-            vec![Event::Release(locks.0.into_keys().collect())]
+            vec![Event::EStop(Message::Release(locks.0.into_keys().collect()))]
         }
         Role::Transforms | Role::StaticTransforms if plan.record.backend != Backend::Simulator => {
             transforms(decode(data)?)

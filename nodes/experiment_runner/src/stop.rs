@@ -15,7 +15,7 @@ use rsrs_fleet::wire;
 use rsrs_msgs::rsrs::{EStopLocks, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
-use rsrs_ros::e_stop::{self, EStopMessage, EStopSubscriptions};
+use rsrs_ros::e_stop::{self, EStopSubscriptions};
 use rsrs_ros::logging::Level;
 use rsrs_ros::session::{
     EndpointKind, NodeHandle, Publisher, Session, SessionError, SessionOptions, Subscription,
@@ -280,14 +280,8 @@ impl<'a> StopNode<'a> {
     ) -> Result<EStopSubscriptions, SessionError> {
         let received = received.clone();
         EStopSubscriptions::new(self.session, &self.node, move |message| {
-            let event = match message {
-                EStopMessage::State { source, engaged } => Event::EStop { source, engaged },
-                EStopMessage::Locks { reporter, locks } => Event::Locks { reporter, locks },
-                // Another release is no business of ours.
-                EStopMessage::Release(_) => return,
-            };
             // There is no receiver once it is over.
-            drop(received.send(event));
+            drop(received.send(Event::EStop(message)));
         })
     }
 
@@ -295,17 +289,13 @@ impl<'a> StopNode<'a> {
     fn listen_to_leases(&self, received: &UnboundedSender<Event>) -> anyhow::Result<Subscription> {
         let received = received.clone();
         let topic = topics::LEASE;
-        Ok(self.session.subscribe(
-            &self.node,
-            topic.name,
-            topic.qos,
-            move |sample: rsrs_ros::session::Received<RunLease>| {
-                for robot in sample.message.robots.into_iter().take(MOST_ROBOTS) {
-                    // There is no receiver once it is over.
-                    drop(received.send(Event::Discovered { robot }));
-                }
-            },
-        )?)
+        Ok(self.session.subscribe(&self.node, topic.name, topic.qos, move |sample| {
+            let lease: RunLease = sample.message;
+            for robot in lease.robots.into_iter().take(MOST_ROBOTS) {
+                // There is no receiver once it is over.
+                drop(received.send(Event::Discovered { robot }));
+            }
+        })?)
     }
 }
 

@@ -158,7 +158,8 @@ impl RobotArguments {
             values.retain(|name, _| ![PORT, BAUD].contains(&name.as_str()));
         }
 
-        let of_controller = |name: &String| rsrs_controller_node::NAMES.contains(&name.as_str());
+        let names_of_controller = rsrs_controller_node::names();
+        let of_controller = |name: &String| names_of_controller.contains(name);
         let known = parameters::names(driver);
         let is_known = |name: &String| known.contains(name);
         let mut given = values.clone();

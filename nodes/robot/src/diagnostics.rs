@@ -42,7 +42,7 @@ pub fn message(health: Health<'_>, stamp: Time) -> DiagnosticArray {
     let gate = DiagnosticStatus {
         level,
         name: format!("{}: gate", health.robot),
-        message: health.standing.map_or_else(|| "may move".to_owned(), |reason| reason.text()),
+        message: health.standing.map_or_else(|| "may move".to_owned(), |reason| reason.to_string()),
         hardware_id: health.robot.to_owned(),
         values: vec![
             value(("state", health.state.to_string())),

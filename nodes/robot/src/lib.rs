@@ -23,10 +23,10 @@ mod publishers;
 pub use arguments::{ArgumentsError, RobotArguments};
 pub use rsrs_fleet::parameters::gate::NODE;
 
-use anyhow::Context;
 use arguments::Flags;
 use rsrs_ros::environment::Environment;
 use rsrs_ros::node_arguments::has_helped;
+use rsrs_ros::runtime::runtime;
 
 /// Runs the node until SIGINT or SIGTERM; the wheels stop first.
 ///
@@ -42,9 +42,5 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     }
     let options = RobotArguments::parse(arguments, &Environment::of_this_process())?;
     options.node.ros.start_logging(options.node.log_level);
-    tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("starting the runtime")?
-        .block_on(node::run(options))
+    runtime()?.block_on(node::run(options))
 }

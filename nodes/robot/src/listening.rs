@@ -1,9 +1,10 @@
 //! What the robot node receives from the network.
 
+use rsrs_fleet::e_stop::Message;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::topics;
-use rsrs_ros::e_stop::{EStopMessage, EStopSubscriptions};
+use rsrs_ros::e_stop::EStopSubscriptions;
 use rsrs_ros::session::{NodeHandle, Session, SessionError, Subscription};
 use tokio::sync::mpsc::UnboundedSender;
 
@@ -13,7 +14,7 @@ pub enum Input {
     /// A lease.
     Lease(RunLease),
     /// Something of the e-stop.
-    EStop(EStopMessage),
+    EStop(Message),
     /// The status of its controller.
     Controller(RobotStatus),
     /// A velocity command.

@@ -16,7 +16,7 @@ use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_ros::clock::{since_boot, wall_time};
 use rsrs_ros::complaints::Complaints;
-use rsrs_ros::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
+use rsrs_ros::e_stop::{EStopSubscriptions, LocksPublisher};
 use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
@@ -25,7 +25,6 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Interval, MissedTickBehavior};
 
 use crate::arguments::RobotArguments;
-use crate::declared::{double, text};
 use crate::diagnostics::Health;
 use crate::driver::ros::RosDriver;
 use crate::driver::serial::SerialDriver;
@@ -149,12 +148,12 @@ impl<'a, D: Driver> RobotNode<'a, D> {
         let server = ParameterServer::start(session, vec![declared], move |_, _| {
             changed.send(Input::Parameters).map_err(|_closed| "shutting down".to_owned())
         })?;
-        let commands = match text(&server, full_name, CMD_VEL_TYPE).as_str() {
+        let commands = match server.text(full_name, CMD_VEL_TYPE).as_str() {
             "twist_stamped" => Commands::Stamped,
             "twist" => Commands::Unstamped,
             other => bail!("`{CMD_VEL_TYPE}` is `{other}`, expected twist_stamped or twist"),
         };
-        let period_s = double(&server, full_name, PERIOD);
+        let period_s = server.double(full_name, PERIOD);
         let place = DriverContext { session, node: &node, robot: &name, server: &server };
         let gate = Robot::new(RobotOptions {
             name: name.clone(),
@@ -251,15 +250,7 @@ impl<'a, D: Driver> RobotNode<'a, D> {
                     Ok(())
                 }
             },
-            Input::EStop(EStopMessage::State { source, engaged }) => {
-                self.step_gate(Event::EStop { source, engaged }).await
-            }
-            Input::EStop(EStopMessage::Release(sources)) => {
-                self.step_gate(Event::Release(sources)).await
-            }
-            Input::EStop(EStopMessage::Locks { locks, .. }) => {
-                self.step_gate(Event::LocksOfOthers(locks)).await
-            }
+            Input::EStop(message) => self.step_gate(Event::EStop(message)).await,
             Input::Controller(message) => match wire::status(message) {
                 Ok(status) => self.step_gate(Event::Controller(status)).await,
                 Err(error) => {

@@ -16,7 +16,7 @@ use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
 };
 
-use crate::declared::{choice, double, integer};
+use crate::declared::choice;
 use crate::driver::DriverKind;
 
 /// Where neither the fleet file, nor a profile, nor a parameter has it, in metres.
@@ -107,25 +107,17 @@ const VIRTUAL_TIMEOUT_S: f64 = 1.0;
 
 impl Number {
     fn declared(self) -> (Descriptor, ParameterValue) {
-        let descriptor = Descriptor {
-            range: Some(self.range),
-            read_only: self.read_only,
-            ..Descriptor::new(self.name, ParameterKind::Double, self.description)
-        };
-        (descriptor, ParameterValue::Double(self.value))
+        let Self { name, description, range: (lowest, highest), value, read_only } = self;
+        let descriptor = Descriptor::new(name, ParameterKind::Double, description);
+        let descriptor = Descriptor { read_only, ..descriptor.within(lowest, highest) };
+        (descriptor, ParameterValue::Double(value))
     }
 }
 
 /// All parameters of a robot with this driver, with the values that they have where none is given.
 fn declared(driver: DriverKind) -> Vec<(Descriptor, ParameterValue)> {
-    let debounce = Descriptor {
-        range: Some((1.0, 100.0)),
-        ..Descriptor::new(
-            DEBOUNCE,
-            ParameterKind::Integer,
-            "So many readings in a row must agree before the detection changes.",
-        )
-    };
+    let debounce = "So many readings in a row must agree before the detection changes.";
+    let debounce = Descriptor::new(DEBOUNCE, ParameterKind::Integer, debounce).within(1.0, 100.0);
     let usual = |number: Number| match (number.name, driver) {
         (SENSOR_TIMEOUT, DriverKind::Virtual) => Number { value: VIRTUAL_TIMEOUT_S, ..number },
         _ => number,
@@ -187,7 +179,7 @@ fn wheels(base_m: f64, speed_max_m_s: f64) -> Option<Wheels> {
 
 /// Reads what a robot is set to now.
 pub fn settings(server: &ParameterServer, node: &str) -> Settings {
-    let value = |name| double(server, node, name);
+    let value = |name| server.double(node, name);
     Settings {
         limits: Limits {
             speed_m_s: value(SPEED_MAX),
@@ -198,8 +190,7 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
         },
         detector: DetectorSettings {
             threshold_m: value(DETECTION_THRESHOLD),
-            debounce: u32::try_from(integer(server, node, DEBOUNCE))
-                .expect("its range ends at 100"),
+            debounce: u32::try_from(server.integer(node, DEBOUNCE)).expect("it ends at 100"),
             timeout: Duration::from_secs_f64(value(SENSOR_TIMEOUT)),
         },
     }

@@ -45,8 +45,7 @@ pub fn declared() -> Vec<(Descriptor, ParameterValue)> {
     let profile =
         "Path of the robots' profile, for `cell`: set at the start; empty is the Flockbot's.";
     let cell = Descriptor::new(CELL, ParameterKind::String, cell);
-    let profile =
-        Descriptor { read_only: true, ..Descriptor::new(PROFILE, ParameterKind::String, profile) };
+    let profile = Descriptor::new(PROFILE, ParameterKind::String, profile).read_only();
     [cell, profile].map(|it| (it, ParameterValue::String(String::new()))).to_vec()
 }
 
@@ -74,10 +73,10 @@ pub fn conditions(cell: &str, profile: &RobotProfile) -> Result<Conditions, Cell
 ///
 /// Never: conditions are plain data, and both parameters take any text.
 pub fn take_cell(server: &ParameterServer, profile: &RobotProfile) -> Result<(), CellRefused> {
-    let cell = match server.get(FULL_NAME, CELL) {
-        Some(ParameterValue::String(cell)) if !cell.is_empty() => cell,
-        _ => return Ok(()),
-    };
+    let cell = server.text(FULL_NAME, CELL);
+    if cell.is_empty() {
+        return Ok(());
+    }
     let set = |name, value| {
         let value = ParameterValue::String(value);
         server.set_local(FULL_NAME, name, value).expect("it was declared as a text");

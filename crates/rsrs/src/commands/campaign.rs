@@ -20,10 +20,10 @@ use prompt::Prompt;
 use rsrs_files::quoted;
 use rsrs_operate::campaign::{self, Campaign, Conductor, RunTarget};
 use rsrs_operate::run::own_network::OwnNetwork;
-use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::campaign::{CampaignFolder, Summary};
 use rsrs_pipeline::error::with_help;
 use rsrs_render::campaign as render;
+use rsrs_ros::runtime::runtime;
 
 /// Run many experiments one after the other, and continue where it was interrupted.
 ///

@@ -11,10 +11,10 @@ use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use rsrs_operate::publish::{PublishOptions, publish};
-use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::replay::{replay_into_controller, replay_into_judge, select};
 use rsrs_render::replay as render;
+use rsrs_ros::runtime::runtime;
 
 /// Publish a bag on the network, or feed it to the controller or the judge.
 ///

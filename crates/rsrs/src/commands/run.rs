@@ -25,10 +25,10 @@ use rsrs_operate::run::place_command;
 use rsrs_operate::run::simulated_fleet::SimulatedFleet;
 use rsrs_operate::run::start_poses::StartPoses;
 use rsrs_operate::run::{NOT_STANDING, RunSummary, on_simulated_fleet, watched};
-use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::error::with_help;
 use rsrs_render::gaps;
 use rsrs_render::words::{Tone, Words};
+use rsrs_ros::runtime::runtime;
 
 /// Run one experiment over ROS 2, and record it.
 ///

@@ -16,10 +16,10 @@ use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::fleet_network::{chosen_network, other_middleware};
 use crate::notes::print_always;
-use rsrs_operate::runtime::runtime;
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::files::read_text;
 use rsrs_render::words::{Tone, Words};
+use rsrs_ros::runtime::runtime;
 
 /// Stop every robot; return when all have acknowledged.
 ///

@@ -14,11 +14,11 @@ use crate::fleet_network::{chosen_network, other_middleware};
 use crate::interrupt::{self, asked_to_stop};
 use crate::notes::print_note;
 use crate::watch::{Fleet, Look, check, play, view};
-use rsrs_operate::runtime::runtime;
 use rsrs_operate::watch::foxglove::{DEFAULT_ADDRESS, Listener, serve_bag, serve_fleet};
 use rsrs_operate::watch::recording;
 use rsrs_pipeline::error::{helped, in_one_line, with_help};
 use rsrs_pipeline::files::read_text;
+use rsrs_ros::runtime::runtime;
 
 /// Watch a fleet that runs, or a recorded run, in the terminal.
 ///

@@ -92,15 +92,8 @@ impl LeaseGate {
             Event::Lease(lease) => {
                 self.step_gate(robot::Event::Lease(lease.clone()), now, &mut actions);
             }
-            Event::EStop { source, engaged } => {
-                let event = robot::Event::EStop { source: *source, engaged: *engaged };
-                self.step_gate(event, now, &mut actions);
-            }
-            Event::Release(sources) => {
-                self.step_gate(robot::Event::Release(sources.clone()), now, &mut actions);
-            }
-            Event::LocksOfOthers(locks) => {
-                self.step_gate(robot::Event::LocksOfOthers(locks.clone()), now, &mut actions);
+            Event::EStop(message) => {
+                self.step_gate(robot::Event::EStop(message.clone()), now, &mut actions);
             }
             Event::Detection(_)
             | Event::Reading { .. }
@@ -156,7 +149,7 @@ mod tests {
 
     use super::super::{Controller, Settings, Stamp};
     use super::*;
-    use crate::e_stop::Source;
+    use crate::e_stop::{Message, Source};
     use crate::message::{Echo, Lease, LeaseState, RobotState};
     use crate::timing::LEASE_DURATION;
 
@@ -308,11 +301,11 @@ mod tests {
     const BUTTON: Source = Source([7; 16]);
 
     fn engaged() -> Event {
-        Event::EStop { source: BUTTON, engaged: true }
+        Event::EStop(Message::State { source: BUTTON, engaged: true })
     }
 
     fn released() -> Event {
-        Event::EStop { source: BUTTON, engaged: false }
+        Event::EStop(Message::State { source: BUTTON, engaged: false })
     }
 
     #[test]

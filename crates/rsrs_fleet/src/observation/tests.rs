@@ -192,14 +192,15 @@ fn the_clock_of_a_run_starts_with_its_movement_and_stops_with_it() {
 fn who_holds_the_e_stop_is_known_from_itself_and_from_the_robots() {
     let (button, gone) = (Source([1; 16]), Source([2; 16]));
     let mut observation = Observation::default();
-    observation.on_event(Event::EStop { source: button, engaged: true }, at(0.0));
+    observation.on_event(Event::EStop(Message::State { source: button, engaged: true }), at(0.0));
     let locks = Locks(BTreeMap::from([(gone, LockCause::Silent)]));
-    observation.on_event(Event::Locks { reporter: Source([3; 16]), locks }, at(0.1));
+    observation
+        .on_event(Event::EStop(Message::Locks { reporter: Source([3; 16]), locks }), at(0.1));
 
     assert_eq!(observation.e_stop(), BTreeSet::from([button, gone]));
 
-    observation.on_event(Event::EStop { source: button, engaged: false }, at(1.0));
-    let none = Event::Locks { reporter: Source([3; 16]), locks: Locks::default() };
+    observation.on_event(Event::EStop(Message::State { source: button, engaged: false }), at(1.0));
+    let none = Event::EStop(Message::Locks { reporter: Source([3; 16]), locks: Locks::default() });
     observation.on_event(none, at(1.1));
 
     assert_eq!(observation.e_stop(), BTreeSet::new());
@@ -293,7 +294,7 @@ fn a_recording_plays_at_its_pace_pauses_and_ends() {
 #[test]
 fn whoever_goes_back_sees_what_was_seen_there() {
     let mut events = milling(100);
-    events.push((at(0.5), Event::EStop { source: Source([1; 16]), engaged: true }));
+    events.push((at(0.5), Event::EStop(Message::State { source: Source([1; 16]), engaged: true })));
     let mut straight = Playback::new(events.clone(), None, at(100.0));
     straight.seek(at(80.0));
     let mut back = Playback::new(events, None, at(100.0));

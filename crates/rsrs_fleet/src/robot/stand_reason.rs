@@ -1,38 +1,40 @@
 //! Why a robot stands.
 
-use std::fmt;
-
 use crate::message::{E_STOP_REASON, StopCause};
 
 /// Why a robot stands.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StandReason {
     /// It belongs to no run.
+    #[error("belongs to no run")]
     Idle,
     /// Its node has just started, and asks the others what the e-stop has locked.
+    #[error("just started: asks the other robots for the e-stop")]
     Asking,
     /// It belongs to no run, and to no world either: its simulator has none.
+    #[error("its simulator has placed no world: set its `conditions`")]
     WithoutWorld,
     /// It waits for the start.
+    #[error("armed, waiting for the start")]
     Armed,
     /// It receives a running lease but was not armed for it, as after a restart.
+    #[error("not armed in this run")]
     NotArmed,
     /// No lease has echoed a recent enough status.
+    #[error("lease ran out")]
     LeaseLapsed,
     /// Its controller has been silent, or drives with other parameters than the runner confirmed.
+    #[error("controller silent or its parameters not the confirmed ones")]
     ControllerUnconfirmed,
     /// The e-stop is engaged, or its publisher has fallen silent during the run.
+    #[error("{E_STOP_REASON}")]
     EStop,
     /// It stands until a newer epoch arms it.
+    #[error("{0}")]
     Latched(String),
     /// Its hardware failed.
+    #[error("hardware fault: {0}")]
     Fault(String),
-}
-
-impl fmt::Display for StandReason {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.text())
-    }
 }
 
 impl StandReason {
@@ -49,26 +51,6 @@ impl StandReason {
             Self::EStop => StopCause::EStop,
             Self::Latched(_) => StopCause::Latched,
             Self::Fault(_) => StopCause::Hardware,
-        }
-    }
-
-    /// The reason in words, for people.
-    pub fn text(&self) -> String {
-        match self {
-            Self::Idle => "belongs to no run".to_owned(),
-            Self::Asking => "just started: asks the other robots for the e-stop".to_owned(),
-            Self::WithoutWorld => {
-                "its simulator has placed no world: set its `conditions`".to_owned()
-            }
-            Self::Armed => "armed, waiting for the start".to_owned(),
-            Self::NotArmed => "not armed in this run".to_owned(),
-            Self::LeaseLapsed => "lease ran out".to_owned(),
-            Self::ControllerUnconfirmed => {
-                "controller silent or its parameters not the confirmed ones".to_owned()
-            }
-            Self::EStop => E_STOP_REASON.to_owned(),
-            Self::Latched(reason) => reason.clone(),
-            Self::Fault(reason) => format!("hardware fault: {reason}"),
         }
     }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::e_stop::LockCause;
+use crate::e_stop::{LockCause, Source};
 use crate::message::Echo;
 
 mod of_two_sources;
@@ -50,11 +50,11 @@ fn controller_in(epoch: u64, parameter_digest: u64, at: Duration) -> Event {
 const BUTTON: Source = Source([1; 16]);
 
 fn engaged() -> Event {
-    Event::EStop { source: BUTTON, engaged: true }
+    Event::EStop(Message::State { source: BUTTON, engaged: true })
 }
 
 fn released() -> Event {
-    Event::EStop { source: BUTTON, engaged: false }
+    Event::EStop(Message::State { source: BUTTON, engaged: false })
 }
 
 /// A robot that moves at time 0 under epoch 1.
@@ -430,7 +430,7 @@ fn what_has_run_out_has_run_out_whatever_comes_then() {
     // Its controller is late; no event came in between.
     robot.on_event(controller(DIGEST, ms(501)), ms(501));
 
-    let unconfirmed = StandReason::ControllerUnconfirmed.text();
+    let unconfirmed = StandReason::ControllerUnconfirmed.to_string();
     assert_eq!(robot.latched(), Some(unconfirmed.as_str()));
 }
 

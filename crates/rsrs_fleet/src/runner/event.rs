@@ -8,7 +8,7 @@ use rsrs_core::robot::controller::{Command, Controller, Reaction};
 use rsrs_core::robot::unicycle::Pose;
 
 use super::{MotionCheck, Outcome, SampleKind, Target};
-use crate::e_stop::Source;
+use crate::e_stop::Message;
 use crate::experiment::RobotLost;
 use crate::message::{Lease, Status};
 use crate::parameters::GateSettings;
@@ -206,15 +206,8 @@ pub enum Event {
     SimulatorStatus(Status),
     /// A lease was received, of any runner.
     LeaseReceived(Lease),
-    /// A source published on the e-stop topic that it is engaged, or that it is not.
-    EStop {
-        /// Who.
-        source: Source,
-        /// The value published.
-        engaged: bool,
-    },
-    /// A release of the e-stop locks of these sources.
-    Release(BTreeSet<Source>),
+    /// A message on one of the e-stop's topics.
+    EStop(Message),
     /// A frame is fixed to, or moves in, another one.
     Transform {
         /// The frame.
@@ -257,8 +250,7 @@ impl Event {
             | Self::RecorderClosed
             | Self::SimulatorStatus(_)
             | Self::LeaseReceived(_)
-            | Self::EStop { .. }
-            | Self::Release(_)
+            | Self::EStop(_)
             | Self::Interrupt { .. }
             | Self::Tick => false,
         }

@@ -45,9 +45,9 @@ impl Runner {
             highest_epoch: self.highest_epoch,
             clocks: self.start_check.clocks(),
             pose_clocks: self.start_check.pose_clocks(),
-            poses: self.start_check.poses(),
-            unusable_poses: self.start_check.unusable_poses().clone(),
-            parents: self.start_check.parents(),
+            poses: self.start_check.poses.clone(),
+            unusable_poses: self.start_check.unusable_poses.clone(),
+            parents: self.start_check.parents.clone(),
             behind_s: self.start_check.behind_s(),
             diagnostic_errors: self.start_check.diagnostic_errors(),
         };
@@ -197,8 +197,8 @@ impl Runner {
             ..Seen::default()
         };
         let mut problems = preflight::health(&self.options.expected, &seen);
-        let (expected, poses) = (&self.options.expected, self.start_check.poses());
-        problems.extend(preflight::outside(expected.geofence, &expected.robots, &poses));
+        let (expected, poses) = (&self.options.expected, &self.start_check.poses);
+        problems.extend(preflight::outside(expected.geofence, &expected.robots, poses));
         problems.into_iter().map(Failure::from).collect()
     }
 
@@ -214,17 +214,14 @@ impl Runner {
 
     /// Poses that came after the robots were found may be the first.
     fn unusable_poses(&self) -> Vec<Failure> {
-        let reasons = self.start_check.unusable_poses();
+        let reasons = &self.start_check.unusable_poses;
         let apart = self.options.expected.apart.iter();
         let problems = apart.flat_map(|apart| preflight::unusable_poses(apart, reasons));
         problems.map(Failure::from).collect()
     }
 
     fn fail_to_arm(&mut self, waiting: Vec<Unarmed>, now: Duration, actions: &mut Vec<Action>) {
-        let failures = waiting
-            .into_iter()
-            .map(|Unarmed { robot, found, .. }| Failure::NotArmed { robot, found });
-        self.fail(failures.collect(), now, actions);
+        self.fail(waiting.into_iter().map(|it| it.failure).collect(), now, actions);
     }
 
     /// Counts down, where a person stands beside the robots.
@@ -291,10 +288,7 @@ impl Runner {
             self.fail_to_arm(waiting, now, actions);
             return;
         }
-        let found: Vec<_> = waiting
-            .into_iter()
-            .map(|Unarmed { robot, found, .. }| Failure::NotArmed { robot, found })
-            .collect();
+        let found: Vec<_> = waiting.into_iter().map(|it| it.failure).collect();
         actions.push(Action::Note(format!(
             "{}; the countdown starts again when all are armed",
             grouped(&found).join("; ")

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rsrs_core::robot::unicycle::Pose;
 
 use super::pauses::Pauses;
-use super::{LossCause, SampleKind};
+use super::{Failure, LossCause, SampleKind};
 use crate::geofence::Geofence;
 use crate::message::{Echo, RobotState, Status, StopCause};
 use crate::record::PausedRobot;
@@ -24,7 +24,7 @@ pub(super) struct Roster {
     moving_in: Option<u64>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Member {
     name: String,
     robot: Option<LastStatus>,
@@ -118,21 +118,8 @@ fn may_heal(status: &Status, epoch: u64) -> bool {
 
 impl Roster {
     pub(super) fn new(robots: &[String]) -> Self {
-        let members = robots
-            .iter()
-            .map(|name| Member {
-                name: name.clone(),
-                robot: None,
-                controller: None,
-                samples: BTreeMap::new(),
-                troubled_since: None,
-                pauses: Pauses::default(),
-                outside: None,
-                lost: None,
-                is_silent: false,
-                noted: None,
-            })
-            .collect();
+        let members =
+            robots.iter().map(|name| Member { name: name.clone(), ..Member::default() }).collect();
         let places = robots.iter().enumerate().map(|(place, name)| (name.clone(), place)).collect();
         Self { members, places, moving_in: None }
     }
@@ -278,10 +265,7 @@ impl Roster {
     pub(super) fn recent_robots(&self, now: Duration) -> BTreeMap<String, Status> {
         self.members
             .iter()
-            .filter_map(|member| {
-                let received = member.robot.as_ref().filter(|received| received.is_recent(now))?;
-                Some((member.name.clone(), received.status.clone()))
-            })
+            .filter_map(|member| Some((member.name.clone(), member.recent(now)?.clone())))
             .collect()
     }
 
@@ -305,7 +289,8 @@ impl Roster {
             for (side, received) in sides {
                 if let Some((found, may_heal)) = unlike_armed(received.as_ref(), binding, now) {
                     let robot = format!("{}{side}", member.name);
-                    waiting.push(Unarmed { robot, found, may_heal });
+                    let failure = Failure::NotArmed { robot, found };
+                    waiting.push(Unarmed { failure, may_heal });
                 }
             }
         }
@@ -333,10 +318,9 @@ impl Roster {
                 continue;
             };
             let since = *member.troubled_since.get_or_insert(now);
-            let received = member.robot.as_ref().filter(|received| received.is_recent(now));
-            let timeout = match received {
-                Some(received) if received.status.state == RobotState::Fault => Duration::ZERO,
-                Some(received) if may_heal(&received.status, epoch) => timeouts.paused,
+            let timeout = match member.recent(now) {
+                Some(status) if status.state == RobotState::Fault => Duration::ZERO,
+                Some(status) if may_heal(status, epoch) => timeouts.paused,
                 Some(_) => timeouts.standing,
                 None => timeouts.silent,
             };
@@ -380,10 +364,8 @@ impl Roster {
 /// A robot, or a controller, that has not confirmed that it is armed for a run.
 #[derive(Clone, Debug)]
 pub(super) struct Unarmed {
-    /// Which.
-    pub robot: String,
-    /// What it reports instead.
-    pub found: String,
+    /// Which, and what it reports instead.
+    pub failure: Failure,
     /// Whether it is armed again by itself when it receives leases, and is received.
     pub may_heal: bool,
 }
@@ -493,10 +475,7 @@ impl Member {
     }
 
     fn trouble(&self, epoch: u64, now: Duration) -> Option<LossCause> {
-        let Some(received) = self.robot.as_ref().filter(|received| received.is_recent(now)) else {
-            return Some(LossCause::Silent);
-        };
-        let status = &received.status;
+        let Some(status) = self.recent(now) else { return Some(LossCause::Silent) };
         if status.state == RobotState::Moving && status.epoch == epoch {
             return None;
         }

@@ -17,15 +17,15 @@ pub(super) struct StartCheck {
     /// By robot and part: the diagnosis.
     diagnostic_errors: BTreeMap<(String, String), String>,
     /// By robot: the frame and the last pose in it.
-    poses: BTreeMap<String, (String, Pose)>,
+    pub(super) poses: BTreeMap<String, (String, Pose)>,
     /// By robot: why its last pose cannot be used.
-    unusable_poses: BTreeMap<String, String>,
+    pub(super) unusable_poses: BTreeMap<String, String>,
     /// By robot: how many poses came, since when, and when the last one did.
     pose_times: BTreeMap<String, PoseTimes>,
     /// By which each robot's poses are stamped.
     pose_clocks: BTreeMap<String, Clock>,
     /// By frame: the frame that it is in.
-    parents: BTreeMap<String, String>,
+    pub(super) parents: BTreeMap<String, String>,
 }
 
 /// When poses of a robot came.
@@ -185,18 +185,6 @@ impl StartCheck {
 
     pub(super) fn pose_clocks(&self) -> BTreeMap<String, ClockLead> {
         Clock::leads(&self.pose_clocks)
-    }
-
-    pub(super) fn poses(&self) -> BTreeMap<String, (String, Pose)> {
-        self.poses.clone()
-    }
-
-    pub(super) fn unusable_poses(&self) -> &BTreeMap<String, String> {
-        &self.unusable_poses
-    }
-
-    pub(super) fn parents(&self) -> BTreeMap<String, String> {
-        self.parents.clone()
     }
 
     pub(super) fn clocks(&self) -> BTreeMap<String, ClockLead> {

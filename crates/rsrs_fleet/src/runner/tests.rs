@@ -422,7 +422,7 @@ fn the_e_stop_ends_the_run() {
     let mut bench = Bench::lockstep();
     bench.run();
 
-    bench.give(Event::EStop { source: Source([1; 16]), engaged: true });
+    bench.give(Event::EStop(Message::State { source: Source([1; 16]), engaged: true }));
 
     assert_eq!(bench.state(), Some(LeaseState::Stopped));
     assert_eq!(bench.end().0, Outcome::Aborted { reason: "e-stop".to_owned() });

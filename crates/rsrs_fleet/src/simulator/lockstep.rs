@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
 
-use super::{Action, Event, Placed, Progress, RECORDER_WINDOW, Refusal, check};
+use super::{Action, Event, Placed, Progress, RECORDER_WINDOW, Refusal, Turn, check};
 use crate::message::RobotState;
 use crate::timing::{LEAST_STEP_TIMEOUT, LOCKSTEP_GRACE};
 
@@ -54,24 +54,17 @@ impl Lockstep {
     }
 
     /// Takes an event of a run that is not over.
-    pub fn on_event(
-        &mut self,
-        placed: &Placed,
-        progress: &mut Progress,
-        event: &Event,
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
+    pub fn on_event(&mut self, event: &Event, turn: &mut Turn<'_>) {
         match event {
             Event::Gates(gates) => {
-                assert_eq!(gates.len(), placed.robots.len(), "one gate for each robot");
+                assert_eq!(gates.len(), turn.placed.robots.len(), "one gate for each robot");
                 self.permitted =
                     !gates.is_empty() && gates.iter().all(|gate| gate.state == RobotState::Moving);
             }
             Event::Command { robot, stamp_ns, command } => {
-                if let Err(reason) = self.take(placed, *robot, *command, *stamp_ns) {
+                if let Err(reason) = self.take(turn.placed, *robot, *command, *stamp_ns) {
                     self.refused.insert(*robot, reason.clone());
-                    actions.push(Action::Refuse { robot: *robot, reason });
+                    turn.actions.push(Action::Refuse { robot: *robot, reason });
                 }
             }
             // What was not sensed cannot have been recorded: a late word about an earlier world.
@@ -80,10 +73,10 @@ impl Lockstep {
         }
         if self.permitted {
             self.frozen_since = None;
-            self.go_on(placed, progress, now, actions);
-            self.judge_stall(placed, progress, now, actions);
-        } else if *progress == Progress::Started {
-            self.freeze(placed, progress, now, actions);
+            self.go_on(turn);
+            self.judge_stall(turn);
+        } else if *turn.progress == Progress::Started {
+            self.freeze(turn);
         }
     }
 
@@ -110,72 +103,47 @@ impl Lockstep {
 
     /// A lapse freezes the world; if it lasts, the run is void: the world never steps with invented
     /// commands, so the bits hold.
-    fn freeze(
-        &mut self,
-        placed: &Placed,
-        progress: &mut Progress,
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
+    fn freeze(&mut self, turn: &mut Turn<'_>) {
         // What it waits for shows in the gates; the time does not count twice.
         self.stepped = None;
-        let since = *self.frozen_since.get_or_insert(now);
-        if now.saturating_sub(since) < LOCKSTEP_GRACE {
-            return;
+        let since = *self.frozen_since.get_or_insert(turn.now);
+        if turn.now.saturating_sub(since) >= LOCKSTEP_GRACE {
+            turn.void(&VoidCause::Frozen { step: self.step, steps: turn.placed.steps });
         }
-        let reason = VoidCause::Frozen { step: self.step, steps: placed.steps }.to_string();
-        *progress = Progress::Void(reason.clone());
-        actions.push(Action::Void { reason });
     }
 
     /// Advances when all have answered, and senses when the recorder is close enough behind.
-    fn go_on(
-        &mut self,
-        placed: &Placed,
-        progress: &mut Progress,
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
-        *progress = Progress::Started;
+    fn go_on(&mut self, turn: &mut Turn<'_>) {
+        let (placed, now) = (turn.placed, turn.now);
+        *turn.progress = Progress::Started;
         self.stepped.get_or_insert(now);
         if self.waiting.as_ref().is_some_and(|commands| commands.len() == placed.robots.len()) {
             let commands = self.waiting.take().expect("checked in the line above");
-            actions.push(Action::Advance { commands: commands.into_values().collect() });
+            turn.actions.push(Action::Advance { commands: commands.into_values().collect() });
         }
         if self.waiting.is_some() {
             return;
         }
         if self.step >= placed.steps {
-            let reason = "all steps are made";
-            *progress = Progress::Complete(reason);
-            actions.push(Action::Complete { reason });
+            turn.complete("all steps are made");
         } else if self.step < self.recorded + RECORDER_WINDOW {
             self.step += 1;
             self.stepped = Some(now);
             self.waiting = Some(BTreeMap::new());
             self.refused.clear();
             let stamp_ns = Some(self.step * placed.period_ns);
-            actions.push(Action::Sense { step: self.step, stamp_ns });
+            turn.actions.push(Action::Sense { step: self.step, stamp_ns });
         }
     }
 
     /// All robots may move, and there is no step: what is lost does not come any more.
-    fn judge_stall(
-        &mut self,
-        placed: &Placed,
-        progress: &mut Progress,
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
-        let since = *self.stepped.get_or_insert(now);
-        let is_over = matches!(progress, Progress::Complete(_));
-        if is_over || now.saturating_sub(since) < LEAST_STEP_TIMEOUT {
-            return;
+    fn judge_stall(&mut self, turn: &mut Turn<'_>) {
+        let since = *self.stepped.get_or_insert(turn.now);
+        let is_over = matches!(turn.progress, Progress::Complete(_));
+        if !is_over && turn.now.saturating_sub(since) >= LEAST_STEP_TIMEOUT {
+            let (step, steps, owed) = (self.step, turn.placed.steps, self.owed(turn.placed));
+            turn.void(&VoidCause::Stalled { step, steps, owed });
         }
-        let (step, steps, owed) = (self.step, placed.steps, self.owed(placed));
-        let reason = VoidCause::Stalled { step, steps, owed }.to_string();
-        *progress = Progress::Void(reason.clone());
-        actions.push(Action::Void { reason });
     }
 
     /// Who owes what.

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use super::{Action, Event, Placed, Progress, Run, Simulator, WorldState};
+use super::{Action, Event, Placed, Progress, Run, Simulator, Turn, WorldState};
 use crate::experiment::Time;
 
 /// A command of manual control, to a world that no run holds.
@@ -90,8 +90,9 @@ impl Simulator {
             return Err(ManualControlRefused::NoWorld);
         };
         let mut actions = Vec::new();
-        let manual = run.manual.get_or_insert_with(|| ManualControl::at(step, &run.placed, now));
-        manual.apply(&run.placed, command, now, &mut actions);
+        let Run { placed, progress, manual, .. } = run;
+        let manual = manual.get_or_insert_with(|| ManualControl::at(step, placed, now));
+        manual.apply(command, &mut Turn { placed, progress, now, actions: &mut actions });
         actions.extend(self.status_due(now).map(Action::Status));
         Ok(actions)
     }
@@ -162,48 +163,37 @@ impl ManualControl {
     }
 
     /// Applies a command.
-    pub fn apply(
-        &mut self,
-        placed: &Placed,
-        command: ManualCommand,
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
+    pub fn apply(&mut self, command: ManualCommand, turn: &mut Turn<'_>) {
         match command {
-            ManualCommand::Play => self.mode = Mode::Playing { due: now },
-            ManualCommand::Pause => self.pause(placed, now, actions),
+            ManualCommand::Play => self.mode = Mode::Playing { due: turn.now },
+            ManualCommand::Pause => self.pause(turn),
             ManualCommand::Step { steps } => self.mode = Mode::Stepping { left: steps },
-            ManualCommand::EntityMoved => actions.push(self.sense(placed)),
+            ManualCommand::EntityMoved => turn.actions.push(self.sense(turn.placed)),
         }
     }
 
     /// Pauses; a request for steps is answered: no more are made.
-    pub fn pause(&mut self, placed: &Placed, now: Duration, actions: &mut Vec<Action>) {
+    pub fn pause(&mut self, turn: &mut Turn<'_>) {
         if let Mode::Stepping { left } = self.mode {
-            actions.push(Action::Stepped { left });
+            turn.actions.push(Action::Stepped { left });
         }
         if !self.mode.is_paused() {
-            self.mode = Mode::paused(placed, now);
+            self.mode = Mode::paused(turn.placed, turn.now);
         }
     }
 
-    pub fn on_event(
-        &mut self,
-        placed: &Placed,
-        event: &Event,
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
+    pub fn on_event(&mut self, event: &Event, turn: &mut Turn<'_>) {
+        let (placed, now) = (turn.placed, turn.now);
         if !matches!(event, Event::Gates(_)) || self.due().is_none_or(|due| now < due) {
             return;
         }
         if self.mode.is_paused() {
             self.mode = Mode::paused(placed, now);
-            actions.push(self.sense(placed));
+            turn.actions.push(self.sense(placed));
             return;
         }
         self.step += 1;
-        actions.extend([Action::AdvanceFreely, self.sense(placed)]);
+        turn.actions.extend([Action::AdvanceFreely, self.sense(placed)]);
         match &mut self.mode {
             Mode::Paused | Mode::Standing { .. } => {}
             Mode::Playing { due } => {
@@ -213,7 +203,7 @@ impl ManualControl {
             Mode::Stepping { left } => {
                 *left -= 1;
                 if *left == 0 {
-                    self.pause(placed, now, actions);
+                    self.pause(turn);
                 }
             }
         }

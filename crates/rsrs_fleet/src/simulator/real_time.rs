@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Action, Event, Gate, Gates, Placed, Progress, check};
+use super::{Action, Event, Gate, Gates, Progress, Turn, check};
 use crate::message::RobotState;
 
 /// Least time between two warnings that the world does not keep up.
@@ -35,25 +35,18 @@ impl RealTime {
         self.due
     }
 
-    pub fn on_event(
-        &mut self,
-        placed: &Placed,
-        progress: &mut Progress,
-        event: &Event,
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
+    pub fn on_event(&mut self, event: &Event, turn: &mut Turn<'_>) {
         match event {
             Event::Gates(gates) => {
-                assert_eq!(gates.len(), placed.robots.len(), "one gate for each robot");
-                pass(placed, gates, progress, actions);
-                if now >= self.due {
-                    self.tick(placed, gates, progress, now, actions);
+                assert_eq!(gates.len(), turn.placed.robots.len(), "one gate for each robot");
+                pass(gates, turn);
+                if turn.now >= self.due {
+                    self.tick(gates, turn);
                 }
             }
             Event::Command { robot, command, .. } => {
                 let (robot, command) = (*robot, *command);
-                actions.push(match check(placed, robot, command) {
+                turn.actions.push(match check(turn.placed, robot, command) {
                     Ok(()) => Action::Obey { robot, command },
                     Err(reason) => Action::Refuse { robot, reason },
                 });
@@ -67,51 +60,41 @@ impl RealTime {
 
     /// Makes one step, however many periods have passed: a burst would move robots faster than
     /// their commands.
-    fn tick(
-        &mut self,
-        placed: &Placed,
-        gates: &[Gate],
-        progress: &Progress,
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
+    fn tick(&mut self, gates: &[Gate], turn: &mut Turn<'_>) {
+        let (now, period_ns) = (turn.now, u128::from(turn.placed.period_ns));
         let late_ns = now.saturating_sub(self.due).as_nanos();
-        let missed = u64::try_from(late_ns / u128::from(placed.period_ns)).unwrap_or(u64::MAX);
-        let ahead_ns = u128::from(placed.period_ns) - late_ns % u128::from(placed.period_ns);
-        self.due = now
-            + Duration::from_nanos(
-                u64::try_from(ahead_ns).expect("it is at most a period, which fits"),
-            );
-        let is_running = *progress == Progress::Started;
+        let missed = u64::try_from(late_ns / period_ns).unwrap_or(u64::MAX);
+        let ahead_ns = u64::try_from(period_ns - late_ns % period_ns);
+        self.due =
+            now + Duration::from_nanos(ahead_ns.expect("it is at most a period, which fits"));
+        let is_running = *turn.progress == Progress::Started;
         if self.step == 0 {
             self.step = 1;
         } else if is_running {
             self.step += 1;
-            actions
-                .push(Action::Advance { commands: gates.iter().map(|gate| gate.drive).collect() });
+            let commands = gates.iter().map(|gate| gate.drive).collect();
+            turn.actions.push(Action::Advance { commands });
         }
-        actions.push(Action::Sense { step: self.step, stamp_ns: None });
+        turn.actions.push(Action::Sense { step: self.step, stamp_ns: None });
         if is_running && missed > 0 {
             self.missed = self.missed.saturating_add(missed);
             if self.warned.is_none_or(|at| now.saturating_sub(at) >= WARN_EVERY) {
                 self.warned = Some(now);
-                actions.push(Action::Overrun { missed: self.missed });
+                turn.actions.push(Action::Overrun { missed: self.missed });
             }
         }
     }
 }
 
 /// The run starts with the first robot that moves, and is over when no robot can move any more.
-fn pass(placed: &Placed, gates: &[Gate], progress: &mut Progress, actions: &mut Vec<Action>) {
-    match progress {
+fn pass(gates: &[Gate], turn: &mut Turn<'_>) {
+    match turn.progress {
         Progress::Waiting if gates.iter().any(|gate| gate.state == RobotState::Moving) => {
-            *progress = Progress::Started;
+            *turn.progress = Progress::Started;
         }
-        Progress::Started if placed.gates == Gates::Elsewhere => {}
+        Progress::Started if turn.placed.gates == Gates::Elsewhere => {}
         Progress::Started if !gates.iter().any(|gate| gate.is_in_run) => {
-            let reason = "every robot has stopped";
-            *progress = Progress::Complete(reason);
-            actions.push(Action::Complete { reason });
+            turn.complete("every robot has stopped");
         }
         _ => {}
     }

@@ -164,7 +164,7 @@ const REPORTER: Source = Source([9; 16]);
 
 fn locked_by(sources: &[(Source, LockCause)]) -> Event {
     let locks = Locks(sources.iter().copied().collect());
-    Event::Locks { reporter: REPORTER, locks }
+    Event::EStop(Message::Locks { reporter: REPORTER, locks })
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn a_source_that_fell_silent_is_released_and_one_that_publishes_true_is_not() {
     let mut stopper = Stopper::new(StopCommand::Release);
     stopper.on_event(locked_by(&[(LEFT, LockCause::Engaged), (THERE, LockCause::Silent)]), ms(0));
     stopper.on_event(Event::Publishers([THERE].into()), ms(0));
-    stopper.on_event(Event::EStop { source: LEFT, engaged: true }, ms(1_500));
+    stopper.on_event(Event::EStop(Message::State { source: LEFT, engaged: true }), ms(1_500));
 
     let actions = stopper.on_event(Event::Tick, ms(2_000));
 

@@ -15,8 +15,8 @@ use super::result::{TrialResult, backend};
 use super::trial_nodes::{RunTarget, TrialNodes};
 use super::trial_table::{Kind, Todo, TrialTable};
 use super::{DriveOptions, Ready, TrialOperator, made};
-use crate::runtime::runtime;
 use rsrs_files::quoted;
+use rsrs_ros::runtime::runtime;
 
 /// A trial in which commands pause is made again at once, up to this often in all; after that the same
 /// command makes it again.

@@ -17,7 +17,7 @@ use super::operator::{Operator, Verbosity};
 use super::own_network::OwnNetwork;
 use super::simulated_fleet::SimulatedFleet;
 use super::{RunSummary, on_simulated_fleet};
-use crate::runtime::runtime;
+use rsrs_ros::runtime::runtime;
 
 /// Experiments to run.
 #[derive(Clone, Copy)]

@@ -17,7 +17,7 @@ use rsrs_ros::session::{EndpointKind, Session, SessionOptions, Subscription};
 use tokio::sync::oneshot;
 
 use super::meaning::{OF_SWARM, WatchedTopic};
-use crate::runtime::runtime;
+use rsrs_ros::runtime::runtime;
 
 const NODE: &str = "rsrs_watch";
 /// How often the discovery database is looked at.

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_fleet::e_stop::Source;
+use rsrs_fleet::e_stop::{Message, Source};
 use rsrs_fleet::observation::Event;
 use rsrs_fleet::record::{Ending, ExperimentRecord};
 use rsrs_fleet::wire;
@@ -137,10 +137,11 @@ impl WatchedTopic {
         Ok(if topic == topics::LEASE {
             Event::Lease(wire::lease(decode::<RunLease>(bytes)?).map_err(text)?)
         } else if topic == topics::E_STOP {
-            Event::EStop { source: writer, engaged: decode::<Bool>(bytes)?.data }
+            let engaged = decode::<Bool>(bytes)?.data;
+            Event::EStop(Message::State { source: writer, engaged })
         } else if topic == topics::E_STOP_LOCKS {
             let locks = wire::locks(decode(bytes)?).map_err(text)?;
-            Event::Locks { reporter: writer, locks }
+            Event::EStop(Message::Locks { reporter: writer, locks })
         } else if topic == topics::EXPERIMENT {
             let record = ExperimentRecord::from_json(&decode::<Text>(bytes)?.data).map_err(text)?;
             Event::Experiment(Box::new(record))

@@ -8,7 +8,7 @@ use rsrs_fleet::stopper::StopCommand;
 use rsrs_ros::session::{Session, SessionOptions};
 use tokio::sync::oneshot;
 
-use crate::runtime::runtime;
+use rsrs_ros::runtime::runtime;
 
 /// What comes of a thread that can stop all robots; nothing if nobody ordered it.
 type Stopping = JoinHandle<anyhow::Result<Option<StopReport>>>;

@@ -132,17 +132,16 @@ impl<'a> ParameterClient<'a> {
         node: &str,
         names: &[&str],
     ) -> Result<Vec<ParameterValue>, ParameterClientError> {
-        let request = wire::GetParametersRequest { names: owned(names) };
-        let response: wire::GetParametersResponse = self.call(node, Service::Get, &request).await?;
-        check_count(node, response.values.len(), names.len())?;
-        let values = response.values.into_iter().zip(names).map(|(value, &name)| {
-            let missing = || (node.to_owned(), name.to_owned());
-            ParameterValue::from_wire(value).ok_or_else(|| {
-                let (node, name) = missing();
-                ParameterClientError::NoSuchParameter { node, name }
-            })
-        });
-        values.collect()
+        let values = self.get_known(node, names).await?;
+        let missing = |name: &str| ParameterClientError::NoSuchParameter {
+            node: node.to_owned(),
+            name: name.to_owned(),
+        };
+        values
+            .into_iter()
+            .zip(names)
+            .map(|(value, name)| value.ok_or_else(|| missing(name)))
+            .collect()
     }
 
     /// The values of those parameters that a node has, in the order of their names; `None` for one that

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
-use std::time::{SystemTime, UNIX_EPOCH};
 
-use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::rcl_interfaces::{Parameter, ParameterEvent};
 use rsrs_msgs::topics;
 use tokio::sync::mpsc;
@@ -14,6 +12,7 @@ use super::store::{Arming, Refusal, Setter, Store};
 use crate::parameter_value::{Descriptor, ParameterValue};
 use crate::services::raw;
 use crate::session::{NodeHandle, Publisher, Session, SessionError, Task, lock};
+use crate::wall_time::wall_time;
 
 /// A node and its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,6 +138,42 @@ impl ParameterServer {
         lock(&self.state).stores.get(node)?.get(name).cloned()
     }
 
+    /// The value of a parameter that was declared as a number.
+    ///
+    /// # Panics
+    ///
+    /// If it was not.
+    pub fn double(&self, node: &str, name: &str) -> f64 {
+        match self.get(node, name) {
+            Some(ParameterValue::Double(value)) => value,
+            other => unreachable!("{name} was declared as a double, found {other:?}"),
+        }
+    }
+
+    /// The value of a parameter that was declared as a whole number.
+    ///
+    /// # Panics
+    ///
+    /// If it was not.
+    pub fn integer(&self, node: &str, name: &str) -> i64 {
+        match self.get(node, name) {
+            Some(ParameterValue::Integer(value)) => value,
+            other => unreachable!("{name} was declared as an integer, found {other:?}"),
+        }
+    }
+
+    /// The value of a parameter that was declared as a text.
+    ///
+    /// # Panics
+    ///
+    /// If it was not.
+    pub fn text(&self, node: &str, name: &str) -> String {
+        match self.get(node, name) {
+            Some(ParameterValue::String(value)) => value,
+            other => unreachable!("{name} was declared as a string, found {other:?}"),
+        }
+    }
+
     /// Sets a parameter in the name of its node, which may set what others may only read.
     ///
     /// The validator is not asked.
@@ -196,13 +231,7 @@ fn parameter((name, value): (String, ParameterValue)) -> Parameter {
 
 /// An event of a node, now, without changes yet.
 fn event(node: &str) -> ParameterEvent {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let now_ns = u64::try_from(since_1970.as_nanos()).expect("64 bits last until 2554");
-    ParameterEvent {
-        stamp: Time::from_nanos(now_ns),
-        node: node.to_owned(),
-        ..ParameterEvent::default()
-    }
+    ParameterEvent { stamp: wall_time(), node: node.to_owned(), ..ParameterEvent::default() }
 }
 
 /// Hands an event to the task that publishes; while the session closes, no task receives any more.

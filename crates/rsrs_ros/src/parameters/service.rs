@@ -21,31 +21,25 @@ impl Service {
     pub(super) const ALL: [Self; 6] =
         [Self::Get, Self::GetTypes, Self::Set, Self::SetAtomically, Self::List, Self::Describe];
 
+    /// Its name below the node's, and that of its type.
+    fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Get => ("get_parameters", "GetParameters"),
+            Self::GetTypes => ("get_parameter_types", "GetParameterTypes"),
+            Self::Set => ("set_parameters", "SetParameters"),
+            Self::SetAtomically => ("set_parameters_atomically", "SetParametersAtomically"),
+            Self::List => ("list_parameters", "ListParameters"),
+            Self::Describe => ("describe_parameters", "DescribeParameters"),
+        }
+    }
+
     /// Its name below the node's.
     pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Get => "get_parameters",
-            Self::GetTypes => "get_parameter_types",
-            Self::Set => "set_parameters",
-            Self::SetAtomically => "set_parameters_atomically",
-            Self::List => "list_parameters",
-            Self::Describe => "describe_parameters",
-        }
+        self.names().0
     }
 
     pub(super) fn ros_type(self) -> ServiceTypeName {
-        ServiceTypeName::new("rcl_interfaces", self.type_name())
-    }
-
-    fn type_name(self) -> &'static str {
-        match self {
-            Self::Get => "GetParameters",
-            Self::GetTypes => "GetParameterTypes",
-            Self::Set => "SetParameters",
-            Self::SetAtomically => "SetParametersAtomically",
-            Self::List => "ListParameters",
-            Self::Describe => "DescribeParameters",
-        }
+        ServiceTypeName::new("rcl_interfaces", self.names().1)
     }
 }
 

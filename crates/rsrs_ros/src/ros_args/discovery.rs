@@ -7,20 +7,6 @@ use super::RosArgsError;
 use crate::environment::Environment;
 use crate::logging::Level;
 
-/// How far to look for others (`ROS_AUTOMATIC_DISCOVERY_RANGE`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DiscoveryRange {
-    /// On this machine only.
-    Localhost,
-    /// In this network.
-    Subnet,
-    /// Nowhere.
-    Off,
-    /// As the middleware does by itself: in this network.
-    #[default]
-    SystemDefault,
-}
-
 /// Where a robot has its keystore, as the playbook and the pages have it.
 pub(crate) const USUAL_KEYSTORE: &str = "/etc/rsrs/keystore";
 
@@ -153,9 +139,7 @@ impl OtherMiddleware {
         let is_other = !found.is_empty() && !RTPS.contains(&found);
         is_other.then(|| Self { found: found.to_owned() })
     }
-}
 
-impl OtherMiddleware {
     /// What it means where no robot is found, on one line.
     pub fn in_short(&self) -> String {
         format!("{RMW}={}: robots that are started so are not found", self.found)
@@ -177,7 +161,6 @@ impl fmt::Display for OtherMiddleware {
 #[derive(Debug)]
 pub(super) struct Discovery {
     pub(super) domain_id: u16,
-    pub(super) range: DiscoveryRange,
     /// The variable that keeps this program on this machine.
     pub(super) localhost: Option<&'static str>,
     pub(super) notes: Vec<Note>,
@@ -195,24 +178,22 @@ pub(super) fn read(environment: &Environment) -> Result<Discovery, RosArgsError>
         notes.push(Note::EphemeralPorts { domain_id });
     }
 
-    let mut range =
-        range(environment.variable("ROS_AUTOMATIC_DISCOVERY_RANGE").unwrap_or_default())?;
-    let mut localhost =
-        (range == DiscoveryRange::Localhost).then_some("ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST");
-    if environment.variable("ROS_LOCALHOST_ONLY") == Some("1") {
-        // It goes before the newer variable in ROS 2, too.
-        range = DiscoveryRange::Localhost;
-        localhost = Some("ROS_LOCALHOST_ONLY=1");
-        notes.push(Note::LocalhostOnly);
-    }
-    if range == DiscoveryRange::Off {
-        notes.push(Note::RangeOff);
+    // It goes before the newer variable in ROS 2, too.
+    let is_local_only = environment.variable("ROS_LOCALHOST_ONLY") == Some("1");
+    let range = environment.variable("ROS_AUTOMATIC_DISCOVERY_RANGE").unwrap_or_default();
+    let mut localhost = is_local_only.then_some("ROS_LOCALHOST_ONLY=1");
+    notes.extend(is_local_only.then_some(Note::LocalhostOnly));
+    match range {
+        "LOCALHOST" => drop(localhost.get_or_insert("ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")),
+        "OFF" if !is_local_only => notes.push(Note::RangeOff),
+        "OFF" | "" | "SUBNET" | "SYSTEM_DEFAULT" => {}
+        _ => return Err(RosArgsError::DiscoveryRange { found: range.to_owned() }),
     }
     if environment.variable("ROS_STATIC_PEERS").is_some_and(|peers| !peers.is_empty()) {
         notes.push(Note::StaticPeers);
     }
     notes.extend(OtherMiddleware::of(environment).map(Note::Middleware));
-    Ok(Discovery { domain_id, range, localhost, notes })
+    Ok(Discovery { domain_id, localhost, notes })
 }
 
 fn domain_id(text: &str) -> Result<u16, RosArgsError> {
@@ -221,16 +202,6 @@ fn domain_id(text: &str) -> Result<u16, RosArgsError> {
     }
     let domain_id = text.parse().ok().filter(|domain_id| *domain_id <= LAST_DOMAIN);
     domain_id.ok_or_else(|| RosArgsError::Domain { found: text.to_owned() })
-}
-
-fn range(text: &str) -> Result<DiscoveryRange, RosArgsError> {
-    match text {
-        "LOCALHOST" => Ok(DiscoveryRange::Localhost),
-        "SUBNET" => Ok(DiscoveryRange::Subnet),
-        "OFF" => Ok(DiscoveryRange::Off),
-        "" | "SYSTEM_DEFAULT" => Ok(DiscoveryRange::SystemDefault),
-        _ => Err(RosArgsError::DiscoveryRange { found: text.to_owned() }),
-    }
 }
 
 #[cfg(test)]
@@ -245,7 +216,7 @@ mod tests {
     fn nothing_set_is_domain_zero_and_the_default_range() {
         let discovery = read_variables(&[]).unwrap();
 
-        assert_eq!((discovery.domain_id, discovery.range), (0, DiscoveryRange::SystemDefault));
+        assert_eq!((discovery.domain_id, discovery.localhost), (0, None));
         assert_eq!(discovery.notes, []);
     }
 
@@ -270,11 +241,14 @@ mod tests {
     #[test]
     fn ranges_are_those_of_ros() {
         let name = "ROS_AUTOMATIC_DISCOVERY_RANGE";
-        let range = |value| read_variables(&[(name, value)]).map(|discovery| discovery.range);
+        let localhost = |value| read_variables(&[(name, value)]).map(|found| found.localhost);
 
-        assert_eq!(range("LOCALHOST").unwrap(), DiscoveryRange::Localhost);
-        assert_eq!(range("SUBNET").unwrap(), DiscoveryRange::Subnet);
-        assert!(matches!(range("localhost"), Err(RosArgsError::DiscoveryRange { .. })));
+        assert_eq!(
+            localhost("LOCALHOST").unwrap(),
+            Some("ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
+        );
+        assert_eq!(localhost("SUBNET").unwrap(), None);
+        assert!(matches!(localhost("localhost"), Err(RosArgsError::DiscoveryRange { .. })));
     }
 
     #[test]
@@ -311,7 +285,7 @@ mod tests {
 
         let discovery = read_variables(&variables).unwrap();
 
-        assert_eq!(discovery.range, DiscoveryRange::Localhost);
+        assert_eq!(discovery.localhost, Some("ROS_LOCALHOST_ONLY=1"));
         assert_eq!(discovery.notes, [Note::LocalhostOnly]);
     }
 }

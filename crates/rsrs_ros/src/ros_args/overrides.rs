@@ -113,21 +113,17 @@ impl Overrides {
 
     /// The values for one node; the last one counts.
     pub(super) fn of(&self, node: &str) -> BTreeMap<String, ParameterValue> {
-        let parts: Vec<&str> = parts(node).collect();
+        let name = parts(node);
         self.given
             .iter()
-            .filter(|given| matches(&parts_of(&given.nodes), &parts))
+            .filter(|given| matches(&parts(&given.nodes), &name))
             .map(|given| (given.name.clone(), given.value.clone()))
             .collect()
     }
 }
 
-fn parts(name: &str) -> impl Iterator<Item = &str> {
-    name.split('/').filter(|part| !part.is_empty())
-}
-
-fn parts_of(name: &str) -> Vec<&str> {
-    parts(name).collect()
+fn parts(name: &str) -> Vec<&str> {
+    name.split('/').filter(|part| !part.is_empty()).collect()
 }
 
 /// Whether a name matches a pattern, part by part.
@@ -206,7 +202,7 @@ mod tests {
 
     #[test]
     fn wildcards_stand_for_one_part_or_for_any_number() {
-        let case = |pattern: &str, node: &str| matches(&parts_of(pattern), &parts_of(node));
+        let case = |pattern: &str, node: &str| matches(&parts(pattern), &parts(node));
 
         assert!(case("/**", NODE) && case("/**", "/controller"));
         assert!(case("/*/controller", NODE) && !case("/*/controller", "/controller"));

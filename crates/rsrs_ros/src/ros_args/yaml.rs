@@ -30,7 +30,7 @@ impl Yaml {
             Self::Integer(value) => Ok(ParameterValue::Integer(value)),
             Self::Double(value) => Ok(ParameterValue::Double(value)),
             Self::String(value) => Ok(ParameterValue::String(value)),
-            Self::Sequence(values) => array(&values),
+            Self::Sequence(values) => array(values),
             Self::Null => Err("is missing".to_owned()),
             Self::Mapping(_) => Err("is a mapping, expected a number, text or list".to_owned()),
         }
@@ -38,36 +38,26 @@ impl Yaml {
 }
 
 /// An array, whose elements are all of the type of the first.
-fn array(values: &[Yaml]) -> Result<ParameterValue, String> {
-    let first = values.first().ok_or("is an empty list, which has no type")?;
-    let collected = match first {
-        Yaml::Bool(_) => collect(values, |value| match value {
-            Yaml::Bool(value) => Some(*value),
-            _ => None,
-        })
-        .map(ParameterValue::BoolArray),
-        Yaml::Integer(_) => collect(values, |value| match value {
-            Yaml::Integer(value) => Some(*value),
-            _ => None,
-        })
-        .map(ParameterValue::IntegerArray),
-        Yaml::Double(_) => collect(values, |value| match value {
-            Yaml::Double(value) => Some(*value),
-            _ => None,
-        })
-        .map(ParameterValue::DoubleArray),
-        Yaml::String(_) => collect(values, |value| match value {
-            Yaml::String(value) => Some(value.clone()),
-            _ => None,
-        })
-        .map(ParameterValue::StringArray),
-        Yaml::Null | Yaml::Sequence(_) | Yaml::Mapping(_) => None,
+fn array(values: Vec<Yaml>) -> Result<ParameterValue, String> {
+    let mixed = || "is a list of several types, expected numbers or texts".to_owned();
+    let mut values = values.into_iter();
+    let mut array = match values.next().ok_or("is an empty list, which has no type")? {
+        Yaml::Bool(first) => ParameterValue::BoolArray(vec![first]),
+        Yaml::Integer(first) => ParameterValue::IntegerArray(vec![first]),
+        Yaml::Double(first) => ParameterValue::DoubleArray(vec![first]),
+        Yaml::String(first) => ParameterValue::StringArray(vec![first]),
+        Yaml::Null | Yaml::Sequence(_) | Yaml::Mapping(_) => return Err(mixed()),
     };
-    collected.ok_or_else(|| "is a list of several types, expected numbers or texts".to_owned())
-}
-
-fn collect<T>(values: &[Yaml], element: impl Fn(&Yaml) -> Option<T>) -> Option<Vec<T>> {
-    values.iter().map(element).collect()
+    for value in values {
+        match (&mut array, value) {
+            (ParameterValue::BoolArray(array), Yaml::Bool(value)) => array.push(value),
+            (ParameterValue::IntegerArray(array), Yaml::Integer(value)) => array.push(value),
+            (ParameterValue::DoubleArray(array), Yaml::Double(value)) => array.push(value),
+            (ParameterValue::StringArray(array), Yaml::String(value)) => array.push(value),
+            _ => return Err(mixed()),
+        }
+    }
+    Ok(array)
 }
 
 impl<'de> Deserialize<'de> for Yaml {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
 
-use rsrs_msgs::topics::{Durability, Qos, Reliability};
+use rsrs_msgs::topics::Qos;
 use rsrs_msgs::{RosMessage, cdr};
 use serde::{Deserialize, Serialize};
 
@@ -15,8 +15,7 @@ pub(super) const TOPIC: &str = "ros_discovery_info";
 /// Its type in DDS.
 pub(super) const DDS_TYPE: &str = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
 /// As in ROS 2, but deep: each participant's last word counts, and all may come at once.
-pub(super) const QOS: Qos =
-    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1000 };
+pub(super) const QOS: Qos = Qos::latched(1000);
 
 /// `rmw_dds_common/msg/ParticipantEntitiesInfo` of ROS 2 Iron and later: GIDs of 16 bytes.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, Weak};
 use std::time::Duration;
 
 use futures::{Stream, StreamExt};
-use rsrs_msgs::topics::{Durability, Qos, Reliability};
+use rsrs_msgs::topics::{Qos, Reliability};
 use rustdds::{DomainParticipant, Subscriber};
 use tokio::sync::oneshot;
 
@@ -112,13 +112,8 @@ impl Watched {
         maker: &ReaderMaker,
         second: oneshot::Sender<RawReader>,
     ) -> Option<oneshot::Sender<RawReader>> {
-        let quality = Qos {
-            reliability: Reliability::BestEffort,
-            durability: Durability::Volatile,
-            depth: self.depth,
-        };
         let ReaderMaker { participant, subscriber, endpoint_creation } = maker;
-        let policies = qos::policies(quality);
+        let policies = qos::policies(Qos::best_effort(self.depth));
         let made = endpoint_creation
             .make(1, || raw::reader(participant, subscriber, &self.names, &policies));
         match made {

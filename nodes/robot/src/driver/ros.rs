@@ -15,7 +15,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use super::cmd_vel_publisher::CmdVelPublisher;
 use super::{Driver, DriverContext, Report, Sensed, next_of};
-use crate::declared::{choice, double, text};
+use crate::declared::choice;
 use rsrs_fleet::parameters::gate::{
     ROS_CMD_VEL_TYPE as CMD_VEL_TYPE, ROS_SECTOR as SECTOR, ROS_SENSOR_TOPIC as SENSOR_TOPIC,
     ROS_SENSOR_TYPE as SENSOR_TYPE,
@@ -31,35 +31,23 @@ pub struct RosDriver {
 
 impl Driver for RosDriver {
     fn parameters() -> Vec<(Descriptor, ParameterValue)> {
-        let sector = Descriptor {
-            read_only: true,
-            range: Some((0.0, std::f64::consts::PI)),
-            ..Descriptor::new(
-                SECTOR,
-                ParameterKind::Double,
-                "Half of the sector of a scan that is looked at, about straight ahead, in rad.",
-            )
-        };
-        let sensor_topic = Descriptor {
-            read_only: true,
-            additional_constraints: "absolute, or relative to the robot's namespace".to_owned(),
-            ..Descriptor::new(
-                SENSOR_TOPIC,
-                ParameterKind::String,
-                "Topic of the sensor; hardware/range, hardware/scan or hardware/detection if empty.",
-            )
-        };
         let sensor_type = "Type of the sensor's messages.";
+        let sensor_topic =
+            "Topic of the sensor; hardware/range, hardware/scan or hardware/detection if empty.";
+        let topics = "absolute, or relative to the robot's namespace";
+        let sector =
+            "Half of the sector of a scan that is looked at, about straight ahead, in rad.";
+        let sector = Descriptor::new(SECTOR, ParameterKind::Double, sector);
         vec![
             choice(SENSOR_TYPE, sensor_type, "range, laser_scan or bool", "range"),
-            (sensor_topic, ParameterValue::String(String::new())),
-            (sector, ParameterValue::Double(0.2)),
+            choice(SENSOR_TOPIC, sensor_topic, topics, ""),
+            (sector.within(0.0, std::f64::consts::PI).read_only(), ParameterValue::Double(0.2)),
             choice(CMD_VEL_TYPE, "Type of hardware/cmd_vel.", "twist or twist_stamped", "twist"),
         ]
     }
 
     fn open(place: DriverContext<'_>) -> Result<Self> {
-        let value = |name| text(place.server, place.node.full_name(), name);
+        let value = |name| place.server.text(place.node.full_name(), name);
         let cmd_vel_publisher = match value(CMD_VEL_TYPE).as_str() {
             "twist" => CmdVelPublisher::unstamped(place)?,
             "twist_stamped" => CmdVelPublisher::stamped(place)?,
@@ -76,7 +64,7 @@ impl Driver for RosDriver {
                 follow(place, &given, topics::HARDWARE_RANGE, to_node, reading)
             }
             "laser_scan" => {
-                let half_angle_rad = double(place.server, place.node.full_name(), SECTOR);
+                let half_angle_rad = place.server.double(place.node.full_name(), SECTOR);
                 let reading = move |scan: LaserScan| Sensed {
                     range: Some(nearest(&scan, half_angle_rad)),
                     ..Sensed::default()

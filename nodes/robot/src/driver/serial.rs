@@ -16,7 +16,6 @@ use rsrs_fleet::parameters::gate::{SERIAL_BAUD as BAUD, SERIAL_PORT as PORT};
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
 
 use super::{Driver, DriverContext, Report};
-use crate::declared::{integer, text};
 use link::{Counts, Link};
 use port::Port;
 
@@ -41,23 +40,19 @@ pub struct SerialDriver {
 
 impl Driver for SerialDriver {
     fn parameters() -> Vec<(Descriptor, ParameterValue)> {
-        let mut port = Descriptor::new(PORT, ParameterKind::String, "Path of the serial device.");
-        let mut baud = Descriptor::new(BAUD, ParameterKind::Integer, "Baud rate.");
-        baud.range = Some((1200.0, 4_000_000.0));
-        for descriptor in [&mut port, &mut baud] {
-            descriptor.read_only = true;
-        }
+        let port = Descriptor::new(PORT, ParameterKind::String, "Path of the serial device.");
+        let baud = Descriptor::new(BAUD, ParameterKind::Integer, "Baud rate.");
         vec![
-            (port, ParameterValue::String("/dev/ttyACM0".to_owned())),
-            (baud, ParameterValue::Integer(115_200)),
+            (port.read_only(), ParameterValue::String("/dev/ttyACM0".to_owned())),
+            (baud.within(1200.0, 4e6).read_only(), ParameterValue::Integer(115_200)),
         ]
     }
 
     fn open(place: DriverContext<'_>) -> anyhow::Result<Self> {
         let node = place.node.full_name();
-        let baud = integer(place.server, node, BAUD);
+        let baud = place.server.integer(node, BAUD);
         let baud = u32::try_from(baud).context("the range of the parameter is within 32 bits")?;
-        Ok(Self::at(&text(place.server, node, PORT), baud))
+        Ok(Self::at(&place.server.text(node, PORT), baud))
     }
 
     async fn report(&mut self) -> Report {

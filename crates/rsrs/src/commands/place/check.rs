@@ -11,7 +11,7 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::TrackerFrame;
 use rsrs_experiment_runner::places::{self, SeenPlaces, SeenRobot};
 use rsrs_experiment_runner::plan::Plan;
-use rsrs_operate::runtime::runtime;
+use rsrs_ros::runtime::runtime;
 use rsrs_ros::session::SessionOptions;
 use rsrs_ros::shutdown;
 

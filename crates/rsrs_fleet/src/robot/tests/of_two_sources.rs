@@ -7,7 +7,7 @@ fn a_source_that_publishes_false_all_the_time_undoes_no_stop_of_another() {
     let mut robot = moving();
     let stop = Source([2; 16]);
     robot.on_event(released(), ms(0));
-    robot.on_event(Event::EStop { source: stop, engaged: true }, ms(10));
+    robot.on_event(Event::EStop(Message::State { source: stop, engaged: true }), ms(10));
 
     for beat in 1..100 {
         let status = robot.on_event(released(), ms(100 * beat));
@@ -15,9 +15,9 @@ fn a_source_that_publishes_false_all_the_time_undoes_no_stop_of_another() {
     }
 
     assert_eq!(robot.locks(), Locks([(stop, LockCause::Engaged)].into()));
-    robot.on_event(Event::Release([BUTTON].into()), ms(10_000));
+    robot.on_event(Event::EStop(Message::Release([BUTTON].into())), ms(10_000));
     assert_eq!(robot.standing(ms(10_000)), Some(StandReason::EStop), "another one was released");
-    robot.on_event(Event::Release([stop].into()), ms(10_000));
+    robot.on_event(Event::EStop(Message::Release([stop].into())), ms(10_000));
     assert_ne!(robot.standing(ms(10_000)), Some(StandReason::EStop));
 }
 
@@ -28,7 +28,10 @@ fn of_two_sources_each_locks_by_its_silence() {
     robot.on_event(released(), ms(0));
     for beat in 1..8 {
         robot.on_event(controller(DIGEST, ms(beat * 100)), ms(beat * 100));
-        let status = robot.on_event(Event::EStop { source: other, engaged: false }, ms(beat * 100));
+        let status = robot.on_event(
+            Event::EStop(Message::State { source: other, engaged: false }),
+            ms(beat * 100),
+        );
         let counter = status.map_or(robot.beat.counter(), |status| status.counter);
         robot.on_event(lease(1, LeaseState::Running, counter), ms(beat * 100));
     }
@@ -45,7 +48,12 @@ fn a_robot_that_was_started_again_asks_before_it_belongs_to_a_run() {
     assert_eq!(robot.epoch(), 0, "it has not asked yet");
 
     let locks = Locks([(BUTTON, LockCause::Engaged)].into());
-    let status = robot.on_event(Event::LocksOfOthers(locks.clone()), ms(1_000)).unwrap();
+    let status = robot
+        .on_event(
+            Event::EStop(Message::Locks { reporter: BUTTON, locks: locks.clone() }),
+            ms(1_000),
+        )
+        .unwrap();
     assert!(status.holds_e_stop(), "{status:?}");
 
     let status = robot.on_event(Event::Tick, ms(3_000)).unwrap();
@@ -53,7 +61,7 @@ fn a_robot_that_was_started_again_asks_before_it_belongs_to_a_run() {
     assert_eq!(robot.standing(ms(3_000)), Some(StandReason::EStop));
     assert_eq!(robot.locks(), locks, "it answers others");
     robot.on_event(released(), ms(3_010));
-    robot.on_event(Event::LocksOfOthers(locks), ms(3_020));
+    robot.on_event(Event::EStop(Message::Locks { reporter: BUTTON, locks }), ms(3_020));
     assert_ne!(robot.standing(ms(3_020)), Some(StandReason::EStop), "what is late is ignored");
 }
 

@@ -6,6 +6,7 @@ use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::Reaction;
 use rsrs_core::robot::controller::state_machine::Memory;
 use rsrs_fleet::controller::Settings;
+use rsrs_fleet::e_stop;
 use rsrs_fleet::message::{LeaseState, RobotState};
 use rsrs_fleet::preflight::{Expected, Graph};
 use rsrs_fleet::runner::{Action, Event, RunLength, Runner, RunnerOptions, StartRule, Target};
@@ -137,10 +138,10 @@ impl Fleet {
                 self.give_runner(runner, Event::LeaseReceived((*lease).clone()))
             }
             (Message::EStop(source, engaged), _) => {
-                self.give_runner(runner, Event::EStop { source, engaged })
+                self.give_runner(runner, Event::EStop(e_stop::Message::State { source, engaged }))
             }
             (Message::Release(sources), _) => {
-                self.give_runner(runner, Event::Release((*sources).clone()))
+                self.give_runner(runner, Event::EStop(e_stop::Message::Release((*sources).clone())))
             }
             (Message::RobotStatus(status, sent), Node::Robot(robot) | Node::Controller(robot)) => {
                 let received = &mut host.received[robot];

@@ -4,6 +4,7 @@ use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::state_machine::Memory;
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Action, Event, Settings};
+use rsrs_fleet::e_stop;
 use rsrs_fleet::runner::Target;
 
 use super::robots::for_robot;
@@ -29,14 +30,26 @@ impl Fleet {
             }
             Message::EStop(source, engaged) => {
                 self.observe_e_stop(robot, (source, engaged));
-                self.deliver_to_controller(robot, Event::EStop { source, engaged })
+                self.deliver_to_controller(
+                    robot,
+                    Event::EStop(e_stop::Message::State { source, engaged }),
+                )
             }
             Message::Release(sources) => {
                 self.oracles[robot].e_stop_is_released(&sources);
-                self.deliver_to_controller(robot, Event::Release((*sources).clone()))
+                self.deliver_to_controller(
+                    robot,
+                    Event::EStop(e_stop::Message::Release((*sources).clone())),
+                )
             }
             Message::Locks(locks) => {
-                self.deliver_to_controller(robot, Event::LocksOfOthers((*locks).clone()))?;
+                self.deliver_to_controller(
+                    robot,
+                    Event::EStop(e_stop::Message::Locks {
+                        reporter: e_stop::Source([0; 16]),
+                        locks: (*locks).clone(),
+                    }),
+                )?;
                 self.observe_adoption(robot);
                 Ok(())
             }

@@ -1,6 +1,6 @@
 //! Who engages the e-stop, who is locked by whom, and who asks for that.
 
-use rsrs_fleet::e_stop::Source;
+use rsrs_fleet::e_stop::{self, Source};
 use rsrs_fleet::stopper;
 
 use super::{Fleet, N_RUNNERS, name};
@@ -66,12 +66,15 @@ impl Fleet {
             (Message::RobotStatus(status, _), Node::Robot(robot) | Node::Controller(robot)) => {
                 stopper::Event::Status { robot: name(robot), status: (*status).clone() }
             }
-            (Message::EStop(source, engaged), _) => stopper::Event::EStop { source, engaged },
+            (Message::EStop(source, engaged), _) => {
+                stopper::Event::EStop(e_stop::Message::State { source, engaged })
+            }
             (Message::Locks(locks), Node::Robot(robot) | Node::Controller(robot)) => {
                 // Robots of one process have one publisher, and here each its own.
                 let Source(mut guid) = self.source(from);
                 guid[15] = u8::try_from(robot).expect("there are few robots");
-                stopper::Event::Locks { reporter: Source(guid), locks: (*locks).clone() }
+                let (reporter, locks) = (Source(guid), (*locks).clone());
+                stopper::Event::EStop(e_stop::Message::Locks { reporter, locks })
             }
             (other, from) => panic!("a stopper receives {other:?} from {from:?}"),
         };

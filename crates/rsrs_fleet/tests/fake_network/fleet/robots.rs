@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
-use rsrs_fleet::e_stop::Source;
+use rsrs_fleet::e_stop::{self, Source};
 use rsrs_fleet::message::{Lease, RobotState, Status, StopCause};
 use rsrs_fleet::robot::limits::{Limits, Ramp};
 use rsrs_fleet::robot::{Event, Lapse, Robot, RobotOptions};
@@ -106,14 +106,26 @@ impl Fleet {
             }
             Message::EStop(source, engaged) => {
                 self.observe_e_stop(robot, (source, engaged));
-                self.deliver_to_robot(robot, Event::EStop { source, engaged })
+                self.deliver_to_robot(
+                    robot,
+                    Event::EStop(e_stop::Message::State { source, engaged }),
+                )
             }
             Message::Release(sources) => {
                 self.oracles[robot].e_stop_is_released(&sources);
-                self.deliver_to_robot(robot, Event::Release((*sources).clone()))
+                self.deliver_to_robot(
+                    robot,
+                    Event::EStop(e_stop::Message::Release((*sources).clone())),
+                )
             }
             Message::Locks(locks) => {
-                self.deliver_to_robot(robot, Event::LocksOfOthers((*locks).clone()))?;
+                self.deliver_to_robot(
+                    robot,
+                    Event::EStop(e_stop::Message::Locks {
+                        reporter: Source([0; 16]),
+                        locks: (*locks).clone(),
+                    }),
+                )?;
                 self.observe_adoption(robot);
                 Ok(())
             }
