@@ -2,10 +2,10 @@
 
 mod recording;
 
+use rsrs_core::conditions::Settings;
 use rsrs_core::conditions::controller_table::ControllerSource;
 use rsrs_core::conditions::start_file::StartPlacement;
-use rsrs_core::conditions::{MOST_DURATION_S, Settings};
-use rsrs_core::diagram::sweep_file::SEED_LIMIT;
+use rsrs_core::diagram::sweep_file::{OutOfRange, check_run};
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
@@ -143,17 +143,8 @@ pub enum ExperimentError {
         file: String,
     },
     /// A number outside what it can mean.
-    #[error("{file}: {key} is {found}, expected {expected}")]
-    OutOfRange {
-        /// The file.
-        file: String,
-        /// The key.
-        key: &'static str,
-        /// The number found.
-        found: f64,
-        /// What it may be.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
     /// Something that cannot be recorded so.
     #[error("{file}: {source}")]
     Record {
@@ -219,7 +210,7 @@ impl Help for ExperimentError {
             Self::Cell { source: CellRefused::Missing { axis }, .. } => {
                 Some(format!("give it in `cell`, as `{axis}: …`, or have the cell `from:` a sweep"))
             }
-            Self::Cell { .. } | Self::OutOfRange { .. } | Self::Record { .. } => None,
+            Self::Cell { .. } | Self::OutOfRange(_) | Self::Record { .. } => None,
         }
     }
 }
@@ -235,9 +226,6 @@ impl ExperimentFile {
     }
 
     fn check(&self, file: &str) -> Result<(), ExperimentError> {
-        let out_of_range = |key, found, expected| {
-            Err(ExperimentError::OutOfRange { file: file.to_owned(), key, found, expected })
-        };
         let lengths = match &self.placement {
             StartPlacement::DiscFacingOut { radius_m } => vec![("placement.radius_m", *radius_m)],
             StartPlacement::BoxFacingOut { width_m, height_m }
@@ -249,21 +237,13 @@ impl ExperimentFile {
             }
             StartPlacement::File { .. } | StartPlacement::Given { .. } => Vec::new(),
         };
-        for (key, length_m) in lengths {
-            if !(length_m > 0.0 && length_m.is_finite()) {
-                return out_of_range(key, length_m, "a finite length above 0 m");
+        for (key, found) in lengths {
+            if !(found > 0.0 && found.is_finite()) {
+                let (file, expected) = (file.to_owned(), "a finite length above 0 m");
+                return Err(OutOfRange { file, key, found, expected }.into());
             }
         }
-        if !(self.duration_s > 0.0 && self.duration_s <= MOST_DURATION_S) {
-            return out_of_range(
-                "duration_s",
-                self.duration_s,
-                "a time above 0 s, and a week at most",
-            );
-        }
-        if self.seed >= SEED_LIMIT {
-            return out_of_range("seed", self.seed as f64, "a whole number below 2^63");
-        }
+        check_run(file, self.duration_s, self.seed)?;
         self.record
             .check()
             .map_err(|source| ExperimentError::Record { file: file.to_owned(), source })?;

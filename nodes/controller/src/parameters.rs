@@ -89,30 +89,29 @@ pub fn declare(
     let is_bool = |it: &_| matches!(it, Value::Bool(_));
     let is_text = |it: &_| matches!(it, Value::String(_));
     let is_integer = |it: &_| matches!(it, Value::Integer(_));
-    let is_one_of = |words: [&'static str; 2]| move |it: &_| matches!(it, Value::String(word) if words.contains(&word.as_str()));
     let is_period =
         |it: &_| matches!(it, Value::Double(it) if *it > 0.0 && *it <= PERIOD_BOUNDS_S[1]);
     let text = |text: &str| Value::String(text.to_owned());
-    let mirrored = "Whether it drives at the same speed and turns the other way where nothing is detected, as \
-                    the milling controller does.";
+    let mirrored = "Whether it drives at the same speed and turns the other way where nothing is detected, \
+                    as the milling controller does.";
     let mirrored = Descriptor::new(MIRRORED, Kind::Bool, mirrored);
-    let stamp = "Whether commands carry the simulator's clock, one message of it for each detection (lockstep), \
-                 or the wall's.";
+    let stamp = "Whether commands carry the simulator's clock, one message of it for each detection \
+                 (lockstep), or the wall's.";
     let stamp = Descriptor::new(STAMP_FROM_CLOCK, Kind::Bool, stamp);
     let cmd_vel = "Type of cmd_vel: twist_stamped, or twist for Humble's drivers.";
     let cmd_vel = Descriptor::new(CMD_VEL_TYPE, Kind::String, cmd_vel).read_only();
-    let is_cmd_vel = is_one_of(["twist", "twist_stamped"]);
+    let is_cmd_vel = |it: &_| [text("twist"), text("twist_stamped")].contains(it);
     let constant = "Whether it turns counterclockwise whatever is detected: for measuring robots.";
     let constant = Descriptor::new(CONSTANT, Kind::Bool, constant).read_only();
     let lease = "Who holds the lease: the gate in front of the robot's wheels, or, if it has none, \
                  this controller, which then sends zero without one.";
     let lease = Descriptor::new(LEASE, Kind::String, lease).read_only();
-    let is_lease = is_one_of([LEASE_GATE, LEASE_CONTROLLER]);
+    let is_lease = |it: &_| [text(LEASE_GATE), text(LEASE_CONTROLLER)].contains(it);
     let period = "Interval of the robot's detections, in s; without one for 2.5 of them, and at \
                   least 0.3 s, a controller that holds the lease sends zero.";
     let period = Descriptor::new(PERIOD, Kind::Double, period).read_only();
-    let table = "Table of a controller with states, as JSON, in place of speeds and turning rates; empty \
-                 for none.";
+    let table = "Table of a controller with states, as JSON, in place of speeds and turning rates; \
+                 empty for none.";
     let table = Descriptor::new(TABLE, Kind::String, table);
     let none_yet = "none at the start: a runner sets it";
     let key = "Key of the draws of the table's transitions, of one robot in one run.";
@@ -139,8 +138,9 @@ pub fn declare(
 }
 
 /// The names of all parameters of a controller.
+#[expect(clippy::missing_panics_doc, reason = "the usual values are allowed")]
 pub fn names() -> Vec<String> {
-    let declared = declare("", BTreeMap::new()).expect("all may be what they usually are");
+    let declared = declare("", BTreeMap::new()).expect("the usual values are allowed");
     declared.parameters.into_iter().map(|(descriptor, _)| descriptor.name).collect()
 }
 

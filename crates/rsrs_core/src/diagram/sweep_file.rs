@@ -23,6 +23,7 @@ use crate::robot::profile::RobotProfile;
 use crate::statistics::interval_kind::IntervalKind;
 use crate::world::{WorldFile, WorldSource};
 
+pub use check::check_run;
 pub use digest::OtherSweep;
 
 /// A sweep as written by a person: YAML with units in its keys.
@@ -195,17 +196,8 @@ pub enum SweepFileError {
         found: f64,
     },
     /// A number outside what it can mean.
-    #[error("{file}: {key} is {found}, expected {expected}")]
-    OutOfRange {
-        /// The file.
-        file: String,
-        /// The key.
-        key: &'static str,
-        /// The number found.
-        found: f64,
-        /// What it may be.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
     /// The factors would make a better robot.
     #[error("{file}: {source}")]
     NotHarsher {
@@ -234,6 +226,20 @@ pub enum SweepFileError {
         /// Why.
         source: ConditionsError,
     },
+}
+
+/// A number of a file outside what it can mean.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{file}: {key} is {found}, expected {expected}")]
+pub struct OutOfRange {
+    /// The file.
+    pub file: String,
+    /// The key.
+    pub key: &'static str,
+    /// The number found.
+    pub found: f64,
+    /// What it may be.
+    pub expected: &'static str,
 }
 
 impl Help for SweepFileError {

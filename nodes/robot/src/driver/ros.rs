@@ -10,8 +10,8 @@ use rsrs_core::robot::controller::Command;
 use rsrs_msgs::sensor_msgs::{LaserScan, Range};
 use rsrs_msgs::{RosMessage, std_msgs, topics};
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
-use rsrs_ros::session::Subscription;
-use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use rsrs_ros::session::{Received, Subscription};
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::cmd_vel_publisher::CmdVelPublisher;
 use super::{Driver, DriverContext, Report, Sensed, next_of};
@@ -27,6 +27,33 @@ pub struct RosDriver {
     reports: UnboundedReceiver<Report>,
     sensor_topic: String,
     subscription: Subscription,
+}
+
+impl RosDriver {
+    /// Follows a sensor, on the topic that was given or, where that is empty, on the `usual` one; a
+    /// `reading` is what a message says.
+    pub(super) fn follow<M: RosMessage>(
+        place: DriverContext<'_>,
+        cmd_vel_publisher: CmdVelPublisher,
+        (given, usual): (&str, topics::Topic),
+        reading: impl Fn(M) -> Sensed + Send + 'static,
+    ) -> Result<Self> {
+        let (to_node, reports) = unbounded_channel();
+        // A base or simulator that does not run is a sensor that is silent, which the node notices.
+        drop(to_node.send(Report::Up));
+        let sensor_topic = full_name(place.robot, given, &usual);
+        let follow = move |sample: Received<M>| {
+            // The receiver is gone only while the node shuts down.
+            drop(to_node.send(Report::Sensed(reading(sample.message))));
+        };
+        let subscription = place.session.subscribe(place.node, &sensor_topic, usual.qos, follow)?;
+        Ok(Self { cmd_vel_publisher, reports, sensor_topic, subscription })
+    }
+
+    /// Messages that could be read so far.
+    pub(super) fn n_readings(&self) -> u64 {
+        self.subscription.counts().taken
+    }
 }
 
 impl Driver for RosDriver {
@@ -53,15 +80,12 @@ impl Driver for RosDriver {
             "twist_stamped" => CmdVelPublisher::stamped(place)?,
             other => bail!("`{CMD_VEL_TYPE}` is `{other}`, expected twist or twist_stamped"),
         };
-        let (to_node, reports) = unbounded_channel();
-        // A base that does not run is a sensor that is silent, which the node notices.
-        drop(to_node.send(Report::Up));
         let given = value(SENSOR_TOPIC);
-        let (sensor_topic, subscription) = match value(SENSOR_TYPE).as_str() {
+        match value(SENSOR_TYPE).as_str() {
             "range" => {
                 let reading =
                     |message| Sensed { range: Some(usable(message)), ..Sensed::default() };
-                follow(place, &given, topics::HARDWARE_RANGE, to_node, reading)
+                Self::follow(place, cmd_vel_publisher, (&given, topics::HARDWARE_RANGE), reading)
             }
             "laser_scan" => {
                 let half_angle_rad = place.server.double(place.node.full_name(), SECTOR);
@@ -69,17 +93,15 @@ impl Driver for RosDriver {
                     range: Some(nearest(&scan, half_angle_rad)),
                     ..Sensed::default()
                 };
-                follow(place, &given, topics::HARDWARE_SCAN, to_node, reading)
+                Self::follow(place, cmd_vel_publisher, (&given, topics::HARDWARE_SCAN), reading)
             }
             "bool" => {
-                let reading =
-                    |std_msgs::Bool { data }| Sensed { seen: Some(data), ..Sensed::default() };
-                follow(place, &given, topics::HARDWARE_DETECTION, to_node, reading)
+                let topic = (given.as_str(), topics::HARDWARE_DETECTION);
+                Self::follow(place, cmd_vel_publisher, topic, seen)
             }
             other => bail!("`{SENSOR_TYPE}` is `{other}`, expected range, laser_scan or bool"),
         }
-        .with_context(|| format!("`{SENSOR_TOPIC}`"))?;
-        Ok(Self { cmd_vel_publisher, reports, sensor_topic, subscription })
+        .with_context(|| format!("`{SENSOR_TOPIC}`"))
     }
 
     async fn report(&mut self) -> Report {
@@ -113,21 +135,9 @@ fn full_name(robot: &str, given: &str, usual: &topics::Topic) -> String {
     }
 }
 
-/// Subscribes to a sensor, on the topic that was given or, where that is empty, on the `usual` one:
-/// its name, and the subscription. A `reading` is what a message says.
-fn follow<M: RosMessage>(
-    place: DriverContext<'_>,
-    given: &str,
-    usual: topics::Topic,
-    to_node: UnboundedSender<Report>,
-    reading: impl Fn(M) -> Sensed + Send + 'static,
-) -> Result<(String, Subscription)> {
-    let name = full_name(place.robot, given, &usual);
-    let subscription = place.session.subscribe(place.node, &name, usual.qos, move |sample| {
-        // The receiver is gone only while the node shuts down.
-        drop(to_node.send(Report::Sensed(reading(sample.message))));
-    })?;
-    Ok((name, subscription))
+/// What a detection says.
+pub(super) fn seen(detection: std_msgs::Bool) -> Sensed {
+    Sensed { seen: Some(detection.data), ..Sensed::default() }
 }
 
 /// A reading outside its own limits is not to be used; beyond the farthest there is nothing.

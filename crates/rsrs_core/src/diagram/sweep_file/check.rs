@@ -1,6 +1,6 @@
 //! Whether a sweep file makes a sweep: all that can be checked without the profile.
 
-use super::{MOST_CELLS, MOST_REPLICATES, SEED_LIMIT, SweepFile, SweepFileError};
+use super::{MOST_CELLS, MOST_REPLICATES, OutOfRange, SEED_LIMIT, SweepFile, SweepFileError};
 use crate::conditions::MOST_DURATION_S;
 use crate::conditions::start_file::StartPlacement;
 use crate::quantity::{Axis, Cell};
@@ -55,21 +55,12 @@ impl SweepFile {
 
     fn check_numbers(&self, file: &str) -> Result<(), SweepFileError> {
         let out_of_range = |key, found, expected| {
-            Err(SweepFileError::OutOfRange { file: file.to_owned(), key, found, expected })
+            Err(OutOfRange { file: file.to_owned(), key, found, expected }.into())
         };
         if !(1..=MOST_REPLICATES).contains(&self.replicates) {
             return out_of_range("replicates", self.replicates as f64, "1 to 10^12");
         }
-        if !(self.duration_s > 0.0 && self.duration_s <= MOST_DURATION_S) {
-            return out_of_range(
-                "duration_s",
-                self.duration_s,
-                "a time above 0 s, and a week at most",
-            );
-        }
-        if self.seed >= SEED_LIMIT {
-            return out_of_range("seed", self.seed as f64, "a whole number below 2^63");
-        }
+        check_run(file, self.duration_s, self.seed)?;
         let Some(adaptive) = self.adaptive else {
             return Ok(());
         };
@@ -83,6 +74,19 @@ impl SweepFile {
         }
         Ok(())
     }
+}
+
+/// Refuses a duration or a seed, keys of sweeps and of experiments, that no run can have.
+pub fn check_run(file: &str, duration_s: f64, seed: u64) -> Result<(), OutOfRange> {
+    let refuse =
+        |key, found, expected| Err(OutOfRange { file: file.to_owned(), key, found, expected });
+    if !(duration_s > 0.0 && duration_s <= MOST_DURATION_S) {
+        return refuse("duration_s", duration_s, "a time above 0 s, and a week at most");
+    }
+    if seed >= SEED_LIMIT {
+        return refuse("seed", seed as f64, "a whole number below 2^63");
+    }
+    Ok(())
 }
 
 fn check_axis(file: &str, axis: Axis, values: &[f64]) -> Result<(), SweepFileError> {
