@@ -25,6 +25,7 @@ use rsrs_ros::e_stop::LocksPublisher;
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
+use rsrs_ros::runtime::beat;
 use rsrs_ros::services::{Responder, Service};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_ros::shutdown;
@@ -196,8 +197,7 @@ impl<'a> Simulation<'a> {
     }
 
     async fn serve(&mut self, events: &mut UnboundedReceiver<Input>) -> anyhow::Result<()> {
-        let mut tick = tokio::time::interval(TICK);
-        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let mut tick = beat(TICK);
         let mut asked_to_stop = std::pin::pin!(shutdown::requested());
         while !self.is_quitting {
             let due = self.machine.due().map(|due| self.start + due);

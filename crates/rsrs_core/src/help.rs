@@ -17,6 +17,25 @@ pub trait Help: Error {
     }
 }
 
+/// An error with the command to type next.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+pub struct WithHelp {
+    /// What went wrong: found and expected.
+    pub message: String,
+    /// What to do next.
+    pub help: String,
+    /// What caused it, where there is more.
+    #[source]
+    pub cause: Option<Box<dyn Error + Send + Sync>>,
+}
+
+impl Help for WithHelp {
+    fn help(&self) -> Option<String> {
+        Some(self.help.clone())
+    }
+}
+
 /// Any error with its advice, as one type: so the advice is found again behind a `dyn Error`.
 ///
 /// # Example
@@ -42,6 +61,11 @@ impl<E: Help + Send + Sync + 'static> From<E> for Helpful {
 }
 
 impl Helpful {
+    /// An error from a message and what to do next.
+    pub fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        WithHelp { message: message.into(), help: help.into(), cause: None }.into()
+    }
+
     /// What to do next.
     pub fn help(&self) -> Option<String> {
         self.0.help()

@@ -112,7 +112,7 @@ pub enum Backend {
 
 impl Backend {
     /// Whether a robot of such a run is on the floor.
-    fn is_real(self, robot: &FleetRobot) -> bool {
+    pub fn is_real(self, robot: &FleetRobot) -> bool {
         match self {
             Self::Simulator => false,
             Self::Mixed => robot.driver != Driver::Virtual,

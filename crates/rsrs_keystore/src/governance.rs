@@ -105,24 +105,29 @@ pub struct TopicRule {
 const ALL_TOPICS: &str = "*";
 
 /// Why a governance is not used.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Weakness {
     /// No rule for the domain.
+    #[error("has no rule for domain {domain_id}")]
     NoRule {
         /// The domain.
         domain_id: u16,
     },
     /// Members without a certificate may take part.
+    #[error("lets participants without a certificate take part")]
     Unauthenticated,
     /// Joining takes no permission.
+    #[error("lets every certificate join (enable_join_access_control is false)")]
     JoiningTakesNoPermission,
     /// Announcements or datagrams can be forged.
+    #[error("has {option} NONE, expected SIGN or ENCRYPT")]
     Unprotected {
         /// The option of the document.
         option: &'static str,
     },
     /// Announcements or signs of life of topics are open, or whoever is in may publish or receive what it
     /// likes.
+    #[error("has {option} false for topics `{expression}`")]
     TopicTakesNoPermission {
         /// Which topics.
         expression: String,
@@ -130,19 +135,33 @@ pub enum Weakness {
         option: &'static str,
     },
     /// Submessages of topics are not protected: whoever is on the network can forge them.
+    #[error(
+        "leaves submessages of topics `{expression}` unprotected (metadata_protection_kind NONE), so \
+         that anybody on the network can forge them"
+    )]
     Forgeable {
         /// Which topics.
         expression: String,
     },
     /// Payloads are protected by themselves, and the middleware loses those whose length is no
     /// multiple of 4 or above 65 kB.
+    #[error(
+        "protects payloads of topics `{expression}` by themselves (data_protection_kind), and this \
+         middleware loses those whose length is no multiple of 4; submessages that are encrypted \
+         contain them already"
+    )]
     PayloadProtected {
         /// Which topics.
         expression: String,
     },
     /// No rule for all other topics.
+    #[error("has no rule for all other topics (`*`)")]
     TopicsWithoutRule,
     /// The keys of a member, which all have that receive it, are all that it takes to send in its name.
+    #[error(
+        "has {option} without _WITH_ORIGIN_AUTHENTICATION, so that a thief with the keys of one \
+         robot can send in the name of every member"
+    )]
     MembersCanForge {
         /// The option of the document.
         option: &'static str,
@@ -153,43 +172,6 @@ impl Weakness {
     /// Whether only who has the keys of a member can use it: such a keystore is used, with a warning.
     pub fn is_of_members(&self) -> bool {
         matches!(self, Self::MembersCanForge { .. })
-    }
-}
-
-impl fmt::Display for Weakness {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoRule { domain_id } => write!(out, "has no rule for domain {domain_id}"),
-            Self::Unauthenticated => {
-                out.write_str("lets participants without a certificate take part")
-            }
-            Self::JoiningTakesNoPermission => {
-                out.write_str("lets every certificate join (enable_join_access_control is false)")
-            }
-            Self::Unprotected { option } => {
-                write!(out, "has {option} NONE, expected SIGN or ENCRYPT")
-            }
-            Self::TopicTakesNoPermission { expression, option } => {
-                write!(out, "has {option} false for topics `{expression}`")
-            }
-            Self::Forgeable { expression } => write!(
-                out,
-                "leaves submessages of topics `{expression}` unprotected (metadata_protection_kind \
-                 NONE), so that anybody on the network can forge them"
-            ),
-            Self::PayloadProtected { expression } => write!(
-                out,
-                "protects payloads of topics `{expression}` by themselves (data_protection_kind), \
-                 and this middleware loses those whose length is no multiple of 4; submessages that \
-                 are encrypted contain them already"
-            ),
-            Self::TopicsWithoutRule => out.write_str("has no rule for all other topics (`*`)"),
-            Self::MembersCanForge { option } => write!(
-                out,
-                "has {option} without _WITH_ORIGIN_AUTHENTICATION, so that a thief with the keys of one \
-                 robot can send in the name of every member"
-            ),
-        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! What can be wrong with an enclave, and what mends it.
 
 use std::collections::BTreeSet;
-use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -13,9 +12,10 @@ use crate::governance::Weakness;
 use crate::layout::{CERTIFICATE, GOVERNANCE, KEY, PERMISSIONS, PRIVATE, SHARED};
 
 /// Something that is wrong with an enclave.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EnclaveProblem {
     /// A file is not there or cannot be read.
+    #[error("{} {}", path.display(), not_read(*kind))]
     File {
         /// Its name.
         file: &'static str,
@@ -25,6 +25,7 @@ pub enum EnclaveProblem {
         kind: io::ErrorKind,
     },
     /// A file does not contain what it should.
+    #[error("{file}: {reason}")]
     Content {
         /// Its name.
         file: &'static str,
@@ -34,6 +35,7 @@ pub enum EnclaveProblem {
         reason: String,
     },
     /// A certificate or a grant does not hold yet.
+    #[error("{file} holds from {} only: is the clock right?", date(*begins))]
     NotYet {
         /// The file.
         file: &'static str,
@@ -41,6 +43,7 @@ pub enum EnclaveProblem {
         begins: Duration,
     },
     /// A certificate or a grant does not hold any more.
+    #[error("{file} has expired at {}", date(*ended))]
     Ended {
         /// The file.
         file: &'static str,
@@ -48,6 +51,10 @@ pub enum EnclaveProblem {
         ended: Duration,
     },
     /// Other users of this machine can read the private key.
+    #[error(
+        "{} is a private key, and its mode {mode:03o} lets others read it, expected 600",
+        path.display()
+    )]
     KeyIsReadable {
         /// The file.
         path: PathBuf,
@@ -55,60 +62,35 @@ pub enum EnclaveProblem {
         mode: u32,
     },
     /// The governance is too weak, or the middleware cannot carry it.
+    #[error("{GOVERNANCE} {0}")]
     Governance(Weakness),
     /// The certificate is that of another member.
+    #[error("{CERTIFICATE} is that of another member, `{subject}`")]
     OtherMember {
         /// Whom it names.
         subject: String,
     },
     /// The permissions are those of another certificate.
+    #[error("{PERMISSIONS} has no grant for `{subject}`, so it is of another member")]
     NoGrant {
         /// Whom the certificate names.
         subject: String,
     },
     /// The permissions allow nothing in the domain.
+    #[error("{PERMISSIONS} allows nothing in domain {domain_id} (ROS_DOMAIN_ID)")]
     WrongDomain {
         /// The domain.
         domain_id: u16,
     },
 }
 
-impl fmt::Display for EnclaveProblem {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File { path, kind, .. } => {
-                let path = path.display();
-                match kind {
-                    io::ErrorKind::NotFound => write!(out, "{path} is missing"),
-                    io::ErrorKind::InvalidInput => write!(out, "{path} is not a regular file"),
-                    io::ErrorKind::InvalidData => write!(out, "{path} is no text"),
-                    kind => write!(out, "{path} cannot be read: {kind}"),
-                }
-            }
-            Self::Content { file, reason, .. } => write!(out, "{file}: {reason}"),
-            Self::NotYet { file, begins } => {
-                write!(out, "{file} holds from {} only: is the clock right?", date(*begins))
-            }
-            Self::Ended { file, ended } => write!(out, "{file} has expired at {}", date(*ended)),
-            Self::KeyIsReadable { path, mode } => write!(
-                out,
-                "{} is a private key, and its mode {mode:03o} lets others read it, expected 600",
-                path.display()
-            ),
-            Self::Governance(weakness) => write!(out, "{GOVERNANCE} {weakness}"),
-            Self::OtherMember { subject } => {
-                write!(out, "{CERTIFICATE} is that of another member, `{subject}`")
-            }
-            Self::NoGrant { subject } => {
-                write!(
-                    out,
-                    "{PERMISSIONS} has no grant for `{subject}`, so it is of another member"
-                )
-            }
-            Self::WrongDomain { domain_id } => {
-                write!(out, "{PERMISSIONS} allows nothing in domain {domain_id} (ROS_DOMAIN_ID)")
-            }
-        }
+/// Why there is no text of a file.
+fn not_read(kind: io::ErrorKind) -> String {
+    match kind {
+        io::ErrorKind::NotFound => "is missing".to_owned(),
+        io::ErrorKind::InvalidInput => "is not a regular file".to_owned(),
+        io::ErrorKind::InvalidData => "is no text".to_owned(),
+        kind => format!("cannot be read: {kind}"),
     }
 }
 

@@ -1,31 +1,12 @@
 //! Errors that name what to do next.
 
-use std::error::Error;
-
 use rsrs_core::help::{Help, Helpful};
 
-/// An error with the command to type next.
-#[derive(Debug, thiserror::Error)]
-#[error("{message}")]
-pub struct WithHelp {
-    /// What went wrong: found and expected.
-    pub message: String,
-    /// What to do next.
-    pub help: String,
-    /// What caused it, where there is more.
-    #[source]
-    pub cause: Option<Box<dyn Error + Send + Sync>>,
-}
-
-impl Help for WithHelp {
-    fn help(&self) -> Option<String> {
-        Some(self.help.clone())
-    }
-}
+pub use rsrs_core::help::WithHelp;
 
 /// Makes an error from a message and what to do next.
 pub fn with_help(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
-    helped(WithHelp { message: message.into(), help: help.into(), cause: None })
+    Helpful::new(message, help).into()
 }
 
 /// Keeps the advice of an error findable by [`help_of`].

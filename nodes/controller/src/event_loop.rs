@@ -21,6 +21,7 @@ use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer, ParameterValue};
 use rsrs_ros::ros_args::Note;
+use rsrs_ros::runtime::beat;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_ros::shutdown;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -292,8 +293,7 @@ async fn run_loop(
     let passed = || since_boot().saturating_sub(start);
     let holds_lease = hosted.iter().any(|controller| controller.machine.gate().is_some());
     // A lease that has run out is noticed by looking.
-    let mut beat = tokio::time::interval(if holds_lease { TICK } else { HEARTBEAT_PERIOD });
-    beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    let mut beat = beat(if holds_lease { TICK } else { HEARTBEAT_PERIOD });
     let mut complaints = Complaints::default();
     let mut asked_to_stop = std::pin::pin!(shutdown::requested());
     loop {

@@ -30,6 +30,7 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::complaints::Complaints;
 use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer};
+use rsrs_ros::runtime::beat;
 use rsrs_ros::session::{
     NodeHandle, Publisher, ReceivedRaw, Session, SessionEnded, SessionOptions,
 };
@@ -223,10 +224,8 @@ impl<'a> Run<'a> {
         stop: impl Future<Output = String>,
     ) -> anyhow::Result<()> {
         let mut requests: Requests<'a> = FuturesUnordered::new();
-        let mut tick = tokio::time::interval(TICK);
-        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
-        let mut look = tokio::time::interval(LOOK);
-        look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let mut tick = beat(TICK);
+        let mut look = beat(LOOK);
         let mut stop = std::pin::pin!(stop);
         let mut is_stopped = false;
         // It installs no handler before it is polled.

@@ -15,6 +15,7 @@ use rsrs_fleet::preflight::{self, Expected, ExpectedTopic, Graph, Problem, Publi
 use rsrs_msgs::cdr;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics;
+use rsrs_ros::runtime::beat;
 use rsrs_ros::session::{ReceivedRaw, Session, SessionOptions};
 use serde::Serialize;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -190,8 +191,7 @@ impl<'a> Places<'a> {
         (every, show): (Duration, Show<'_>),
         samples: &mut UnboundedReceiver<Sample>,
     ) -> anyhow::Result<()> {
-        let mut show_next = tokio::time::interval(every);
-        show_next.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let mut show_next = beat(every);
         show_next.tick().await;
         loop {
             tokio::select! {

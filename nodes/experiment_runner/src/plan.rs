@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::help::{Help, Helpful};
+use rsrs_core::help::Helpful;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::quantity::{Axis, Cell};
@@ -211,11 +211,7 @@ impl Plan {
 
     /// Whether the simulator stands in for a robot of this run.
     pub fn is_virtual(&self, robot: &FleetRobot) -> bool {
-        match self.record.backend {
-            Backend::Simulator => true,
-            Backend::Mixed => robot.driver == Driver::Virtual,
-            Backend::Fleet => false,
-        }
+        !self.record.backend.is_real(robot)
     }
 
     /// That keys of the fleet file are not used, if there are any.
@@ -281,22 +277,8 @@ fn admit(
     swept.operator_conditions.admit(&record.operator_conditions()).with_context(name)?;
     let found = &record.provenance.profile_digest;
     let admitted = request.other_profile.admit(&swept.profile_digest, found);
-    admitted.map_err(|differ| Helpful::from(OtherRobots { differ, profile })).with_context(name)
-}
-
-/// Robots that the sweep of a cell was not made from.
-#[derive(Debug, thiserror::Error)]
-#[error("{differ}")]
-struct OtherRobots {
-    differ: Box<ProfilesDiffer>,
-    /// Path of their profile.
-    profile: PathBuf,
-}
-
-impl Help for OtherRobots {
-    fn help(&self) -> Option<String> {
-        Some(ProfilesDiffer::help(&self.profile.display().to_string()))
-    }
+    let help = ProfilesDiffer::help(&profile.display().to_string());
+    admitted.map_err(|differ| Helpful::new(differ.to_string(), help)).with_context(name)
 }
 
 /// Where the bag goes, which must not be there yet.
@@ -342,28 +324,6 @@ fn limits(profile: &RobotProfile) -> [f64; 2] {
     [profile.actuation.speed.limits_m_s[1], profile.actuation.turn.limits_rad_s[1]]
 }
 
-/// A cell that is asked for beside an experiment file with a sweep: whether it is one of that is not stated.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "{}: its cell is `from` a sweep, and the cell `{cell}` is asked for, expected one of them",
-    experiment.display()
-)]
-struct CellBesideSweep {
-    experiment: PathBuf,
-    cell: Cell,
-    folder: PathBuf,
-}
-
-impl Help for CellBesideSweep {
-    fn help(&self) -> Option<String> {
-        let folder = quoted(&self.folder);
-        Some(format!(
-            "`--from {folder}` (`from:` in a campaign) runs that cell of the sweep; without `from:` in the \
-             experiment file it is run on its own"
-        ))
-    }
-}
-
 /// The cell to run, and the swept one that it is held against, if there is one.
 fn cell(
     request: &Request,
@@ -376,9 +336,18 @@ fn cell(
     }
     if let Some(cell) = &request.cell {
         if let Some(from) = &experiment.from {
-            let experiment = request.experiment.clone();
-            let (cell, folder) = (cell.clone(), beside.join(from));
-            return Err(Helpful::from(CellBesideSweep { experiment, cell, folder }).into());
+            // Whether it is a cell of that sweep is not stated.
+            let twice = format!(
+                "{}: its cell is `from` a sweep, and the cell `{cell}` is asked for, expected one of \
+                 them",
+                request.experiment.display()
+            );
+            let help = format!(
+                "`--from {}` (`from:` in a campaign) runs that cell of the sweep; without `from:` in \
+                 the experiment file it is run on its own",
+                quoted(&beside.join(from))
+            );
+            return Err(Helpful::new(twice, help).into());
         }
         return Ok((cell.clone(), None));
     }

@@ -12,11 +12,12 @@ use rsrs_fleet::stopper::{
 };
 use rsrs_fleet::timing::TICK;
 use rsrs_fleet::wire;
-use rsrs_msgs::rsrs::{EStopLocks, RobotStatus, RunLease};
+use rsrs_msgs::rsrs::{EStopLocks, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::e_stop::{self, EStopSubscriptions};
 use rsrs_ros::logging::Level;
+use rsrs_ros::runtime::beat;
 use rsrs_ros::session::{
     EndpointKind, NodeHandle, Publisher, Session, SessionError, SessionOptions, Subscription,
 };
@@ -141,10 +142,8 @@ impl<'a> StopNode<'a> {
         }
         let _leases = self.listen_to_leases(&received)?;
         let _e_stop = self.listen_to_e_stop(&received)?;
-        let mut tick = tokio::time::interval(TICK);
-        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
-        let mut look = tokio::time::interval(LOOK_AROUND);
-        look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let mut tick = beat(TICK);
+        let mut look = beat(LOOK_AROUND);
         let mut interrupt = std::pin::pin!(interrupt);
         let mut is_interrupted = false;
         loop {
@@ -254,23 +253,16 @@ impl<'a> StopNode<'a> {
         received: &UnboundedSender<Event>,
     ) -> Result<Subscription, SessionError> {
         let (name, received, node) = (robot.to_owned(), received.clone(), self.node.clone());
-        let topic = topics::STATUS;
-        self.session.subscribe(
-            &self.node,
-            &topic.for_robot(robot),
-            topic.qos,
-            move |sample: rsrs_ros::session::Received<RobotStatus>| {
-                match wire::status(sample.message) {
-                    // There is no receiver once it is over.
-                    Ok(status) => {
-                        drop(received.send(Event::Status { robot: name.clone(), status }));
-                    }
-                    Err(error) => {
-                        node.log(Level::Warn, &format!("refused a status of {name}: {error}"));
-                    }
+        let (topic, full_name) = (topics::STATUS, topics::STATUS.for_robot(robot));
+        self.session.subscribe(&self.node, &full_name, topic.qos, move |sample| {
+            match wire::status(sample.message) {
+                // There is no receiver once it is over.
+                Ok(status) => drop(received.send(Event::Status { robot: name.clone(), status })),
+                Err(error) => {
+                    node.log(Level::Warn, &format!("refused a status of {name}: {error}"));
                 }
-            },
-        )
+            }
+        })
     }
 
     /// Which sources lock, by their own messages and by the robots' reports.

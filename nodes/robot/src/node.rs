@@ -19,10 +19,10 @@ use rsrs_ros::complaints::Complaints;
 use rsrs_ros::e_stop::{EStopSubscriptions, LocksPublisher};
 use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{Arming, ParameterServer};
+use rsrs_ros::runtime::beat;
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
 use rsrs_ros::shutdown;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
-use tokio::time::{Interval, MissedTickBehavior};
 
 use crate::arguments::RobotArguments;
 use crate::diagnostics::Health;
@@ -393,10 +393,4 @@ impl<'a, D: Driver> RobotNode<'a, D> {
         }
         self.step_gate(Event::Fault("the robot's node has ended".to_owned())).await
     }
-}
-
-fn beat(interval: Duration) -> Interval {
-    let mut beat = tokio::time::interval(interval);
-    beat.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    beat
 }

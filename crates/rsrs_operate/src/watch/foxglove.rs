@@ -23,6 +23,7 @@ use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::recorded_run;
 use rsrs_ros::parameters::ParameterServer;
+use rsrs_ros::runtime::beat;
 use rsrs_ros::session::{
     Endpoint, EndpointKind, Session, SessionError, SessionOptions, Subscription,
 };
@@ -106,8 +107,7 @@ async fn look_around(session: &Session, hub: &Arc<Hub>) -> anyhow::Result<()> {
     let _parameters = ParameterServer::without_parameters(session, &node)?;
     let mut seen = BTreeSet::new();
     let mut subscriptions = Vec::new();
-    let mut look = tokio::time::interval(LOOK);
-    look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    let mut look = beat(LOOK);
     loop {
         look.tick().await;
         for end in session.endpoints() {

@@ -17,7 +17,7 @@ use rsrs_ros::session::{EndpointKind, Session, SessionOptions, Subscription};
 use tokio::sync::oneshot;
 
 use super::meaning::{OF_SWARM, WatchedTopic};
-use rsrs_ros::runtime::runtime;
+use rsrs_ros::runtime::{beat, runtime};
 
 const NODE: &str = "rsrs_watch";
 /// How often the discovery database is looked at.
@@ -134,8 +134,7 @@ impl Watcher {
             let watched = WatchedTopic::of_owner(topic, "");
             subscriptions.insert(key(topic.name, &topic), self.subscribe(session, watched)?);
         }
-        let mut look = tokio::time::interval(LOOK);
-        look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let mut look = beat(LOOK);
         loop {
             look.tick().await;
             for watched in self.new_topics(session, &subscriptions) {

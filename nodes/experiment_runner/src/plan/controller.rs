@@ -3,23 +3,12 @@
 use std::path::Path;
 
 use rsrs_core::conditions::controller_table::{ControllerSource, ControllerTable};
-use rsrs_core::help::{Help, Helpful};
+use rsrs_core::help::Helpful;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::ExperimentFile;
 
 use super::read_named;
 use super::swept::SweptCell;
-
-/// A controller beside a sweep, which has its own.
-#[derive(Debug, thiserror::Error)]
-#[error("the experiment names a `controller`, and its cell is from a sweep, which has its own")]
-struct ControllerTwice;
-
-impl Help for ControllerTwice {
-    fn help(&self) -> Option<String> {
-        Some("leave `controller` out, or give the cell without the sweep".to_owned())
-    }
-}
 
 /// Puts the table in the place of its path; where the experiment names none, that of the sweep, if
 /// it needs one. The text of a file that was read goes into the bag.
@@ -30,7 +19,10 @@ pub fn read(
 ) -> anyhow::Result<Option<String>> {
     if let Some(swept) = swept {
         if experiment.controller.is_some() {
-            return Err(Helpful::from(ControllerTwice).into());
+            let twice = "the experiment names a `controller`, and its cell is from a sweep, which has \
+                         its own";
+            let help = "leave `controller` out, or give the cell without the sweep";
+            return Err(Helpful::new(twice, help).into());
         }
         experiment.controller = swept.table.clone().map(ControllerSource::Read);
         return Ok(None);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::conditions::{ClassChanges, Conditions, Settings};
-use rsrs_core::help::{Help, Helpful};
+use rsrs_core::help::Helpful;
 use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
@@ -65,27 +65,6 @@ fn beside(fleet: &Path, profile: &str) -> PathBuf {
     fleet.parent().unwrap_or(Path::new("")).join(profile)
 }
 
-/// A robot that is another one than its class has.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "{robot} is of class {class}, and has another profile than that class in the world: {} differ",
-    differs.join(" and ")
-)]
-struct OtherThanItsClass {
-    robot: String,
-    class: String,
-    differs: Vec<String>,
-}
-
-impl Help for OtherThanItsClass {
-    fn help(&self) -> Option<String> {
-        Some(format!(
-            "give {} `profile: FILE` in the fleet, the file that class {} has in the world",
-            self.robot, self.class
-        ))
-    }
-}
-
 /// What the robots of a run are.
 #[derive(Clone, Debug)]
 pub(super) struct Profiles {
@@ -123,13 +102,20 @@ impl Profiles {
         world: &WorldFile,
     ) -> anyhow::Result<()> {
         for (place, class, profile) in world.robots_with_profiles(robots.len()) {
-            let robot = robots[place].name.clone();
-            let differences = self.of(&robot).differences(profile, "its class");
+            let robot = &robots[place].name;
+            let differences = self.of(robot).differences(profile, "its class");
             if !differences.is_empty() {
-                let key = |difference: &String| difference.split(' ').next().map(str::to_owned);
-                let differs = differences.iter().filter_map(key).collect();
-                let class = class.to_owned();
-                return Err(Helpful::from(OtherThanItsClass { robot, class, differs }).into());
+                let keys = differences.iter().filter_map(|differs| differs.split(' ').next());
+                let keys = keys.collect::<Vec<_>>().join(" and ");
+                let other = format!(
+                    "{robot} is of class {class}, and has another profile than that class in the \
+                     world: {keys} differ"
+                );
+                let help = format!(
+                    "give {robot} `profile: FILE` in the fleet, the file that class {class} has in \
+                     the world"
+                );
+                return Err(Helpful::new(other, help).into());
             }
         }
         Ok(())
