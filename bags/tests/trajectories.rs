@@ -114,7 +114,12 @@ fn what_a_gate_lets_through_to_a_base_is_no_command_of_another_robot() {
     let read = foreign.read().unwrap();
 
     assert_eq!(read.robots, ["robot_1"]);
-    assert!(read.trajectory.commands.iter().all(|command| command.speed_m_s == 0.1));
+    assert!(
+        read.trajectory
+            .commands
+            .iter()
+            .all(|command| command.speed_m_s.to_bits() == 0.1_f64.to_bits())
+    );
 }
 
 #[test]

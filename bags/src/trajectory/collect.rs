@@ -9,7 +9,6 @@ use rsrs_msgs::geometry_msgs::{PoseArray, PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::motion_capture_tracking_interfaces::NamedPoseArray;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::{LeaseState, RunLease};
-use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
 use super::arrays;

@@ -4,10 +4,7 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::tracker::TrackerFrame;
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::{
-    NoOrientation, Point, Pose as Pose3, PoseStamped, Quaternion, Vector3,
-};
-use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::geometry_msgs::{NoOrientation, Point, Pose as Pose3, Quaternion, Vector3};
 use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics;
@@ -153,7 +150,7 @@ pub fn fill_missing_stamps(poses: &mut [PoseSample]) {
 
 #[cfg(test)]
 mod tests {
-    use rsrs_msgs::geometry_msgs::{Transform, TransformStamped};
+    use rsrs_msgs::geometry_msgs::{PoseStamped, Transform, TransformStamped};
 
     use super::*;
 

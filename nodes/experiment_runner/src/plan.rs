@@ -345,7 +345,7 @@ fn cell(
             let help = format!(
                 "`--from {}` (`from:` in a campaign) runs that cell of the sweep; without `from:` in \
                  the experiment file it is run on its own",
-                quoted(&beside.join(from))
+                quoted(beside.join(from))
             );
             return Err(Helpful::new(twice, help).into());
         }
