@@ -105,10 +105,11 @@ const ONE_WAY: [(&str, &[&str]); 16] = [
     ),
 ];
 /// The rooms of the core, each of which names only those before it.
-const CORE: [&str; 19] = [
+const CORE: [&str; 20] = [
     "help",
     "natural_order",
     "numerals",
+    "out_of_range",
     "digest",
     "draw",
     "document",

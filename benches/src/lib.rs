@@ -9,7 +9,7 @@ pub mod plain;
 
 use std::collections::BTreeMap;
 
-use rsrs_core::conditions::{Arena, Conditions, Placement, SimulatedSensor, Walls};
+use rsrs_core::conditions::{Arena, Conditions, Placement, Sides, SimulatedSensor, Walls};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::state_machine::{Row, StateMachine};
 use rsrs_core::robot::controller::{Command, Controller, ControllerParameters};
@@ -81,7 +81,7 @@ pub fn pushers() -> Conditions {
     Conditions {
         controller: Controller::Machine(machine).for_robots_with(robot.reading_names()),
         robot,
-        placement: Placement::BoxFacingAnyWay { width_m: 2.8, height_m: 2.8 },
+        placement: Placement::BoxFacingAnyWay(Sides { width_m: 2.8, height_m: 2.8 }),
         arena: Arena { side_m: 3.0, walls: Walls::Stop },
         world: WorldFile { objects: vec![objects], ..WorldFile::NOTHING },
         ..flockbots

@@ -159,7 +159,7 @@ impl Choice {
     /// diagrams and is what runs are compared with.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         match &self.chosen {
-            Chosen::Viable(choice) => write(&path, choice).map_err(|error| raised(&error)),
+            Chosen::Viable(choice) => write(&path, choice).map_err(raised),
             Chosen::NoViableCell(none) => Err(refused(format!("no viable cell: {}", reason(none)))),
         }
     }
@@ -225,7 +225,7 @@ impl Answers {
     }
     /// All curves as a picture.
     fn picture(&self) -> PyResult<Picture> {
-        of_answers(&self.0, PageStyle::default()).map(Picture::new).map_err(|error| raised(&error))
+        of_answers(&self.0, PageStyle::default()).map(Picture::new).map_err(raised)
     }
     fn _repr_svg_(&self) -> PyResult<String> {
         Ok(self.picture()?.svg().to_owned())

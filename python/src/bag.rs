@@ -22,7 +22,7 @@ impl Bag {
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let opened = py.detach(|| recorded_run::open(&path).map(drop));
-        opened.map_err(|error| raised(&error))?;
+        opened.map_err(raised)?;
         Ok(Self { path })
     }
     /// Where it is.
@@ -33,13 +33,13 @@ impl Bag {
     /// What is in it, under the names of `rsrs bag info --format json`: topics, times, damage.
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let info = py.detach(|| recorded_run::open(&self.path).map(|bag| bag.info()));
-        to_python(py, &info.map_err(|error| raised(&error))?)
+        to_python(py, &info.map_err(raised)?)
     }
     /// The record of its experiment: conditions, seed, robots; None in a bag of somebody else.
     #[getter]
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let record = py.detach(|| recorded_run::record_in(&recorded_run::open(&self.path)?));
-        record.map_err(|error| raised(&error))?.map(|record| to_python(py, &record)).transpose()
+        record.map_err(raised)?.map(|record| to_python(py, &record)).transpose()
     }
     /// What the robots did while the run was running, as the judge takes it.
     fn trajectory(&self, py: Python<'_>) -> PyResult<PyTrajectory> {

@@ -84,11 +84,11 @@ impl PyConditions {
             fixed.set_item("walls", walls)?;
             keys.set_item("fixed", fixed)?;
         }
-        let source = of_keys("Conditions", &keys)?.map_err(|error| raised(&error))?;
+        let source = of_keys("Conditions", &keys)?.map_err(raised)?;
         let measured = (is_made_worse == Some(false)).then(|| source.as_measured()).flatten();
         let source = measured.unwrap_or(source);
         let cells = source.cells("Conditions");
-        let (_, conditions) = cells.map_err(|error| raised(&error))?.swap_remove(0);
+        let (_, conditions) = cells.map_err(raised)?.swap_remove(0);
         Ok(Self::new(conditions, &source.profile))
     }
     /// Conditions that were written by `to_json`.

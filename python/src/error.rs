@@ -30,8 +30,8 @@ pub fn refused_with_help(problem: impl Display, help: Option<String>) -> PyErr {
 }
 
 /// An error of the pipeline with its causes.
-pub fn raised(error: &anyhow::Error) -> PyErr {
-    refused_with_help(texts(error).join(": "), help_of(error))
+pub fn raised(error: anyhow::Error) -> PyErr {
+    refused_with_help(texts(&error).join(": "), help_of(&error))
 }
 
 /// An error of a pure crate with its causes.

@@ -151,7 +151,7 @@ pub fn explore_all(
         world: world_file.as_deref(),
         starts: starts.as_deref(),
     };
-    let read = files.read(&profile.path, robots, arena_m).map_err(|error| raised(&error))?;
+    let read = files.read(&profile.path, robots, arena_m).map_err(raised)?;
     if read.needs_arena() && arena_m.is_none() {
         return Err(refused(
             "the world has no arena of its own, and there is no `arena_m`: give the side of a square in metres",

@@ -129,6 +129,18 @@ struct Row {
     n: Option<usize>,
 }
 
+impl Row {
+    /// One of all robots, at any command.
+    fn of_all(
+        quantity: &'static str,
+        unit: &'static str,
+        estimate: Estimate,
+        n: Option<usize>,
+    ) -> Self {
+        Self { quantity, robot: None, command: None, unit, estimate, n }
+    }
+}
+
 fn rows(fitted: &fitting::Fit) -> PyResult<Table> {
     let details = &fitted.details;
     let mut rows: Vec<Row> = Vec::new();
@@ -144,26 +156,17 @@ fn rows(fitted: &fitting::Fit) -> PyResult<Table> {
         let n = Some(it.n_trials);
         rows.push(Row { quantity: "turn_gain", robot, command, unit: "rad/s", estimate, n });
     }
-    let none = || (None, None);
     let mut of_all = |names: [&'static str; 3], population: &Population, unit: &'static str| {
         let [gain, robot_sd, trial_sd] = names;
         for at in &population.by_command {
-            let (command, n) = (Some(at.command), None);
-            rows.push(Row { quantity: gain, robot: None, command, unit, estimate: at.gain, n });
+            let of_all = Row::of_all(gain, unit, at.gain, None);
+            rows.push(Row { command: Some(at.command), ..of_all });
         }
         for (quantity, estimate) in
             [(robot_sd, population.robot_sd), (trial_sd, population.trial_sd)]
         {
             let n = Some(population.n_trials);
-            let (robot, command) = none();
-            rows.extend(estimate.map(|estimate| Row {
-                quantity,
-                robot,
-                command,
-                unit,
-                estimate,
-                n,
-            }));
+            rows.extend(estimate.map(|estimate| Row::of_all(quantity, unit, estimate, n)));
         }
     };
     of_all(["speed_gain", "speed_gain_robot_sd", "speed_gain_trial_sd"], &details.speed, "m/s");
@@ -174,15 +177,7 @@ fn rows(fitted: &fitting::Fit) -> PyResult<Table> {
         of_all(names, arc, "rad/s");
     }
     let mut one = |quantity, estimate: Option<Estimate>, n| {
-        let (robot, command) = none();
-        rows.extend(estimate.map(|estimate| Row {
-            quantity,
-            robot,
-            command,
-            unit: "",
-            estimate,
-            n,
-        }));
+        rows.extend(estimate.map(|estimate| Row::of_all(quantity, "", estimate, n)));
     };
     for (quantity, rate) in [
         ("true_positive", details.sensor.true_positive),
@@ -200,12 +195,9 @@ fn rows(fitted: &fitting::Fit) -> PyResult<Table> {
         one("gust_sd_m_s", drift.gust_sd_m_s, Some(drift.n_trials));
     }
     if let Some(steps) = details.steps {
-        one(
-            "heading_noise_sd_rad_by_steps",
-            Some(steps.heading_noise_sd_rad),
-            Some(steps.n_trials),
-        );
-        one("speed_step_sd", steps.speed_step_sd, Some(steps.n_trials));
+        let n = Some(steps.n_trials);
+        one("heading_noise_sd_rad_by_steps", Some(steps.heading_noise_sd_rad), n);
+        one("speed_step_sd", steps.speed_step_sd, n);
     }
     if let Some(period) = details.period {
         one("period_s", Some(period.period_s), None);
@@ -278,17 +270,17 @@ pub fn fit(
     contact: &str,
     wheels: Option<(f64, f64)>,
 ) -> PyResult<Fit> {
-    check_name(&name).map_err(|error| raised(&error))?;
+    check_name(&name).map_err(raised)?;
     let mut unmeasured =
         Unmeasured { contact: contact.parse().map_err(refused)?, ..Unmeasured::default() };
     if let Some(radius_m) = radius_m {
-        check_radius(radius_m).map_err(|error| raised(&error))?;
+        check_radius(radius_m).map_err(raised)?;
         unmeasured.radius_m = radius_m;
         unmeasured.radius_source = Some("given to rsrs.fit".to_owned());
     }
     if let Some((base_m, speed_max_m_s)) = wheels {
-        check_wheel_base(base_m).map_err(|error| raised(&error))?;
-        check_number(Axis::Speed, speed_max_m_s).map_err(|error| raised(&error))?;
+        check_wheel_base(base_m).map_err(raised)?;
+        check_number(Axis::Speed, speed_max_m_s).map_err(raised)?;
         unmeasured.wheels = Some(Wheels { base_m, speed_max_m_s });
     }
     let tables = Tables::new()?;
@@ -308,7 +300,7 @@ pub fn fit(
             return Err(refused("a plan has its own tables and bags; give none beside it"));
         }
         Some(plan) => {
-            let of_plan = Paths::of_plan(&plan).map_err(|error| raised(&error))?;
+            let of_plan = Paths::of_plan(&plan).map_err(raised)?;
             Paths { trajectories: paths.trajectories, ..of_plan }
         }
     };

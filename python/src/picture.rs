@@ -29,7 +29,7 @@ impl Picture {
     /// Writes it into a file, whose name ends in .svg, .png or .pdf.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let written = py.detach(|| PictureFile::new(&path)?.write(&self.svg));
-        written.map_err(|error| raised(&error))
+        written.map_err(raised)
     }
     fn _repr_svg_(&self) -> &str {
         &self.svg

@@ -29,11 +29,11 @@ impl Profile {
     /// Reads the file of a profile.
     #[staticmethod]
     fn load(path: PathBuf) -> PyResult<Self> {
-        read_profile(&path).map(Self).map_err(|error| raised(&error))
+        read_profile(&path).map(Self).map_err(raised)
     }
     /// Writes the profile into a file, as YAML.
     fn save(&self, path: PathBuf) -> PyResult<()> {
-        write_file(&path, self.to_yaml()?.as_bytes()).map_err(|error| raised(&error))
+        write_file(&path, self.to_yaml()?.as_bytes()).map_err(raised)
     }
     /// The profile as YAML.
     pub fn to_yaml(&self) -> PyResult<String> {

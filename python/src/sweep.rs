@@ -71,9 +71,9 @@ impl Sweep {
             }
             _ => return Err(refused("give either the path of a sweep file or its keys")),
         };
-        let source = source.map_err(|error| raised(&error))?;
+        let source = source.map_err(raised)?;
         // What cannot be simulated is refused here, and not after minutes.
-        source.cells(&name).map_err(|error| raised(&error))?;
+        source.cells(&name).map_err(raised)?;
         Ok(Self { name, source })
     }
     /// The cells, each a dictionary of values by axis; the first axis varies slowest.
@@ -229,7 +229,7 @@ impl Sweep {
     fn conditions_of(&self, index: usize, world: World) -> PyResult<PyConditions> {
         let measured = (world == World::AsMeasured).then(|| self.source.as_measured()).flatten();
         let source = measured.as_ref().unwrap_or(&self.source);
-        let conditions = source.conditions_of(index).map_err(|error| raised(&error))?;
+        let conditions = source.conditions_of(index).map_err(raised)?;
         Ok(PyConditions::new(conditions, &self.source.profile))
     }
 }
@@ -283,7 +283,7 @@ impl SweepResult {
 impl SweepResult {
     #[new]
     fn new(folder: PathBuf) -> PyResult<Self> {
-        let result = folder::read(&folder).map_err(|error| raised(&error))?;
+        let result = folder::read(&folder).map_err(raised)?;
         Ok(Self { folder: Arc::new(Folder::kept(folder)), result })
     }
     /// The folder with the results.
@@ -433,7 +433,7 @@ impl SweepResult {
         };
         let chosen = match choice {
             Some(choice) => choice.viable(),
-            None => folder::read_choice(self.path()).map_err(|error| raised(&error))?,
+            None => folder::read_choice(self.path()).map_err(raised)?,
         };
         let value = value.map(|key| {
             CellNumber::from_key(key).ok_or_else(|| {
@@ -451,15 +451,14 @@ impl SweepResult {
             at: at.map(cell).transpose()?.map(|cell| cell.iter().collect()).unwrap_or_default(),
             chosen,
             title,
-            values: values.map_err(|error| raised(&error))?,
+            values: values.map_err(raised)?,
             numbers: if numbers { Numbers::Shown } else { Numbers::Hidden },
             worlds,
-            validation: picture::validation(self.path(), &self.result.source)
-                .map_err(|error| raised(&error))?,
+            validation: picture::validation(self.path(), &self.result.source).map_err(raised)?,
             ..DiagramOptions::default()
         };
         let svg = py.detach(|| picture::of_sweep(&self.result, &options));
-        Ok(Picture::new(svg.map_err(|error| raised(&error))?))
+        Ok(Picture::new(svg.map_err(raised)?))
     }
     fn __len__(&self) -> usize {
         self.result.diagram.cells.len()

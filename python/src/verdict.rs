@@ -298,7 +298,7 @@ impl Verdict {
 
 /// The behaviour of a name, or in a file.
 pub fn behaviour(text: &str) -> PyResult<Behaviour> {
-    source::behaviour(text).map_err(|error| raised(&error))
+    source::behaviour(text).map_err(raised)
 }
 
 /// A length that is known and must be positive, in metres.

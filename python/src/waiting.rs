@@ -152,11 +152,15 @@ pub fn work<T: Send>(
     if let Some(interrupt) = interrupt {
         return Err(interrupt);
     }
-    let value = outcome.map_err(|panic| panicked(&*panic))?.map_err(|error| raised(&error))?;
+    let value = of_thread(outcome)?;
     if let Some((doing, done)) = latest.take() {
         progress.show(py, &doing, done)?;
     }
     Ok(value)
+}
+
+fn of_thread<T>(outcome: std::thread::Result<anyhow::Result<T>>) -> PyResult<T> {
+    outcome.map_err(|panic| panicked(&*panic))?.map_err(raised)
 }
 
 fn look(py: Python<'_>, latest: &Latest, progress: &Progress) -> PyResult<()> {
@@ -186,11 +190,7 @@ pub fn work_to_end<T: Send + 'static>(
     py.detach(move || {
         loop {
             match receive.recv_timeout(LOOK) {
-                Ok(outcome) => {
-                    return outcome
-                        .map_err(|panic| panicked(&*panic))?
-                        .map_err(|error| raised(&error));
-                }
+                Ok(outcome) => return of_thread(outcome),
                 Err(RecvTimeoutError::Disconnected) => {
                     unreachable!("the thread sends before it ends")
                 }

@@ -37,7 +37,7 @@ use std::path::Path;
 use anyhow::Context;
 use clap::ValueEnum;
 use rsrs_core::printable::lines;
-use rsrs_fleet::placement;
+use rsrs_fleet::{placement, record};
 use serde::Serialize;
 
 use rsrs_render::words::Words;
@@ -49,6 +49,15 @@ pub enum Backend {
     Sim,
     /// The robots.
     Fleet,
+}
+
+impl From<Backend> for record::Backend {
+    fn from(backend: Backend) -> Self {
+        match backend {
+            Backend::Sim => Self::Simulator,
+            Backend::Fleet => Self::Fleet,
+        }
+    }
 }
 
 /// What to do about robots of a fleet that do not stand where they should start.

@@ -43,6 +43,13 @@ pub fn listen() -> anyhow::Result<&'static AtomicBool> {
     Ok(&REQUESTED)
 }
 
+/// Waits until this process is requested to stop; for ever where signals cannot be received.
+pub async fn requested() {
+    if shutdown::requested().await.is_err() {
+        std::future::pending::<()>().await;
+    }
+}
+
 /// Waits until this process is requested to stop, and returns how.
 pub async fn asked_to_stop() -> String {
     let requested = shutdown::requested().await;

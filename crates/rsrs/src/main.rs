@@ -53,7 +53,8 @@ enum Command {
     DryRun(commands::dry_run::Arguments),
     Init(commands::init::Arguments),
     Schema(commands::schema::Arguments),
-    Measure(commands::measure::Arguments),
+    #[command(subcommand)]
+    Measure(commands::measure::Command),
     Validate(commands::validate::Arguments),
     Sweep(commands::sweep::Arguments),
     Merge(commands::merge::Arguments),
@@ -70,11 +71,13 @@ enum Command {
     Place(commands::place::Arguments),
     Watch(commands::watch::Arguments),
     Stop(commands::stop::Arguments),
-    Keystore(commands::keystore::Arguments),
+    #[command(subcommand)]
+    Keystore(commands::keystore::Command),
     Label(commands::label::Arguments),
     Draw(commands::draw::Arguments),
     Film(commands::film::Arguments),
-    Bag(commands::bag::Arguments),
+    #[command(subcommand)]
+    Bag(commands::bag::Command),
     Replay(commands::replay::Arguments),
     Compare(commands::compare::Arguments),
     Report(commands::report::Arguments),

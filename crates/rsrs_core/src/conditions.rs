@@ -75,19 +75,9 @@ pub enum Placement {
         radius_m: f64,
     },
     /// Uniform in a box around the origin, facing away from its centre.
-    BoxFacingOut {
-        /// Along x, in metres.
-        width_m: f64,
-        /// Along y, in metres.
-        height_m: f64,
-    },
+    BoxFacingOut(Sides),
     /// Uniform in a box around the origin, heading anywhere.
-    BoxFacingAnyWay {
-        /// Along x, in metres.
-        width_m: f64,
-        /// Along y, in metres.
-        height_m: f64,
-    },
+    BoxFacingAnyWay(Sides),
     /// Where a table puts them: replicate k takes set k, and after the last one the first again.
     Given {
         /// Shape `[n_sets][n_robots]`.
@@ -103,13 +93,26 @@ pub enum Placement {
     },
 }
 
+/// The sides of a box.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(inline)]
+pub struct Sides {
+    /// Along x, in metres.
+    pub width_m: f64,
+    /// Along y, in metres.
+    pub height_m: f64,
+}
+
 impl Placement {
     /// Radius of the disc about the origin that holds every centre, in metres.
     pub fn radius_m(&self) -> f64 {
         match self {
             Self::DiscFacingOut { radius_m } => *radius_m,
-            Self::BoxFacingOut { width_m, height_m }
-            | Self::BoxFacingAnyWay { width_m, height_m } => libm::hypot(*width_m, *height_m) / 2.0,
+            Self::BoxFacingOut(Sides { width_m, height_m })
+            | Self::BoxFacingAnyWay(Sides { width_m, height_m }) => {
+                libm::hypot(*width_m, *height_m) / 2.0
+            }
             Self::Given { starts } => {
                 let poses = starts.iter().flatten();
                 poses.map(|pose| libm::hypot(pose.x_m, pose.y_m)).fold(0.0, f64::max)

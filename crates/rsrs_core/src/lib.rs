@@ -52,5 +52,6 @@ pub mod document;
 pub mod draw;
 pub mod help;
 pub mod numerals;
+pub mod out_of_range;
 pub mod printable;
 pub mod program;

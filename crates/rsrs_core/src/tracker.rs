@@ -53,33 +53,19 @@ pub enum Carries {
 pub enum InvalidTracker {
     /// A topic of all robots where each has its own.
     #[error(
-        "`topics` has `{topic}`, expected a name below each robot's, such as `pose`, or one with `{BODY}` \
+        "`topics` has `{0}`, expected a name below each robot's, such as `pose`, or one with `{BODY}` \
          in it"
     )]
-    NotOfARobot {
-        /// The topic.
-        topic: String,
-    },
+    NotOfARobot(String),
     /// A topic of one robot where there is one of all.
-    #[error(
-        "`topics` has `{topic}`, expected a name from the root without `{BODY}`, such as `/poses`"
-    )]
-    NotOfAll {
-        /// The topic.
-        topic: String,
-    },
+    #[error("`topics` has `{0}`, expected a name from the root without `{BODY}`, such as `/poses`")]
+    NotOfAll(String),
     /// A name that no topic may have.
-    #[error("`topics` has `{topic}`, which ROS 2 does not allow")]
-    NoTopic {
-        /// The topic.
-        topic: String,
-    },
+    #[error("`topics` has `{0}`, which ROS 2 does not allow")]
+    NoTopic(String),
     /// A topic twice.
-    #[error("`topics` has `{topic}` twice")]
-    TwiceATopic {
-        /// The topic.
-        topic: String,
-    },
+    #[error("`topics` has `{0}` twice")]
+    TwiceATopic(String),
     /// Topics for transforms.
     #[error("`topics` is given, and transforms come on /tf and /tf_static")]
     TopicsOfTransforms,
@@ -92,11 +78,8 @@ pub enum InvalidTracker {
     #[error("`names` is given, and only the poses of `pose: pose_array` lack them")]
     NeedlessNames,
     /// A name twice.
-    #[error("`names` has `{name}` twice")]
-    TwiceAName {
-        /// The name.
-        name: String,
-    },
+    #[error("`names` has `{0}` twice")]
+    TwiceAName(String),
     /// A parent where there are no transforms.
     #[error("`parent` is given, and only `pose: tf` has frames to follow")]
     NeedlessParent,
@@ -147,18 +130,18 @@ impl Tracker {
             match carries {
                 Carries::Transforms => return Err(InvalidTracker::TopicsOfTransforms),
                 Carries::OneRobot if topic.starts_with('/') && !topic.contains(BODY) => {
-                    return Err(InvalidTracker::NotOfARobot { topic: named() });
+                    return Err(InvalidTracker::NotOfARobot(named()));
                 }
                 Carries::AllBodies if !topic.starts_with('/') || topic.contains(BODY) => {
-                    return Err(InvalidTracker::NotOfAll { topic: named() });
+                    return Err(InvalidTracker::NotOfAll(named()));
                 }
                 Carries::OneRobot | Carries::AllBodies => {}
             }
             if !is_topic(&topic.replace(BODY, "body")) {
-                return Err(InvalidTracker::NoTopic { topic: named() });
+                return Err(InvalidTracker::NoTopic(named()));
             }
             if !seen.insert(topic) {
-                return Err(InvalidTracker::TwiceATopic { topic: named() });
+                return Err(InvalidTracker::TwiceATopic(named()));
             }
         }
         match names {
@@ -170,7 +153,7 @@ impl Tracker {
         }
         let mut seen = BTreeSet::new();
         if let Some(name) = self.names.iter().find(|name| !seen.insert(*name)) {
-            return Err(InvalidTracker::TwiceAName { name: name.clone() });
+            return Err(InvalidTracker::TwiceAName(name.clone()));
         }
         match self.parent {
             Some(_) if carries != Carries::Transforms => Err(InvalidTracker::NeedlessParent),
@@ -185,7 +168,7 @@ impl Tracker {
         let named = self.topics.iter().filter(|topic| topic.contains(BODY));
         let mut topics = named.map(|topic| topic.replace(BODY, body));
         match topics.find(|topic| !is_topic(topic)) {
-            Some(topic) => Err(InvalidTracker::NoTopic { topic }),
+            Some(topic) => Err(InvalidTracker::NoTopic(topic)),
             None => Ok(()),
         }
     }

@@ -2,14 +2,15 @@
 
 mod recording;
 
-use rsrs_core::conditions::Settings;
 use rsrs_core::conditions::controller_table::ControllerSource;
 use rsrs_core::conditions::start_file::StartPlacement;
-use rsrs_core::diagram::sweep_file::{OutOfRange, check_run};
+use rsrs_core::conditions::{Settings, Sides};
+use rsrs_core::diagram::sweep_file::check_run;
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::judge::behaviour::window::Window;
+use rsrs_core::out_of_range::OutOfRange;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::world::WorldSource;
 use serde::{Deserialize, Serialize};
@@ -143,8 +144,13 @@ pub enum ExperimentError {
         file: String,
     },
     /// A number outside what it can mean.
-    #[error(transparent)]
-    OutOfRange(#[from] OutOfRange),
+    #[error("{file}: {source}")]
+    OutOfRange {
+        /// The file.
+        file: String,
+        /// Which one.
+        source: OutOfRange,
+    },
     /// Something that cannot be recorded so.
     #[error("{file}: {source}")]
     Record {
@@ -210,7 +216,7 @@ impl Help for ExperimentError {
             Self::Cell { source: CellRefused::Missing { axis }, .. } => {
                 Some(format!("give it in `cell`, as `{axis}: …`, or have the cell `from:` a sweep"))
             }
-            Self::Cell { .. } | Self::OutOfRange(_) | Self::Record { .. } => None,
+            Self::Cell { .. } | Self::OutOfRange { .. } | Self::Record { .. } => None,
         }
     }
 }
@@ -226,10 +232,11 @@ impl ExperimentFile {
     }
 
     fn check(&self, file: &str) -> Result<(), ExperimentError> {
+        let out_of_range = |source| ExperimentError::OutOfRange { file: file.to_owned(), source };
         let lengths = match &self.placement {
             StartPlacement::DiscFacingOut { radius_m } => vec![("placement.radius_m", *radius_m)],
-            StartPlacement::BoxFacingOut { width_m, height_m }
-            | StartPlacement::BoxFacingAnyWay { width_m, height_m } => {
+            StartPlacement::BoxFacingOut(Sides { width_m, height_m })
+            | StartPlacement::BoxFacingAnyWay(Sides { width_m, height_m }) => {
                 vec![("placement.width_m", *width_m), ("placement.height_m", *height_m)]
             }
             StartPlacement::Pair { .. } => {
@@ -237,13 +244,13 @@ impl ExperimentFile {
             }
             StartPlacement::File { .. } | StartPlacement::Given { .. } => Vec::new(),
         };
-        for (key, found) in lengths {
+        for (name, found) in lengths {
             if !(found > 0.0 && found.is_finite()) {
-                let (file, expected) = (file.to_owned(), "a finite length above 0 m");
-                return Err(OutOfRange { file, key, found, expected }.into());
+                let expected = "a finite length above 0 m";
+                return Err(out_of_range(OutOfRange { name, found, expected }));
             }
         }
-        check_run(file, self.duration_s, self.seed)?;
+        check_run(self.duration_s, self.seed).map_err(out_of_range)?;
         self.record
             .check()
             .map_err(|source| ExperimentError::Record { file: file.to_owned(), source })?;

@@ -68,9 +68,8 @@ impl Geofence {
     pub fn check_start(&self, wanted: &WantedStart) -> Result<(), StartsOutside> {
         let start = match &wanted.area {
             StartArea::Disc { radius_m } => Self::around(*radius_m, *radius_m),
-            StartArea::Box { width_m, height_m }
-            | StartArea::BoxFacingAnyWay { width_m, height_m } => {
-                Self::around(width_m / 2.0, height_m / 2.0)
+            StartArea::Box(sides) | StartArea::BoxFacingAnyWay(sides) => {
+                Self::around(sides.width_m / 2.0, sides.height_m / 2.0)
             }
             StartArea::Poses(poses) => {
                 let Some(all) = Self::of_poses(poses) else { return Ok(()) };
@@ -103,6 +102,8 @@ impl Geofence {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_core::conditions::Sides;
+
     use super::*;
 
     const FENCE: Geofence = Geofence { x_m: [-1.0, 2.0], y_m: [-1.0, 1.0] };
@@ -136,7 +137,7 @@ mod tests {
 
         assert_eq!(start(StartArea::Disc { radius_m: 0.9 }), Ok(()));
         assert_eq!(start(StartArea::Poses(vec![at(1.9, 0.0), at(0.0, 1.0)])), Ok(()));
-        assert!(start(StartArea::Box { width_m: 1.0, height_m: 2.2 }).is_err());
+        assert!(start(StartArea::Box(Sides { width_m: 1.0, height_m: 2.2 })).is_err());
         let error = start(StartArea::Poses(vec![at(0.0, 0.0), at(2.5, 0.5)])).unwrap_err();
         assert_eq!(
             error.to_string(),

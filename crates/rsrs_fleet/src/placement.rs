@@ -1,6 +1,6 @@
 //! Whether the robots stand on the floor as the experiment wants them to start.
 
-use rsrs_core::conditions::{Conditions, Placement};
+use rsrs_core::conditions::{Conditions, Placement, Sides};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::{Object, WorldFile};
 
@@ -34,19 +34,9 @@ pub enum StartArea {
         radius_m: f64,
     },
     /// In a box around the origin, facing away from it.
-    Box {
-        /// Along x, in metres.
-        width_m: f64,
-        /// Along y, in metres.
-        height_m: f64,
-    },
+    Box(Sides),
     /// In a box around the origin, heading anywhere.
-    BoxFacingAnyWay {
-        /// Along x, in metres.
-        width_m: f64,
-        /// Along y, in metres.
-        height_m: f64,
-    },
+    BoxFacingAnyWay(Sides),
     /// Each at a pose of its own, in the order of the robots.
     Poses(Vec<Pose>),
 }
@@ -56,12 +46,8 @@ impl WantedStart {
     /// selects one.
     pub fn of(conditions: &Conditions, replicate: u64) -> Self {
         let area = match &conditions.placement {
-            Placement::BoxFacingOut { width_m, height_m } => {
-                StartArea::Box { width_m: *width_m, height_m: *height_m }
-            }
-            Placement::BoxFacingAnyWay { width_m, height_m } => {
-                StartArea::BoxFacingAnyWay { width_m: *width_m, height_m: *height_m }
-            }
+            Placement::BoxFacingOut(sides) => StartArea::Box(*sides),
+            Placement::BoxFacingAnyWay(sides) => StartArea::BoxFacingAnyWay(*sides),
             Placement::Given { starts } => {
                 // A number that is no index is far beyond the last set, which none of ours is.
                 let set = replicate % starts.len().max(1) as u64;
@@ -206,12 +192,12 @@ pub fn deviations_beyond(
                 deviations.extend(out_of_disc(tolerance, *radius_m, robot, *pose));
                 deviations.extend(not_facing_out(tolerance, robot, *pose));
             }
-            StartArea::Box { width_m, height_m } => {
-                deviations.extend(out_of_box(tolerance, (*width_m, *height_m), robot, *pose));
+            StartArea::Box(sides) => {
+                deviations.extend(out_of_box(tolerance, *sides, robot, *pose));
                 deviations.extend(not_facing_out(tolerance, robot, *pose));
             }
-            StartArea::BoxFacingAnyWay { width_m, height_m } => {
-                deviations.extend(out_of_box(tolerance, (*width_m, *height_m), robot, *pose));
+            StartArea::BoxFacingAnyWay(sides) => {
+                deviations.extend(out_of_box(tolerance, *sides, robot, *pose));
             }
             StartArea::Poses(poses) => {
                 let expected = poses.get(*number);
@@ -247,7 +233,7 @@ fn out_of_disc(tolerance: Tolerance, radius_m: f64, robot: &str, pose: Pose) -> 
 
 fn out_of_box(
     tolerance: Tolerance,
-    (width_m, height_m): (f64, f64),
+    Sides { width_m, height_m }: Sides,
     robot: &str,
     pose: Pose,
 ) -> Option<Deviation> {
@@ -333,8 +319,10 @@ mod tests {
     #[test]
     fn robots_that_are_not_in_the_box_or_at_their_places_are_reported() {
         let clearance_m = 0.165;
-        let wanted_box =
-            WantedStart { area: StartArea::Box { width_m: 2.0, height_m: 1.0 }, clearance_m };
+        let wanted_box = WantedStart {
+            area: StartArea::Box(Sides { width_m: 2.0, height_m: 1.0 }),
+            clearance_m,
+        };
         let pose = |x_m, y_m, heading_rad| Pose { x_m, y_m, heading_rad };
         let poses = vec![pose(0.5, 0.0, 0.0), pose(-0.5, 0.0, 0.0), pose(0.0, 0.5, 1.0)];
         let wanted_poses = WantedStart { area: StartArea::Poses(poses), clearance_m };
@@ -359,8 +347,7 @@ mod tests {
             texts(&wanted_box),
             ["robot_3: at (0.00, 0.90) m, expected within a box of 2.000 m by 1.000 m"]
         );
-        let (width_m, height_m) = (2.0, 2.0);
-        let any_way = StartArea::BoxFacingAnyWay { width_m, height_m };
+        let any_way = StartArea::BoxFacingAnyWay(Sides { width_m: 2.0, height_m: 2.0 });
         let robots_any_way = [at("robot_1", 0.5, 0.0, 123.0), at("robot_2", 0.0, 0.9, 45.0)];
         let wanted_any_way = WantedStart { area: any_way, clearance_m };
         assert_eq!(deviations(&wanted_any_way, &robots_any_way), []);

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::numerals::size;
 use rsrs_files::quoted;
+use serde::de::DeserializeOwned;
 
 use crate::error::with_help;
 
@@ -109,6 +110,15 @@ pub fn read_text(path: &Path) -> anyhow::Result<String> {
     let text = rsrs_files::read_text(path).with_context(|| cannot_read(path))?;
     log::info!("read {}: {}", path.display(), size(text.len() as u64));
     Ok(text)
+}
+
+/// Reads one file of JSON; `None` where there is none. An error says what it is not, as in `no label`.
+pub fn read_json_if_there<T: DeserializeOwned>(path: &Path, is: &str) -> anyhow::Result<Option<T>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let value = serde_json::from_str(&read_text(path)?);
+    value.map(Some).with_context(|| format!("{} is {is}", path.display()))
 }
 
 /// Reads one file of text; `None` where there is none.

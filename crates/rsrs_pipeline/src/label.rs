@@ -341,7 +341,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     let record = recorded_run::record_in(&bag)?;
     // Their phases may be those of a behaviour that the record has.
     let labels = human_labels::read(path)?;
-    let recorded = recorded_bodies(record.as_ref());
+    let recorded = record.as_ref().map_or(Bodies::UNKNOWN, |record| record.conditions.bodies());
     let bodies = match options.bodies {
         None => recorded,
         Some(GivenBodies { radius_m, reach_m, arena_m }) => {
@@ -359,72 +359,69 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     let simulated = record.as_ref().filter(|record| record.backend == Backend::Simulator);
     let walls_m = simulated.and_then(|record| record.conditions.arena.walls_m());
     let backend = record.as_ref().map(|record| record.backend);
-    let controller = record.as_ref().map(|record| record.conditions.controller.clone());
     let lost_robots = ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default();
-    let read = |label, recorded, labels, lost_robots| {
-        let (bodies, controller) = (bodies.clone(), controller.clone());
-        Ok(ReadRun {
-            label,
-            recorded,
-            bodies,
-            behaviour,
-            walls_m,
+    let label = || -> Result<Labelled, NoLabel> {
+        if let (Some(part), CutRun::Refused) = (part, options.cut) {
+            return Err(NoLabel::Part(part));
+        }
+        let trajectory = &recorded.trajectory;
+        let rules = behaviour.rules();
+        let verdict = label_with(trajectory, &bodies, &rules)
+            .map_err(|error| NoLabel::from_error(error, ending.as_ref(), &recorded.findings))?;
+        let certainty = Certainty::of(&verdict, &rules);
+        let reason = Reason::of(trajectory, &bodies, &verdict, &rules);
+        let counts_without_lost =
+            record.as_ref().zip(ending.as_ref()).and_then(|(record, ending)| {
+                let is_asked = ending.kind == EndingKind::Completed && !ending.lost.is_empty();
+                is_asked.then(|| record.counts_without(&ending.lost))
+            });
+        let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
+        let lost = ending.as_ref().map_or(&[][..], |ending| &ending.lost);
+        let implausible = implausible::find(&recorded, &bodies, record.as_ref(), lost);
+        let misplaced = record.as_ref().map(|record| implausible::misplaced(&recorded, record));
+        Ok(Labelled {
+            bag: path.to_path_buf(),
+            phase: verdict.phase,
+            evidence: Some(verdict.evidence),
+            certainty: Some(certainty),
+            why: reason.sentences(rules.wanted, &recorded.robots),
+            n_robots: Some(verdict.n_robots),
+            duration_s: Some(recorded.trajectory.duration_s()),
             backend,
-            controller,
-            lost_robots,
-            labels,
+            by: JUDGE.to_owned(),
+            poses: Some(recorded.poses.to_string()),
+            poses_by: Some(poses.by),
+            findings: recorded.findings.clone(),
+            labels: labels.clone(),
+            damage: recorded_run::lack_in(&bag),
+            recovery: bag.recovery().filter(|recovery| !recovery.is_complete),
+            part,
+            ending: stopped.map(|ending| ending.kind.key()),
+            reason: stopped.map(|ending| ending.reason.clone()),
+            paused_robots: ending.as_ref().map(|ending| ending.paused.clone()).unwrap_or_default(),
+            lost_robots: lost_robots.clone(),
+            counts_without_lost,
+            implausible,
+            misplaced: misplaced.unwrap_or_default(),
+            own_profiles: record.as_ref().map(|it| it.own_profiles.clone()).unwrap_or_default(),
+            controller_only: record
+                .as_ref()
+                .map(|it| it.controller_only.clone())
+                .unwrap_or_default(),
         })
     };
-    if let (Some(part), CutRun::Refused) = (part, options.cut) {
-        return read(Err(NoLabel::Part(part)), recorded, labels, lost_robots);
-    }
-    let trajectory = &recorded.trajectory;
-    let rules = behaviour.rules();
-    let verdict = match label_with(trajectory, &bodies, &rules) {
-        Ok(verdict) => verdict,
-        Err(error) => {
-            let none = NoLabel::from_error(error, ending.as_ref(), &recorded.findings);
-            return read(Err(none), recorded, labels, lost_robots);
-        }
-    };
-    let certainty = Certainty::of(&verdict, &rules);
-    let reason = Reason::of(trajectory, &bodies, &verdict, &rules);
-    let counts_without_lost = record.as_ref().zip(ending.as_ref()).and_then(|(record, ending)| {
-        let is_asked = ending.kind == EndingKind::Completed && !ending.lost.is_empty();
-        is_asked.then(|| record.counts_without(&ending.lost))
-    });
-    let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
-    let lost = ending.as_ref().map_or(&[][..], |ending| &ending.lost);
-    let implausible = implausible::find(&recorded, &bodies, record.as_ref(), lost);
-    let misplaced = record.as_ref().map(|record| implausible::misplaced(&recorded, record));
-    let labelled = Labelled {
-        bag: path.to_path_buf(),
-        phase: verdict.phase,
-        evidence: Some(verdict.evidence),
-        certainty: Some(certainty),
-        why: reason.sentences(rules.wanted, &recorded.robots),
-        n_robots: Some(verdict.n_robots),
-        duration_s: Some(recorded.trajectory.duration_s()),
+    let label = label();
+    Ok(ReadRun {
+        label,
+        recorded,
+        bodies,
+        behaviour,
+        walls_m,
         backend,
-        by: JUDGE.to_owned(),
-        poses: Some(recorded.poses.to_string()),
-        poses_by: Some(poses.by),
-        findings: recorded.findings.clone(),
-        labels: labels.clone(),
-        damage: recorded_run::lack_in(&bag),
-        recovery: bag.recovery().filter(|recovery| !recovery.is_complete),
-        part,
-        ending: stopped.map(|ending| ending.kind.key()),
-        reason: stopped.map(|ending| ending.reason.clone()),
-        paused_robots: ending.as_ref().map(|ending| ending.paused.clone()).unwrap_or_default(),
-        lost_robots: lost_robots.clone(),
-        counts_without_lost,
-        implausible,
-        misplaced: misplaced.unwrap_or_default(),
-        own_profiles: record.as_ref().map(|it| it.own_profiles.clone()).unwrap_or_default(),
-        controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
-    };
-    read(Ok(labelled), recorded, labels, lost_robots)
+        controller: record.map(|record| record.conditions.controller),
+        lost_robots,
+        labels,
+    })
 }
 
 /// What a run is judged for: what was asked for, else what its record has.
@@ -515,10 +512,6 @@ pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
             ),
         )),
     }
-}
-
-fn recorded_bodies(record: Option<&ExperimentRecord>) -> Bodies {
-    record.map_or(Bodies::UNKNOWN, |record| record.conditions.bodies())
 }
 
 #[cfg(test)]

@@ -418,13 +418,9 @@ fn subtitle(
         Placement::DiscFacingOut { radius_m } => {
             facts.push(format!("start disc {} m", significant(*radius_m)));
         }
-        Placement::BoxFacingOut { width_m, height_m }
-        | Placement::BoxFacingAnyWay { width_m, height_m } => {
-            facts.push(format!(
-                "start box {} × {} m",
-                significant(*width_m),
-                significant(*height_m)
-            ));
+        Placement::BoxFacingOut(sides) | Placement::BoxFacingAnyWay(sides) => {
+            let [width_m, height_m] = [sides.width_m, sides.height_m].map(significant);
+            facts.push(format!("start box {width_m} × {height_m} m"));
         }
         Placement::Given { .. } => facts.push("starts from a table".to_owned()),
         Placement::Pair { .. } => {}

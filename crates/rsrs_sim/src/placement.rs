@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use rsrs_core::conditions::{Conditions, Placement};
+use rsrs_core::conditions::{Conditions, Placement, Sides};
 use rsrs_core::help::Help;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::{FreeSpace, Object};
@@ -60,19 +60,14 @@ pub enum Area {
         radius_m: f64,
     },
     /// A box around the origin.
-    Box {
-        /// Along x, in metres.
-        width_m: f64,
-        /// Along y, in metres.
-        height_m: f64,
-    },
+    Box(Sides),
 }
 
 impl fmt::Display for Area {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Disc { radius_m } => write!(out, "a disc of radius {radius_m:.3} m"),
-            Self::Box { width_m, height_m } => {
+            Self::Box(Sides { width_m, height_m }) => {
                 write!(out, "a box of {width_m:.3} m by {height_m:.3} m")
             }
         }
@@ -84,7 +79,7 @@ impl Area {
     fn half_m(self) -> f64 {
         match self {
             Self::Disc { radius_m } => radius_m,
-            Self::Box { width_m, height_m } => width_m.max(height_m) / 2.0,
+            Self::Box(Sides { width_m, height_m }) => width_m.max(height_m) / 2.0,
         }
     }
 
@@ -97,7 +92,7 @@ impl Area {
                 let (sine, cosine) = libm::sincos(bearing_rad);
                 Pose { x_m: distance_m * cosine, y_m: distance_m * sine, heading_rad: bearing_rad }
             }
-            Self::Box { width_m, height_m } => {
+            Self::Box(Sides { width_m, height_m }) => {
                 let (x_m, y_m) = (width_m * (first - 0.5), height_m * (second - 0.5));
                 Pose { x_m, y_m, heading_rad: libm::atan2(y_m, x_m) }
             }
@@ -113,7 +108,7 @@ impl Area {
                 let ratio = (radius_m + spacing_m / 2.0) / (spacing_m / 2.0);
                 (hexagonal * ratio * ratio).floor().max(1.0) as usize
             }
-            Self::Box { width_m, height_m } => {
+            Self::Box(Sides { width_m, height_m }) => {
                 let area_m2 = (width_m + spacing_m) * (height_m + spacing_m);
                 let each_m2 = spacing_m * spacing_m * 12_f64.sqrt() / 4.0;
                 (area_m2 / each_m2).floor().max(1.0) as usize
@@ -129,7 +124,7 @@ impl Help for PlacementError {
         }
         let area = match self.area {
             Area::Disc { .. } => "`placement_radius_m`",
-            Area::Box { .. } => "the box of `placement`",
+            Area::Box(_) => "the box of `placement`",
         };
         Some(format!("widen {area} (and the arena), or take fewer `robots`"))
     }
@@ -171,12 +166,8 @@ const MAX_TRIES: usize = 20_000;
 pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, PlacementError> {
     let (area, headings) = match conditions.placement {
         Placement::DiscFacingOut { radius_m } => (Area::Disc { radius_m }, Headings::Out),
-        Placement::BoxFacingOut { width_m, height_m } => {
-            (Area::Box { width_m, height_m }, Headings::Out)
-        }
-        Placement::BoxFacingAnyWay { width_m, height_m } => {
-            (Area::Box { width_m, height_m }, Headings::AnyWay)
-        }
+        Placement::BoxFacingOut(sides) => (Area::Box(sides), Headings::Out),
+        Placement::BoxFacingAnyWay(sides) => (Area::Box(sides), Headings::AnyWay),
         // Checked conditions have at least one set, with a pose for each robot.
         Placement::Given { ref starts } => {
             let set = run.replicate() % starts.len() as u64;
@@ -252,7 +243,7 @@ pub fn place_objects(
             None => ([0.0; 2], [side_m - 2.0 * radius_m; 2]),
             Some(space) => box_within(space, radius_m),
         };
-        let area = Area::Box { width_m: inner_m[0], height_m: inner_m[1] };
+        let area = Area::Box(Sides { width_m: inner_m[0], height_m: inner_m[1] });
         let mut stream = Stream::new(run, number, Purpose::Object);
         let mut anywhere =
             |_| [0, 1].map(|axis| middle_m[axis] + inner_m[axis] * (stream.uniform() - 0.5));
@@ -389,7 +380,7 @@ mod tests {
 
     #[test]
     fn a_start_in_a_box_is_uniform_and_faces_out() {
-        let placement = Placement::BoxFacingOut { width_m: 2.0, height_m: 0.5 };
+        let placement = Placement::BoxFacingOut(Sides { width_m: 2.0, height_m: 0.5 });
         let conditions = Conditions { robots: 1, placement, ..flockbot_conditions() };
 
         let poses = (0..10_000).map(|replicate| place(&conditions, run(replicate)).unwrap()[0]);
@@ -410,7 +401,7 @@ mod tests {
 
     #[test]
     fn a_start_in_a_box_may_head_anywhere_uniformly() {
-        let placement = Placement::BoxFacingAnyWay { width_m: 2.0, height_m: 0.5 };
+        let placement = Placement::BoxFacingAnyWay(Sides { width_m: 2.0, height_m: 0.5 });
         let conditions = Conditions { robots: 1, placement, ..flockbot_conditions() };
 
         let poses = (0..10_000).map(|replicate| place(&conditions, run(replicate)).unwrap()[0]);
@@ -431,7 +422,7 @@ mod tests {
 
     #[test]
     fn too_many_robots_for_a_box_are_refused_with_how_many_fit() {
-        let placement = Placement::BoxFacingOut { width_m: 1.0, height_m: 0.5 };
+        let placement = Placement::BoxFacingOut(Sides { width_m: 1.0, height_m: 0.5 });
         let conditions = Conditions { robots: 200, placement, ..flockbot_conditions() };
 
         let error = place(&conditions, run(0)).unwrap_err();

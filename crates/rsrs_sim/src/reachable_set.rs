@@ -22,6 +22,7 @@ use std::collections::BTreeMap;
 
 use rsrs_core::conditions::{Conditions, ConditionsError, Settings, Walls};
 use rsrs_core::help::Help;
+use rsrs_core::out_of_range::OutOfRange;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
@@ -85,15 +86,8 @@ pub enum ReachError {
     #[error("no trajectories, expected 1 or more")]
     NoTrials,
     /// An option outside what it can mean.
-    #[error("{name} is {found}, expected {expected}")]
-    Option {
-        /// Which one.
-        name: &'static str,
-        /// What it is.
-        found: f64,
-        /// What it may be.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Option(#[from] OutOfRange),
     /// A trial that is over before a robot decides twice.
     #[error(
         "trial `{trial}` of {robot} lasts {duration_s} s, expected two control periods of {period_s} s or more"
@@ -244,7 +238,7 @@ pub fn validate(
 }
 
 fn check(options: &ReachOptions) -> Result<(), ReachError> {
-    let refuse = |name, found, expected| Err(ReachError::Option { name, found, expected });
+    let refuse = |name, found, expected| Err(OutOfRange { name, found, expected }.into());
     if options.n_robots < 200 {
         return refuse("the number of simulated robots", options.n_robots as f64, "200 or more");
     }

@@ -1,7 +1,8 @@
 //! How the panels of a diagram and its legend share a page.
 
-use crate::axes::{BELOW_PX, left_of_cells_px};
+use crate::axes::left_of_cells_px;
 use crate::boundary::OUTSIDE_PX;
+use crate::chart::BELOW_PX;
 use crate::legend;
 use crate::panel::{HEADING_PX, Lines, above_px};
 use crate::picture::DiagramPicture;

@@ -2,28 +2,24 @@
 
 use rsrs_core::quantity::Axis;
 
-use crate::palette::{INK, QUIET_INK};
+use crate::chart::{BELOW_PX, NAME_PX, TICK_PX, tick_lines, tick_texts};
+use crate::palette::INK;
 use crate::plot::Plot;
 use crate::scale::{Scale, widest_px};
 use crate::slice::{Slice, is_same};
-use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::svg::{Element, centred_text, line_of_text, number, rectangle};
 
-const TICK_PX: f64 = 11.0;
 /// What the y-axis takes besides its numbers, in pixels.
-const NAME_PX: f64 = 30.0;
-const AXIS_LABEL_PX: f64 = 12.5;
+const LABEL_ROOM_PX: f64 = 30.0;
 /// From one label of the y-axis to the next at least.
 const Y_ROOM_PX: f64 = 19.5;
-
-/// Room for the x-axis below the cells, in pixels.
-pub const BELOW_PX: f64 = 46.0;
 
 /// Room for the y-axis left of cells that are `height_px` high together, in pixels.
 pub fn left_of_cells_px(slice: &Slice, height_px: f64) -> f64 {
     let scale = Scale::new(slice.y_values.clone(), height_px, 0.0);
     let ticks = scale.ticks(|_| Y_ROOM_PX);
     let texts: Vec<String> = ticks.into_iter().map(|(_, text)| text).collect();
-    NAME_PX + widest_px(&texts, TICK_PX)
+    LABEL_ROOM_PX + widest_px(&texts, TICK_PX)
 }
 
 /// Draws the frame, the ticks at the swept values and the labels of both axes.
@@ -35,12 +31,10 @@ pub fn axes(plot: &Plot, y: Axis) -> Element {
         plot.bottom_px - plot.top_px,
     );
     let centre_px = f64::midpoint(plot.left_px, plot.right_px);
-    let x_label = line_of_text(centre_px, plot.bottom_px + BELOW_PX - 6.0, &plot.slice.x.label())
-        .with("text-anchor", "middle")
-        .at("font-size", AXIS_LABEL_PX)
-        .with("fill", INK);
+    let x_label = centred_text(centre_px, plot.bottom_px + BELOW_PX - 6.0, &plot.slice.x.label())
+        .lettered(NAME_PX, INK);
     Element::new("g")
-        .child(frame.with("fill", "none").with("stroke", INK).at("stroke-width", 1.0))
+        .child(frame.outlined(INK, 1.0))
         .children(x_ticks(plot))
         .child(x_label)
         .children(y_ticks(plot))
@@ -52,10 +46,8 @@ fn y_label(plot: &Plot, y: Axis) -> Element {
     let axis_px = left_of_cells_px(plot.slice, height_px);
     let x_px = plot.left_px - axis_px + 9.0;
     let y_px = f64::midpoint(plot.top_px, plot.bottom_px);
-    line_of_text(x_px, y_px, &y.label())
-        .with("text-anchor", "middle")
-        .at("font-size", AXIS_LABEL_PX)
-        .with("fill", INK)
+    centred_text(x_px, y_px, &y.label())
+        .lettered(NAME_PX, INK)
         .with("transform", &format!("rotate(-90 {} {})", number(x_px), number(y_px)))
 }
 
@@ -71,7 +63,7 @@ fn x_ticks(plot: &Plot) -> [Element; 2] {
         .iter()
         .map(|(value, text)| line_of_text(plot.x.position_px(*value), plot.bottom_px + 18.0, text));
     let lines: Vec<String> = minor.chain(major).collect();
-    [tick_lines(&lines.concat()), tick_labels("middle").children(texts)]
+    [tick_lines(&lines.concat()), tick_texts("middle").children(texts)]
 }
 
 fn y_ticks(plot: &Plot) -> [Element; 2] {
@@ -87,7 +79,7 @@ fn y_ticks(plot: &Plot) -> [Element; 2] {
         line_of_text(plot.left_px - 9.0, baseline_px, text)
     });
     let lines: Vec<String> = minor.chain(major).collect();
-    [tick_lines(&lines.concat()), tick_labels("end").children(texts)]
+    [tick_lines(&lines.concat()), tick_texts("end").children(texts)]
 }
 
 /// The swept values without a label; none beside round numbers, which would fall between them.
@@ -98,12 +90,4 @@ fn unlabelled(scale: &Scale, ticks: &[(f64, String)]) -> Vec<f64> {
         return Vec::new();
     }
     scale.values.iter().copied().filter(|value| !is_labelled(*value)).collect()
-}
-
-fn tick_lines(path: &str) -> Element {
-    Element::new("path").with("d", path).with("stroke", INK).at("stroke-width", 1.0)
-}
-
-fn tick_labels(anchor: &str) -> Element {
-    Element::new("g").at("font-size", TICK_PX).with("text-anchor", anchor).with("fill", QUIET_INK)
 }

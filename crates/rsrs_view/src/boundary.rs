@@ -3,7 +3,7 @@
 
 use crate::palette::INK;
 use crate::plot::{Kept, Plot};
-use crate::svg::{Element, line_of_text, number};
+use crate::svg::{Element, centred_text, number};
 use crate::track::Point;
 
 /// Radius of the circle around a letter, in pixels.
@@ -137,7 +137,7 @@ fn ticks(whole: &[Vec<Point>], holds: Side, kept: &[Kept]) -> Vec<Vec<Point>> {
     for piece in whole {
         let points = followed(piece);
         let mut at = each / 2.0;
-        while let Some(tick) = tick(&points, whole_steps(at), towards) {
+        while let Some(tick) = tick(&points, at as usize, towards) {
             let is_free = |share: f64| {
                 let (dx, dy) = (tick[1].0 - tick[0].0, tick[1].1 - tick[0].1);
                 let point = (tick[0].0 + share * dx, tick[0].1 + share * dy);
@@ -150,15 +150,6 @@ fn ticks(whole: &[Vec<Point>], holds: Side, kept: &[Kept]) -> Vec<Vec<Point>> {
         }
     }
     ticks
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "positive, and casts from floats saturate"
-)]
-fn whole_steps(steps: f64) -> usize {
-    steps as usize
 }
 
 /// A stroke at one point of a line; `None` beyond its end.
@@ -253,12 +244,7 @@ pub(crate) fn path_of(pieces: &[Vec<Point>]) -> String {
 
 fn dashed(pieces: &[Vec<Point>], ticks: &[Vec<Point>], index: usize) -> Element {
     let line = |pieces: &[Vec<Point>], stroke: &str, width_px: f64| {
-        Element::new("path")
-            .with("d", &path_of(pieces))
-            .with("fill", "none")
-            .with("stroke", stroke)
-            .at("stroke-width", width_px)
-            .with("stroke-linejoin", "round")
+        Element::path(&path_of(pieces)).outlined(stroke, width_px).with("stroke-linejoin", "round")
     };
     Element::new("g")
         .fixed()
@@ -300,17 +286,7 @@ fn place_of_tag(plot: &Plot, pieces: &[Vec<Point>], (taken, kept): (&[Point], &[
 /// The letter of one boundary in a circle, here and in the legend.
 pub fn tag((x_px, y_px): Point, index: usize) -> Element {
     let letter = char::from(b'a' + u8::try_from(index % 26).expect("below 26"));
-    let circle = Element::new("circle")
-        .at("cx", x_px)
-        .at("cy", y_px)
-        .at("r", TAG_PX)
-        .with("fill", "#ffffff")
-        .with("stroke", INK)
-        .at("stroke-width", 1.2);
-    let text = line_of_text(x_px, y_px + 3.5, &letter.to_string())
-        .with("text-anchor", "middle")
-        .at("font-size", 10.5)
-        .with("font-weight", "bold")
-        .with("fill", INK);
+    let circle = Element::circle((x_px, y_px), TAG_PX).with("fill", "#ffffff").stroked(INK, 1.2);
+    let text = centred_text(x_px, y_px + 3.5, &letter.to_string()).bold(10.5, INK);
     Element::new("g").fixed().with("pointer-events", "none").child(circle).child(text)
 }

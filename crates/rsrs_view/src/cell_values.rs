@@ -1,7 +1,7 @@
 //! A number of each cell in the place of its phases: an order parameter, a time, or a difference.
 
 use crate::palette::{Colour, between};
-use crate::scale::labels;
+use crate::scale::{ends, labels};
 
 /// A number for each cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,9 +42,7 @@ const MORE: Colour = Colour { rgb: [0x00, 0x72, 0xb2] };
 impl ValueScale {
     /// Around numbers that are there; from 0 to 1 if there are none.
     pub fn around(values: impl Iterator<Item = f64>) -> Self {
-        let nothing = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) =
-            values.fold(nothing, |(low, high), value| (low.min(value), high.max(value)));
+        let [low, high] = ends(values);
         if low < high {
             Self::Sequential { low, high }
         } else if low.is_finite() {

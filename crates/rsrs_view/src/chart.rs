@@ -2,11 +2,11 @@
 
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::{labels, widest_px};
-use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::svg::{Element, centred_text, line_of_text, number, rectangle};
 use crate::text::{Weight, wrap};
 
 /// Size of the numbers at the ticks, in pixels.
-const TICK_PX: f64 = 11.0;
+pub const TICK_PX: f64 = 11.0;
 /// Size of the axes' names, in pixels.
 pub const NAME_PX: f64 = 12.5;
 
@@ -15,7 +15,7 @@ const MARK_PX: f64 = 30.0;
 /// From one line of a text in a legend to the next, in pixels.
 const LINE_PX: f64 = 14.0;
 
-/// Room for the x-axis below a chart, in pixels.
+/// Room for the x-axis below a chart or the cells of a diagram, in pixels.
 pub const BELOW_PX: f64 = 46.0;
 /// Room for the y-axis left of a chart, in pixels.
 pub const LEFT_PX: f64 = 64.0;
@@ -78,10 +78,8 @@ impl Chart {
 
     /// The frame with ticks and name of the x-axis.
     pub fn frame(&self, x_name: &str) -> Element {
-        let border = rectangle(self.left_px, self.top_px, self.width_px, self.height_px)
-            .with("fill", "none")
-            .with("stroke", INK)
-            .at("stroke-width", 1.0);
+        let border =
+            rectangle(self.left_px, self.top_px, self.width_px, self.height_px).outlined(INK, 1.0);
         let ticks = ticks(self.x, |texts| self.width_px / (widest_px(texts, TICK_PX) + 12.0));
         let bottom_px = self.bottom_px();
         let lines: String = ticks
@@ -92,10 +90,8 @@ impl Chart {
         let texts = ticks
             .iter()
             .map(|(value, text)| line_of_text(self.x_px(*value), bottom_px + 18.0, text));
-        let name = line_of_text(self.left_px + self.width_px / 2.0, bottom_px + 38.0, x_name)
-            .with("text-anchor", "middle")
-            .at("font-size", NAME_PX)
-            .with("fill", INK);
+        let name = centred_text(self.left_px + self.width_px / 2.0, bottom_px + 38.0, x_name)
+            .lettered(NAME_PX, INK);
         Element::new("g")
             .child(border)
             .child(tick_lines(&lines))
@@ -115,10 +111,8 @@ impl Chart {
             line_of_text(self.left_px - 9.0, self.y_px(*value) + 0.36 * TICK_PX, text)
         });
         let (x_px, y_px) = (self.left_px - 46.0, self.top_px + self.height_px / 2.0);
-        let name = line_of_text(x_px, y_px, y_name)
-            .with("text-anchor", "middle")
-            .at("font-size", NAME_PX)
-            .with("fill", INK)
+        let name = centred_text(x_px, y_px, y_name)
+            .lettered(NAME_PX, INK)
             .with("transform", &format!("rotate(-90 {} {})", number(x_px), number(y_px)));
         Element::new("g")
             .child(tick_lines(&lines))
@@ -127,11 +121,13 @@ impl Chart {
     }
 }
 
-fn tick_lines(path: &str) -> Element {
-    Element::new("path").with("d", path).with("stroke", INK).at("stroke-width", 1.0)
+/// The strokes at the ticks of an axis.
+pub fn tick_lines(path: &str) -> Element {
+    Element::path(path).stroked(INK, 1.0)
 }
 
-fn tick_texts(anchor: &str) -> Element {
+/// The numbers at the ticks of an axis.
+pub fn tick_texts(anchor: &str) -> Element {
     Element::new("g").at("font-size", TICK_PX).with("text-anchor", anchor).with("fill", QUIET_INK)
 }
 
@@ -166,14 +162,11 @@ pub fn legend(
     let mut y_px = top_px;
     for (mark, text) in entries {
         y_px += 17.0;
-        let place = format!("translate({} {})", number(left_px), number(y_px));
-        elements.push(Element::new("g").with("transform", &place).child(mark.clone()));
+        elements.push(Element::new("g").moved((left_px, y_px)).child(mark.clone()));
         let lines = wrap(text, TICK_PX, Weight::Regular, room_px - MARK_PX);
         let texts = lines.iter().enumerate().map(|(index, line)| {
             let baseline_px = y_px + 4.0 + index as f64 * LINE_PX;
-            line_of_text(left_px + MARK_PX, baseline_px, line)
-                .at("font-size", TICK_PX)
-                .with("fill", INK)
+            line_of_text(left_px + MARK_PX, baseline_px, line).lettered(TICK_PX, INK)
         });
         elements.extend(texts);
         y_px += lines.len().saturating_sub(1) as f64 * LINE_PX;
@@ -183,7 +176,7 @@ pub fn legend(
 
 /// A short stroke for a legend, from the left of its line.
 pub fn stroke_mark(stroke: &str, width_px: f64) -> Element {
-    Element::new("path").with("d", "M0 0h22").with("stroke", stroke).at("stroke-width", width_px)
+    Element::path("M0 0h22").stroked(stroke, width_px)
 }
 
 #[cfg(test)]

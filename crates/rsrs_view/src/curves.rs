@@ -9,7 +9,7 @@ use crate::boundary::{Side, dashes};
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, NAME_PX, legend, stroke_mark};
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
-use crate::scale::{label, labels};
+use crate::scale::{ends, label, labels};
 use crate::svg::{Element, line_of_text, number, rectangle};
 use crate::text::{Weight, width_px, wrap};
 use crate::theme::Theme;
@@ -98,11 +98,8 @@ pub enum CurvesPictureError {
     #[error("no curves, expected 1 or more")]
     Empty,
     /// A curve has no point.
-    #[error("the curve over {axis} has no points")]
-    NoPoints {
-        /// Its quantity.
-        axis: Axis,
-    },
+    #[error("the curve over {0} has no points")]
+    NoPoints(Axis),
     /// A value is no number.
     #[error("the curve over {axis} has the value {value}, expected finite numbers")]
     NotFinite {
@@ -229,7 +226,7 @@ fn check(picture: &CurvesPicture) -> Result<(), CurvesPictureError> {
     for curve in &picture.curves {
         let axis = curve.axis;
         if curve.points.is_empty() {
-            return Err(CurvesPictureError::NoPoints { axis });
+            return Err(CurvesPictureError::NoPoints(axis));
         }
         let points = curve.points.iter().chain(&curve.real).map(|(value, _)| *value);
         let lines = curve.boundaries.iter().map(|line| line.value);
@@ -243,9 +240,7 @@ fn check(picture: &CurvesPicture) -> Result<(), CurvesPictureError> {
 
 /// The values of a curve from left to right, with a little room.
 fn span(curve: &Curve) -> [f64; 2] {
-    let values = || curve.points.iter().chain(&curve.real).map(|(value, _)| *value);
-    let low = values().fold(f64::INFINITY, f64::min);
-    let high = values().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = ends(curve.points.iter().chain(&curve.real).map(|(value, _)| *value));
     let spare = match curve.axis {
         // A bar has its width.
         Axis::Robots => 0.5,
@@ -260,10 +255,7 @@ fn panel(curve: &Curve, chart: &Chart, wanted: Option<f64>) -> Element {
     let n = lines.len();
     let heading = lines.into_iter().enumerate().map(|(index, line)| {
         let above_px = 8.0 + (n - 1 - index) as f64 * HEADING_LINE_PX;
-        line_of_text(chart.left_px, chart.top_px - above_px, &line)
-            .at("font-size", HEADING_PX)
-            .with("font-weight", "bold")
-            .with("fill", INK)
+        line_of_text(chart.left_px, chart.top_px - above_px, &line).bold(HEADING_PX, INK)
     });
     let is_counted = curve.axis == Axis::Robots;
     Element::new("g")
@@ -291,19 +283,14 @@ fn heading_lines(curve: &Curve, width_px: f64) -> Vec<String> {
 
 fn shade(chart: &Chart, [low, high]: [f64; 2]) -> Element {
     let (left_px, right_px) = (chart.x_px(low), chart.x_px(high));
-    rectangle(left_px, chart.top_px, right_px - left_px, chart.height_px)
-        .with("fill", BLUE)
-        .with("fill-opacity", "0.09")
+    rectangle(left_px, chart.top_px, right_px - left_px, chart.height_px).filled(BLUE, "0.09")
 }
 
 fn band(chart: &Chart, points: &[(f64, Share)]) -> Element {
     let lows = points.iter().map(|(value, share)| [*value, share.interval().low]);
     let highs = points.iter().rev().map(|(value, share)| [*value, share.interval().high]);
     let outline: Vec<[f64; 2]> = lows.chain(highs).collect();
-    Element::new("path")
-        .with("d", &chart.polygon(&outline))
-        .with("fill", BLUE)
-        .with("fill-opacity", "0.22")
+    Element::path(&chart.polygon(&outline)).filled(BLUE, "0.22")
 }
 
 /// A bar for each value, with the interval of its share: there is nothing between 5 and 6 robots.
@@ -314,8 +301,7 @@ fn bars(chart: &Chart, points: &[(f64, Share)]) -> Vec<Element> {
         let (x_px, interval) = (chart.x_px(*value), share.interval());
         let top_px = chart.y_px(share.value());
         let body = rectangle(x_px - half_px, top_px, 2.0 * half_px, chart.bottom_px() - top_px)
-            .with("fill", BLUE)
-            .with("fill-opacity", "0.22");
+            .filled(BLUE, "0.22");
         let (low, high) = (number(chart.y_px(interval.low)), number(chart.y_px(interval.high)));
         let whisker = stroke(&format!("M{} {high}V{low}", number(x_px)), BLUE, 1.6);
         Element::new("g").child(body).child(whisker)
@@ -343,12 +329,7 @@ fn compared(chart: &Chart, points: &[(f64, Share)], axis: Axis) -> Element {
 }
 
 fn stroke(path: &str, colour: &str, width_px: f64) -> Element {
-    Element::new("path")
-        .with("d", path)
-        .with("fill", "none")
-        .with("stroke", colour)
-        .at("stroke-width", width_px)
-        .with("stroke-linejoin", "round")
+    Element::path(path).outlined(colour, width_px).with("stroke-linejoin", "round")
 }
 
 fn dots(curve: &Curve, chart: &Chart) -> Vec<Element> {
@@ -357,12 +338,9 @@ fn dots(curve: &Curve, chart: &Chart) -> Vec<Element> {
     }
     let values: Vec<f64> = curve.points.iter().map(|(value, _)| *value).collect();
     let dot = |((value, share), text): (&(f64, Share), String)| {
-        Element::new("circle")
-            .at("cx", chart.x_px(*value))
-            .at("cy", chart.y_px(share.value()))
-            .at("r", 2.4)
+        Element::circle((chart.x_px(*value), chart.y_px(share.value())), 2.4)
             .with("fill", BLUE)
-            .child(Element::new("title").text(&tooltip(&text, curve.behaviour, *share)))
+            .titled(&tooltip(&text, curve.behaviour, *share))
     };
     curve.points.iter().zip(labels(&values)).map(dot).collect()
 }
@@ -412,8 +390,7 @@ fn ticks(chart: &Chart, line: &UprightBoundary) -> String {
 /// A small triangle on the axis, and a thin line up from it.
 fn pointer(chart: &Chart, value: f64) -> Element {
     let (x, bottom) = (number(chart.x_px(value)), number(chart.bottom_px()));
-    let triangle =
-        Element::new("path").with("d", &format!("M{x} {bottom}l-5 -9h10z")).with("fill", VERMILION);
+    let triangle = Element::path(&format!("M{x} {bottom}l-5 -9h10z")).with("fill", VERMILION);
     let line = stroke(&upright(chart, value), VERMILION, 1.2);
     Element::new("g").child(line).child(triangle)
 }
@@ -424,20 +401,12 @@ fn real(chart: &Chart, behaviour: Behaviour, (value, share): &(f64, Share)) -> E
     let (x_px, y_px) = (chart.x_px(*value), chart.y_px(share.value()));
     let (top_px, bottom_px) = (chart.y_px(interval.high), chart.y_px(interval.low));
     let bar = format!("M{} {}V{}", number(x_px), number(top_px), number(bottom_px));
-    let dot = Element::new("circle")
-        .at("cx", x_px)
-        .at("cy", y_px)
-        .at("r", 4.0)
-        .with("fill", "#ffffff")
-        .with("stroke", INK)
-        .at("stroke-width", 1.8);
-    Element::new("g").child(stroke(&bar, INK, 1.6)).child(dot).child(
-        Element::new("title").text(&tooltip(
-            &format!("real, {}", label(*value)),
-            behaviour,
-            *share,
-        )),
-    )
+    let dot = Element::circle((x_px, y_px), 4.0).with("fill", "#ffffff").stroked(INK, 1.8);
+    Element::new("g").child(stroke(&bar, INK, 1.6)).child(dot).titled(&tooltip(
+        &format!("real, {}", label(*value)),
+        behaviour,
+        *share,
+    ))
 }
 
 fn entries(picture: &CurvesPicture) -> Vec<(Element, String)> {
@@ -462,7 +431,7 @@ fn entries(picture: &CurvesPicture) -> Vec<(Element, String)> {
         entries.push((mark, "the range around the recommendation".to_owned()));
     }
     if some(|curve| curve.marked.is_some()) {
-        let triangle = Element::new("path").with("d", "M11 5l-5 -9h10z").with("fill", VERMILION);
+        let triangle = Element::path("M11 5l-5 -9h10z").with("fill", VERMILION);
         entries.push((triangle, picture.marked.to_owned()));
     }
     if some(|curve| !curve.real.is_empty()) {

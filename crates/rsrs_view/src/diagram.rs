@@ -5,7 +5,7 @@ use rsrs_core::help::Help;
 use rsrs_core::statistics::share::Share;
 
 use crate::arrangement::{Arrangement, BETWEEN_PX, LegendPlace};
-use crate::axes::BELOW_PX;
+use crate::chart::BELOW_PX;
 use crate::curves::{self, Curve, CurvesPicture, CurvesPictureError, UprightBoundary};
 use crate::header::header;
 use crate::layout;
@@ -288,8 +288,7 @@ fn note(text: Option<&str>, (left_px, top_px): (f64, f64), room_px: f64) -> (Vec
     let mut elements = Vec::new();
     for line in wrap(text.unwrap_or_default(), NOTE_PX, Weight::Regular, room_px) {
         y_px += NOTE_PX * 1.45;
-        let text =
-            line_of_text(left_px, y_px, &line).at("font-size", NOTE_PX).with("fill", QUIET_INK);
+        let text = line_of_text(left_px, y_px, &line).lettered(NOTE_PX, QUIET_INK);
         elements.push(text);
     }
     (elements, y_px)

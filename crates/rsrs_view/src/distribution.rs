@@ -88,10 +88,7 @@ pub fn svg(picture: &DistributionPicture) -> Result<String, DistributionPictureE
         top_px = chart.bottom_px() + BELOW_PX + 16.0;
     }
     let entries = [
-        (
-            Element::new("circle").at("cx", 11.0).at("cy", 0.0).at("r", 2.4).with("fill", INK),
-            "a trial",
-        ),
+        (Element::circle((11.0, 0.0), 2.4).with("fill", INK), "a trial"),
         (stroke_mark(BLUE, 1.8), "normal distribution of the trials, each as high as its row"),
         (stroke_mark(VERMILION, 1.8).with("stroke-dasharray", "5 3"), "commanded"),
     ]
@@ -162,28 +159,19 @@ fn is_its(trial: &DrivenSpeed, speed: &SpeedFit) -> bool {
 
 fn panel(rows: &[&SpeedFit], trials: &[DrivenSpeed], chart: Chart) -> Element {
     let commanded = rows[0].commanded_m_s;
-    let command = Element::new("path")
-        .with(
-            "d",
-            &format!(
-                "M{} {}V{}",
-                number(chart.x_px(commanded)),
-                number(chart.top_px),
-                number(chart.bottom_px())
-            ),
-        )
-        .with("stroke", VERMILION)
-        .at("stroke-width", 1.5)
-        .with("stroke-dasharray", "5 3");
+    let command = Element::path(&format!(
+        "M{} {}V{}",
+        number(chart.x_px(commanded)),
+        number(chart.top_px),
+        number(chart.bottom_px())
+    ))
+    .stroked(VERMILION, 1.5)
+    .with("stroke-dasharray", "5 3");
     let curves = rows.iter().enumerate().flat_map(|(row, speed)| {
         let base_px = chart.top_px + ROW_PX * (row as f64 + 1.0);
         let dots = trials.iter().filter(|trial| is_its(trial, speed)).map(move |trial| {
-            Element::new("circle")
-                .at("cx", chart.x_px(trial.measured_m_s))
-                .at("cy", base_px - 4.0)
-                .at("r", 2.4)
-                .with("fill", INK)
-                .with("fill-opacity", "0.75")
+            Element::circle((chart.x_px(trial.measured_m_s), base_px - 4.0), 2.4)
+                .filled(INK, "0.75")
         });
         [curve(chart, base_px, speed), name(chart, base_px, speed)].into_iter().chain(dots)
     });
@@ -213,13 +201,7 @@ fn curve(chart: Chart, base_px: f64, speed: &SpeedFit) -> Element {
         .sd_m_s
         .map_or("one trial".to_owned(), |sd_m_s| format!("standard deviation {sd_m_s:.5} m/s"));
     let tooltip = format!("{}: mean {mean:.5} m/s, {sd}, {} trials", speed.robot, speed.n_trials);
-    Element::new("path")
-        .with("d", &path)
-        .with("fill", BLUE)
-        .with("fill-opacity", "0.15")
-        .with("stroke", BLUE)
-        .at("stroke-width", 1.8)
-        .child(Element::new("title").text(&tooltip))
+    Element::path(&path).filled(BLUE, "0.15").stroked(BLUE, 1.8).titled(&tooltip)
 }
 
 fn name(chart: Chart, base_px: f64, speed: &SpeedFit) -> Element {

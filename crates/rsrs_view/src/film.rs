@@ -76,11 +76,6 @@ pub fn frame_svg(film: &Film, frame: usize) -> Result<String, FilmError> {
 
 impl Film<'_> {
     /// How many frames there are.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "at least 1, and casts from floats saturate"
-    )]
     pub fn n_frames(&self) -> usize {
         let step_s = self.speed / f64::from(self.frames_per_s);
         let n_steps = (self.trajectory.duration_s() / step_s).ceil();

@@ -5,8 +5,8 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::{Outline, WorldFile};
 
 use crate::palette::{INK, lid};
-use crate::scale::label;
-use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::scale::{ends, label};
+use crate::svg::{Element, centred_text, number, rectangle};
 use crate::text::{Weight, width_px};
 use crate::track::Point;
 
@@ -46,13 +46,9 @@ impl Field {
     /// Everything that is driven over, in the middle of the page: all places in metres, of which
     /// there is one at least, and room for a body of `radius_m` around each.
     pub fn around(places_m: impl Iterator<Item = Point>, radius_m: f64, top_px: f64) -> Self {
-        let nothing = (f64::INFINITY, f64::NEG_INFINITY);
-        let wider = |(low, high): Point, number: f64| (low.min(number), high.max(number));
-        let (x_m, y_m) = places_m.fold((nothing, nothing), |(x_m, y_m), place_m| {
-            (wider(x_m, place_m.0), wider(y_m, place_m.1))
-        });
-        let [(left_m, right_m), (lower_m, upper_m)] =
-            [x_m, y_m].map(|(low, high)| (low - 1.5 * radius_m, high + 1.5 * radius_m));
+        let (x_m, y_m): (Vec<f64>, Vec<f64>) = places_m.unzip();
+        let [[left_m, right_m], [lower_m, upper_m]] =
+            [ends(x_m), ends(y_m)].map(|[low, high]| [low - 1.5 * radius_m, high + 1.5 * radius_m]);
         let px_per_m = FIELD_PX / (right_m - left_m).max(upper_m - lower_m);
         let spare_m = FIELD_PX / px_per_m - (right_m - left_m);
         let height_px = px_per_m * (upper_m - lower_m);
@@ -73,14 +69,33 @@ pub fn places(poses: &[Pose]) -> impl Iterator<Item = Point> {
     poses.iter().map(|pose| (pose.x_m, pose.y_m))
 }
 
-/// The first pose that is nowhere: its sample, its robot, and the pose.
-pub fn not_finite(trajectory: &Trajectory) -> Option<(usize, usize, Pose)> {
+/// A robot that is nowhere.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("robot {robot} is at ({x_m}, {y_m}) m in sample {sample}; expected finite numbers")]
+pub struct PoseNotFinite {
+    /// The sample, from 0.
+    pub sample: usize,
+    /// The robot, from 0.
+    pub robot: usize,
+    /// Where it is to the right, in metres.
+    pub x_m: f64,
+    /// Where it is upwards, in metres.
+    pub y_m: f64,
+}
+
+/// Whether all robots are somewhere.
+///
+/// # Errors
+///
+/// The first one that is not.
+pub fn check_poses(trajectory: &Trajectory) -> Result<(), PoseNotFinite> {
     let is_nowhere = |pose: &Pose| {
         ![pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite())
     };
-    let index = trajectory.poses.iter().position(is_nowhere)?;
-    let n_robots = trajectory.n_robots;
-    Some((index / n_robots, index % n_robots, trajectory.poses[index]))
+    let Some(index) = trajectory.poses.iter().position(is_nowhere) else { return Ok(()) };
+    let Pose { x_m, y_m, .. } = trajectory.poses[index];
+    let (sample, robot) = (index / trajectory.n_robots, index % trajectory.n_robots);
+    Err(PoseNotFinite { sample, robot, x_m, y_m })
 }
 
 /// A robot from above, with a line towards where it heads. Its lid has the colour of its class, and
@@ -95,12 +110,8 @@ pub fn robot(
     // A robot on a wide floor would vanish.
     let radius_px = (radius_m * field.px_per_m).max(3.0);
     let (sine, cosine) = libm::sincos(pose.heading_rad);
-    let body = Element::new("circle")
-        .at("cx", x_px)
-        .at("cy", y_px)
-        .at("r", radius_px)
-        .with("fill", &class.map_or_else(|| "#ffffff".to_owned(), |class| lid(class).hex()))
-        .with("fill-opacity", "0.92");
+    let body = Element::circle((x_px, y_px), radius_px)
+        .filled(&class.map_or_else(|| "#ffffff".to_owned(), |class| lid(class).hex()), "0.92");
     let heading = Element::new("line")
         .at("x1", x_px + radius_px * cosine)
         .at("y1", y_px - radius_px * sine)
@@ -109,8 +120,7 @@ pub fn robot(
         .with("stroke-linecap", "round");
     Element::new("g")
         .fixed()
-        .with("stroke", stroke)
-        .at("stroke-width", (radius_px / 8.0).clamp(1.2, 2.0))
+        .stroked(stroke, (radius_px / 8.0).clamp(1.2, 2.0))
         .child(body)
         .child(heading)
 }
@@ -191,11 +201,7 @@ fn tag(name: &str, [left, top, right, bottom]: [f64; 4]) -> Element {
     let ground =
         rectangle(left, top, right - left, bottom - top).at("rx", 4.0).with("fill", "#ffffff");
     let y_px = f64::midpoint(top, bottom) + 0.36 * TAG_PX;
-    let text = line_of_text(f64::midpoint(left, right), y_px, name)
-        .with("text-anchor", "middle")
-        .at("font-size", TAG_PX)
-        .with("font-weight", "bold")
-        .with("fill", INK);
+    let text = centred_text(f64::midpoint(left, right), y_px, name).bold(TAG_PX, INK);
     Element::new("g").fixed().child(ground).child(text)
 }
 
@@ -215,7 +221,7 @@ pub fn walls(field: &Field, walls_m: Option<f64>, world: Option<&WorldFile>) -> 
             format!("{} {}", number(x), number(y))
         });
         let path = format!("M{}Z", corners.collect::<Vec<_>>().join("L"));
-        let drawn = Element::new("path").with("d", &path).with("stroke", WALL);
+        let drawn = Element::path(&path).with("stroke", WALL);
         drawn.with("fill", fill).with("stroke-linejoin", "round")
     };
     let border = (!is_square).then(|| outline(space.border(), "none").at("stroke-width", 3.0));
@@ -241,8 +247,7 @@ fn square_walls(field: &Field, walls_m: f64) -> Option<Element> {
     for x in [left, right].into_iter().filter(|x| (sides.0..=sides.1).contains(x)) {
         path.push(format!("M{} {}V{}", number(x), number(y_from), number(y_to)));
     }
-    let drawn =
-        Element::new("path").with("d", &path.concat()).with("stroke", WALL).at("stroke-width", 3.0);
+    let drawn = Element::path(&path.concat()).stroked(WALL, 3.0);
     (!path.is_empty()).then(|| drawn.with("fill", "none").with("stroke-linecap", "square"))
 }
 
@@ -251,21 +256,16 @@ fn square_walls(field: &Field, walls_m: f64) -> Option<Element> {
 pub fn things(field: &Field, world: &WorldFile, objects_m: &[[f64; 2]]) -> Vec<Element> {
     let disc = |[x_m, y_m]: [f64; 2], radius_m: f64| {
         let (x_px, y_px) = field.point(x_m, y_m);
-        Element::new("circle").at("cx", x_px).at("cy", y_px).at("r", radius_m * field.px_per_m)
+        Element::circle((x_px, y_px), radius_m * field.px_per_m)
     };
     let goals = world.goals.iter().map(|goal| {
         disc(goal.place_m, goal.radius_m)
-            .with("fill", GOAL)
-            .with("fill-opacity", "0.12")
-            .with("stroke", GOAL)
-            .at("stroke-width", 1.2)
+            .filled(GOAL, "0.12")
+            .stroked(GOAL, 1.2)
             .with("stroke-dasharray", "5 3")
     });
     let objects = world.each_object().zip(objects_m).map(|(object, place_m)| {
-        disc(*place_m, object.radius_m)
-            .with("fill", OBJECT)
-            .with("stroke", INK)
-            .at("stroke-width", 0.8)
+        disc(*place_m, object.radius_m).with("fill", OBJECT).stroked(INK, 0.8)
     });
     goals.chain(objects).collect()
 }
@@ -273,13 +273,9 @@ pub fn things(field: &Field, world: &WorldFile, objects_m: &[[f64; 2]]) -> Vec<E
 /// What the discs of [`things`] are: a mark and a word for each kind that there is. Of `n_objects`
 /// it is known where they are.
 pub fn things_in_words(world: &WorldFile, n_objects: usize) -> Vec<(Element, String)> {
-    let mark = || Element::new("circle").at("cx", 11.0).at("cy", 0.0).at("r", 4.0);
-    let object = mark().with("fill", OBJECT).with("stroke", INK).at("stroke-width", 0.8).fixed();
-    let goal = mark()
-        .with("fill", "none")
-        .with("stroke", GOAL)
-        .at("stroke-width", 1.2)
-        .with("stroke-dasharray", "3 2");
+    let mark = || Element::circle((11.0, 0.0), 4.0);
+    let object = mark().with("fill", OBJECT).stroked(INK, 0.8).fixed();
+    let goal = mark().outlined(GOAL, 1.2).with("stroke-dasharray", "3 2");
     let objects = (n_objects > 0).then(|| (object, "objects".to_owned()));
     let goals = (!world.goals.is_empty()).then(|| (goal, "goals".to_owned()));
     objects.into_iter().chain(goals).collect()
@@ -318,12 +314,7 @@ pub fn around_walls(
     let shaped = shaped.map(|[x_m, y_m]| (x_m, y_m));
     let walls_m = walls_m.filter(|_| is_square);
     let extent_m = |number: fn(&Point) -> f64| {
-        let (low, high) = drawn_m
-            .iter()
-            .map(number)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): Point, number| {
-                (low.min(number), high.max(number))
-            });
+        let [low, high] = ends(drawn_m.iter().map(number));
         high - low
     };
     let extent_m = extent_m(|place| place.0).max(extent_m(|place| place.1));
@@ -338,16 +329,11 @@ pub fn scale_bar(field: &Field, y_px: f64) -> [Element; 2] {
     let length_px = length_m * field.px_per_m;
     let left_px = PAGE_PX - MARGIN_PX - length_px;
     let (left, right) = (number(left_px), number(left_px + length_px));
-    let bar = Element::new("path")
-        .with("d", &format!("M{left} {}v4H{right}v-4", number(y_px - 4.0)))
-        .with("fill", "none")
-        .with("stroke", INK)
-        .at("stroke-width", 1.6);
+    let bar =
+        Element::path(&format!("M{left} {}v4H{right}v-4", number(y_px - 4.0))).outlined(INK, 1.6);
     let text =
-        line_of_text(left_px + length_px / 2.0, y_px - 6.0, &format!("{} m", label(length_m)))
-            .with("text-anchor", "middle")
-            .at("font-size", CAPTION_PX)
-            .with("fill", INK);
+        centred_text(left_px + length_px / 2.0, y_px - 6.0, &format!("{} m", label(length_m)))
+            .lettered(CAPTION_PX, INK);
     [bar, text]
 }
 

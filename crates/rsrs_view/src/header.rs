@@ -26,19 +26,14 @@ pub fn header(
     let mut y_px = 14.0;
     for line in wrap(title, TITLE_PX, Weight::Bold, room_px) {
         y_px += TITLE_PX * 1.25;
-        let text = line_of_text(left_px, y_px, &line)
-            .at("font-size", TITLE_PX)
-            .with("font-weight", "bold")
-            .with("fill", INK);
+        let text = line_of_text(left_px, y_px, &line).bold(TITLE_PX, INK);
         texts.push(text);
     }
     y_px += 2.0;
     for subtitle in subtitles {
         for line in wrap(subtitle.as_ref(), SUBTITLE_PX, Weight::Regular, room_px) {
             y_px += SUBTITLE_PX * 1.45;
-            let text = line_of_text(left_px, y_px, &line)
-                .at("font-size", SUBTITLE_PX)
-                .with("fill", QUIET_INK);
+            let text = line_of_text(left_px, y_px, &line).lettered(SUBTITLE_PX, QUIET_INK);
             texts.push(text);
         }
     }

@@ -7,7 +7,7 @@ use crate::boundary::{dashes, tag};
 use crate::cell_values::ValueScale;
 use crate::overlay::{ChosenShape, double_stroke, ring};
 use crate::palette::{Colour, INK, LEAST_SHARE, NOT_SWEPT, QUIET_INK, shade};
-use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::svg::{Element, line_of_text, rectangle};
 use crate::symbol::{Filling, MARK_PX, mark};
 use crate::text::{Weight, width_px, wrap};
 
@@ -132,12 +132,11 @@ pub fn compact(
         if x_px > left_px && x_px + entry_px > left_px + room_px {
             (x_px, y_px) = (left_px, y_px + COMPACT_LINE_PX);
         }
-        let place = format!("translate({} {})", number(x_px), number(y_px));
-        elements.push(Element::new("g").with("transform", &place).child(key));
+        elements.push(Element::new("g").moved((x_px, y_px)).child(key));
         for (index, line) in lines.iter().enumerate() {
             let baseline_px = y_px + 3.6 + index as f64 * 13.0;
             let line = line_of_text(x_px + key_px + 5.0, baseline_px, line);
-            elements.push(line.at("font-size", COMPACT_PX).with("fill", INK));
+            elements.push(line.lettered(COMPACT_PX, INK));
         }
         x_px += entry_px + COMPACT_GAP_PX;
         if lines.len() > 1 {
@@ -156,15 +155,10 @@ fn phase_ramp(phase: Phase, n: usize) -> impl Iterator<Item = Colour> {
 
 fn entries(contents: &Contents) -> Vec<Entry> {
     let mut entries = Vec::new();
-    let frame = |width_px: f64| {
-        rectangle(0.0, -5.0, 14.0, 10.0)
-            .with("fill", "none")
-            .with("stroke", INK)
-            .at("stroke-width", width_px)
-    };
+    let frame = |width_px: f64| rectangle(0.0, -5.0, 14.0, 10.0).outlined(INK, width_px);
     let words = |text: &str| {
         let size_px = COMPACT_PX - 1.0;
-        let key = line_of_text(0.0, 3.4, text).at("font-size", size_px).with("fill", INK);
+        let key = line_of_text(0.0, 3.4, text).lettered(size_px, INK);
         (key.with("font-weight", "bold"), width_px(text, size_px, Weight::Bold))
     };
     if let Some((name, scale, framed)) = &contents.values {
@@ -219,10 +213,7 @@ fn entries(contents: &Contents) -> Vec<Entry> {
 impl Legend {
     fn heading(&mut self, text: &str) {
         self.y_px += 10.0;
-        let line = line_of_text(self.left_px, self.y_px + 12.0, text)
-            .at("font-size", TEXT_PX)
-            .with("font-weight", "bold")
-            .with("fill", INK);
+        let line = line_of_text(self.left_px, self.y_px + 12.0, text).bold(TEXT_PX, INK);
         self.elements.push(line);
         self.y_px += 20.0;
     }
@@ -236,9 +227,8 @@ impl Legend {
         }
         for (line_number, line) in lines.iter().enumerate() {
             let baseline_px = self.y_px + 13.5 + line_number as f64 * 15.0;
-            let line = line_of_text(self.left_px + KEY_PX, baseline_px, line)
-                .at("font-size", TEXT_PX)
-                .with("fill", INK);
+            let line =
+                line_of_text(self.left_px + KEY_PX, baseline_px, line).lettered(TEXT_PX, INK);
             self.elements.push(line);
         }
         self.y_px += ROW_PX + (lines.len() - 1) as f64 * 15.0;
@@ -291,29 +281,25 @@ impl Legend {
         let from = line_of_text(self.left_px, self.y_px, &from);
         let to = line_of_text(right_px, self.y_px, &to).with("text-anchor", "end");
         for text in [from, to] {
-            self.elements.push(text.at("font-size", TEXT_PX).with("fill", INK));
+            self.elements.push(text.lettered(TEXT_PX, INK));
         }
         self.y_px += 10.0;
         if let Some(words) = framed {
             let key = rectangle(self.left_px + KEY_PX - 34.0, self.y_px + 3.0, 20.0, 13.0)
-                .with("fill", "none")
-                .with("stroke", INK)
-                .at("stroke-width", 2.0);
+                .outlined(INK, 2.0);
             self.row(Some(key), words);
         }
     }
 
     fn small(&mut self, text: Element) {
-        self.elements.push(text.at("font-size", SMALL_PX).with("fill", QUIET_INK));
+        self.elements.push(text.lettered(SMALL_PX, QUIET_INK));
     }
 
     fn number(&mut self, contents: &Contents, size_px: f64) {
         self.y_px += 6.0;
         let example = "0.xx";
         let x_px = self.left_px + KEY_PX - 12.0 - width_px(example, size_px, Weight::Regular);
-        let key = line_of_text(x_px, self.y_px + 13.5, example)
-            .at("font-size", size_px)
-            .with("fill", INK);
+        let key = line_of_text(x_px, self.y_px + 13.5, example).lettered(size_px, INK);
         self.elements.push(key);
         let share = format!("share of {}", contents.behaviour.noun());
         if !contents.has_b_s {
@@ -328,8 +314,7 @@ impl Legend {
         let text = Element::new("text")
             .at("x", self.left_px + KEY_PX)
             .at("y", self.y_px + 13.5)
-            .at("font-size", TEXT_PX)
-            .with("fill", INK)
+            .lettered(TEXT_PX, INK)
             .text("B")
             .child(subscript)
             .child(Element::new("tspan").at("dy", -2.5).text(first.trim_start_matches(name)));
@@ -367,8 +352,7 @@ impl Legend {
             .at("x2", self.left_px + KEY_PX - 28.0)
             .at("y1", y_px)
             .at("y2", y_px)
-            .with("stroke", INK)
-            .at("stroke-width", 1.8)
+            .stroked(INK, 1.8)
             .with("stroke-dasharray", dashes(index));
         self.elements.push(line);
         let key = tag((self.left_px + KEY_PX - 20.0, y_px), index);
@@ -382,9 +366,7 @@ impl Legend {
         if !contents.experiments.is_empty() {
             let text = format!("those that {}, of all", contents.behaviour.verb().plain);
             let key = line_of_text(self.left_px + KEY_PX - 34.0, self.y_px + 13.5, "n/n")
-                .at("font-size", TEXT_PX)
-                .with("font-weight", "bold")
-                .with("fill", INK);
+                .bold(TEXT_PX, INK);
             self.row(Some(key), &text);
         }
         for (phase, filling, n) in &contents.experiments {

@@ -10,6 +10,12 @@
 //! move; [`simulator`] is one that simulates.
 //! Nothing here opens a file or asks the machine for its fonts.
 
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "casts from floats saturate, and sides, times and shares are not negative"
+)]
+
 pub mod curves;
 pub mod diagram;
 pub mod distribution;

@@ -221,8 +221,7 @@ fn haloed((x_px, y_px): Point, text: &str) -> Element {
         .fixed()
         .with("font-weight", "bold")
         .with("fill", INK)
-        .with("stroke", "#ffffff")
-        .at("stroke-width", 3.0)
+        .stroked("#ffffff", 3.0)
         .with("stroke-linejoin", "round")
         .with("paint-order", "stroke")
 }

@@ -130,10 +130,8 @@ impl Rows {
     fn drawn(&self, picture: &OrderPicture) -> (Vec<Element>, f64) {
         let (first, last) = (self.charts[0], self.charts[self.charts.len() - 1]);
         let heading_px = first.top_px - NAME_PX - 10.0;
-        let heading = line_of_text(first.left_px, heading_px, "Order parameters")
-            .at("font-size", HEADING_PX)
-            .with("font-weight", "bold")
-            .with("fill", INK);
+        let heading =
+            line_of_text(first.left_px, heading_px, "Order parameters").bold(HEADING_PX, INK);
         let mut elements = vec![heading];
         for (line, chart) in self.lines.iter().zip(&self.charts) {
             elements.push(name(line, chart, picture));
@@ -164,24 +162,17 @@ fn end_s(duration_s: f64) -> f64 {
 fn name(line: &Line, chart: &Chart, picture: &OrderPicture) -> Element {
     let Line { colour, condition, .. } = line;
     let text = format!("{} ({}: {condition})", condition.parameter.key(), picture.rules.wanted);
-    let place = format!(
-        "translate({} {})",
-        number(chart.left_px),
-        number(chart.top_px - 0.5 * NAME_PX + 1.0)
-    );
-    let swatch = Element::new("g").with("transform", &place).child(stroke_mark(colour, 1.8));
+    let place_px = (chart.left_px, chart.top_px - 0.5 * NAME_PX + 1.0);
+    let swatch = Element::new("g").moved(place_px).child(stroke_mark(colour, 1.8));
     let words = line_of_text(chart.left_px + 28.0, chart.top_px - 0.5 * NAME_PX + 5.0, &text)
-        .at("font-size", ROW_NAME_PX)
-        .with("fill", INK);
+        .lettered(ROW_NAME_PX, INK);
     Element::new("g").child(swatch).child(words)
 }
 
 /// The frame of a row with its numbers, up to `top`.
 fn scale(chart: &Chart, top: f64) -> Element {
-    let border = rectangle(chart.left_px, chart.top_px, chart.width_px, chart.height_px)
-        .with("fill", "none")
-        .with("stroke", INK)
-        .at("stroke-width", 1.0);
+    let border =
+        rectangle(chart.left_px, chart.top_px, chart.width_px, chart.height_px).outlined(INK, 1.0);
     let left = number(chart.left_px);
     let values = [0.0, top / 2.0, top];
     let tick = |value: &f64| format!("M{left} {}h-4", number(chart.y_px(*value)));
@@ -192,10 +183,7 @@ fn scale(chart: &Chart, top: f64) -> Element {
             .with("text-anchor", "end")
             .with("fill", QUIET_INK)
     });
-    Element::new("g")
-        .child(border)
-        .child(Element::new("path").with("d", &ticks).with("stroke", INK).at("stroke-width", 1.0))
-        .children(texts)
+    Element::new("g").child(border).child(Element::path(&ticks).stroked(INK, 1.0)).children(texts)
 }
 
 fn lines(picture: &OrderPicture) -> Vec<Line> {
@@ -247,16 +235,13 @@ fn judged(chart: &Chart, [start_s, end_s]: [f64; 2]) -> Element {
     let left_px = chart.x_px(start_s.max(chart.x[0]));
     let right_px = chart.x_px(end_s.min(chart.x[1]));
     rectangle(left_px, chart.top_px, (right_px - left_px).max(0.0), chart.height_px)
-        .with("fill", "#0072b2")
-        .with("fill-opacity", "0.07")
+        .filled("#0072b2", "0.07")
 }
 
 fn bound(chart: &Chart, line: &Line) -> Element {
     let (left, y) = (number(chart.left_px), number(chart.y_px(line.condition.bound)));
-    Element::new("path")
-        .with("d", &format!("M{left} {y}h{}", number(chart.width_px)))
-        .with("stroke", line.colour)
-        .at("stroke-width", 0.9)
+    Element::path(&format!("M{left} {y}h{}", number(chart.width_px)))
+        .stroked(line.colour, 0.9)
         .with("stroke-dasharray", "2 4")
 }
 
@@ -271,12 +256,7 @@ fn curve(chart: &Chart, line: &Line, picture: &OrderPicture) -> Element {
     let known = places.split(Option::is_none).filter(|piece| !piece.is_empty());
     let pieces: Vec<_> = known.map(|piece| piece.iter().flatten().copied().collect()).collect();
     let path = path_of(&pieces);
-    Element::new("path")
-        .with("d", &path)
-        .with("fill", "none")
-        .with("stroke", line.colour)
-        .at("stroke-width", 1.8)
-        .with("stroke-linejoin", "round")
+    Element::path(&path).outlined(line.colour, 1.8).with("stroke-linejoin", "round")
 }
 
 fn entries(picture: &OrderPicture) -> Vec<(Element, String)> {

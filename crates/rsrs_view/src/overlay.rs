@@ -53,14 +53,12 @@ pub fn chosen(plot: &Plot, cell: &Cell) -> Option<(ChosenShape, Element)> {
 
 /// The ring around a chosen cell, here and in the legend.
 pub fn ring((x_px, y_px): Point) -> Element {
-    double_stroke(|| Element::new("circle").at("cx", x_px).at("cy", y_px).at("r", 8.0))
+    double_stroke(|| Element::circle((x_px, y_px), 8.0))
 }
 
 /// A dark outline with a white one around it, visible on every colour.
 pub fn double_stroke(shape: impl Fn() -> Element) -> Element {
-    let outline = |stroke: &str, width_px: f64| {
-        shape().with("fill", "none").with("stroke", stroke).at("stroke-width", width_px)
-    };
+    let outline = |stroke: &str, width_px: f64| shape().outlined(stroke, width_px);
     Element::new("g")
         .fixed()
         .with("pointer-events", "none")

@@ -116,11 +116,6 @@ impl Colour {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "the channel is clamped to 0..=255 first"
-)]
 fn to_byte(channel: f64) -> u8 {
     (channel.clamp(0.0, 1.0) * 255.0).round() as u8
 }

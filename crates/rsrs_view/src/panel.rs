@@ -98,10 +98,8 @@ fn heading(panel: &Panel, plot: &Plot, lines: Lines) -> Option<Element> {
         Lines::Drawn => above_px(lines),
         Lines::None => 7.0,
     };
-    let text = line_of_text(plot.left_px, plot.top_px - bottom_px, &panel.heading)
-        .at("font-size", HEADING_PX)
-        .with("font-weight", "bold")
-        .with("fill", INK);
+    let text =
+        line_of_text(plot.left_px, plot.top_px - bottom_px, &panel.heading).bold(HEADING_PX, INK);
     (!is_alone).then_some(text)
 }
 

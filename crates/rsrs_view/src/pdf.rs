@@ -1,11 +1,9 @@
 //! From SVG to PDF, for papers: lines stay lines, and texts are texts in the font that travels along.
 
-use std::sync::{Arc, LazyLock};
-
-use svg2pdf::usvg::{ImageHrefResolver, Options, Tree, fontdb};
+use svg2pdf::usvg::{ImageHrefResolver, Options, Tree};
 use svg2pdf::{ConversionOptions, PageOptions, to_pdf};
 
-use crate::raster::FONTS;
+use crate::raster::{FONT_FAMILY, FONTS};
 
 /// Pixels of a picture in an inch, as CSS has them.
 const PX_PER_INCH: f32 = 96.0;
@@ -15,17 +13,10 @@ const PX_PER_INCH: f32 = 96.0;
 pub enum PdfError {
     /// The text is no SVG.
     #[error("not a drawable svg")]
-    Svg {
-        /// What the parser reports.
-        #[source]
-        source: Box<svg2pdf::usvg::Error>,
-    },
+    Svg(#[source] Box<svg2pdf::usvg::Error>),
     /// The writer failed.
-    #[error("pdf writer: {reason}")]
-    Write {
-        /// What the writer reports.
-        reason: String,
-    },
+    #[error("pdf writer: {0}")]
+    Write(String),
 }
 
 /// Writes an SVG as a PDF of one page, as large as the picture at 96 pixels to an inch. The same
@@ -33,28 +24,22 @@ pub enum PdfError {
 pub fn pdf(svg: &str) -> Result<Vec<u8>, PdfError> {
     // The same fonts and options as those of `raster::parse`, of other types: svg2pdf has an older usvg
     // than resvg, and no version of it has the newer one.
-    static LOADED: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
-        let mut fonts = fontdb::Database::new();
-        for font in FONTS {
-            fonts.load_font_data(font.to_vec());
-        }
-        fonts.set_sans_serif_family("DejaVu Sans");
-        Arc::new(fonts)
-    });
-    let options = Options {
-        fontdb: LOADED.clone(),
-        font_family: "DejaVu Sans".to_owned(),
-        // The default opens files that an SVG names.
+    let mut options = Options {
+        font_family: FONT_FAMILY.to_owned(),
         image_href_resolver: ImageHrefResolver {
             resolve_data: Box::new(|_, _, _| None),
             resolve_string: Box::new(|_, _| None),
         },
         ..Options::default()
     };
-    let tree = Tree::from_str(svg, &options)
-        .map_err(|source| PdfError::Svg { source: Box::new(source) })?;
+    let fonts = options.fontdb_mut();
+    fonts.set_sans_serif_family(FONT_FAMILY);
+    for font in FONTS {
+        fonts.load_font_data(font.to_vec());
+    }
+    let tree = Tree::from_str(svg, &options).map_err(|source| PdfError::Svg(Box::new(source)))?;
     to_pdf(&tree, ConversionOptions::default(), PageOptions { dpi: PX_PER_INCH })
-        .map_err(|error| PdfError::Write { reason: error.to_string() })
+        .map_err(|error| PdfError::Write(error.to_string()))
 }
 
 #[cfg(test)]

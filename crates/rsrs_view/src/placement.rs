@@ -1,5 +1,6 @@
 //! Where the robots start: the picture that lies on the floor beside them.
 
+use rsrs_core::conditions::Sides;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::WorldFile;
 
@@ -10,7 +11,7 @@ use crate::floor::{
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::labels;
-use crate::svg::{Element, line_of_text, number};
+use crate::svg::{Element, line_of_text, number, rectangle};
 use crate::theme::Theme;
 
 /// Colour of the grid.
@@ -50,12 +51,7 @@ pub enum Area {
         radius_m: f64,
     },
     /// In a box around the origin; its sides along x and y in metres, positive.
-    Box {
-        /// Along x, in metres.
-        width_m: f64,
-        /// Along y, in metres.
-        height_m: f64,
-    },
+    Box(Sides),
     /// Where a table puts them: nothing is drawn around them.
     Table {
         /// Distance of the farthest centre from the origin, in metres.
@@ -68,7 +64,7 @@ impl Area {
     fn half_extents_m(self) -> (f64, f64) {
         match self {
             Self::Disc { radius_m } => (radius_m, radius_m),
-            Self::Box { width_m, height_m } => (width_m / 2.0, height_m / 2.0),
+            Self::Box(Sides { width_m, height_m }) => (width_m / 2.0, height_m / 2.0),
             Self::Table { reach_m } => (reach_m, reach_m),
         }
     }
@@ -76,7 +72,7 @@ impl Area {
     fn caption(self) -> &'static str {
         match self {
             Self::Disc { .. } => "dashed: disc that holds the centres; cross: origin",
-            Self::Box { .. } => "dashed: box that holds the centres; cross: origin",
+            Self::Box(_) => "dashed: box that holds the centres; cross: origin",
             Self::Table { .. } => "cross: origin",
         }
     }
@@ -85,23 +81,14 @@ impl Area {
     fn border(self, field: &Field) -> Option<Element> {
         let (x_px, y_px) = field.point(0.0, 0.0);
         let outline = match self {
-            Self::Disc { radius_m } => Element::new("circle")
-                .at("cx", x_px)
-                .at("cy", y_px)
-                .at("r", radius_m * field.px_per_m),
-            Self::Box { width_m, height_m } => Element::new("rect")
-                .at("x", x_px - width_m / 2.0 * field.px_per_m)
-                .at("y", y_px - height_m / 2.0 * field.px_per_m)
-                .at("width", width_m * field.px_per_m)
-                .at("height", height_m * field.px_per_m),
+            Self::Disc { radius_m } => Element::circle((x_px, y_px), radius_m * field.px_per_m),
+            Self::Box(Sides { width_m, height_m }) => {
+                let (wide_px, high_px) = (width_m * field.px_per_m, height_m * field.px_per_m);
+                rectangle(x_px - wide_px / 2.0, y_px - high_px / 2.0, wide_px, high_px)
+            }
             Self::Table { .. } => return None,
         };
-        let dashed = outline
-            .with("fill", "none")
-            .with("stroke", QUIET_INK)
-            .at("stroke-width", 1.2)
-            .with("stroke-dasharray", "7 4");
-        Some(dashed)
+        Some(outline.outlined(QUIET_INK, 1.2).with("stroke-dasharray", "7 4"))
     }
 }
 
@@ -200,8 +187,7 @@ fn grid(field: &Field, (half_x_m, half_y_m): (f64, f64)) -> Vec<Element> {
         let text = small(left_px - 4.0, y_px + 4.0, &text).with("text-anchor", "end");
         texts.push(text.with("fill", QUIET_INK));
     }
-    let lines =
-        Element::new("path").with("d", &path.concat()).with("stroke", GRID).at("stroke-width", 0.8);
+    let lines = Element::path(&path.concat()).stroked(GRID, 0.8);
     std::iter::once(lines).chain(texts).collect()
 }
 
@@ -236,11 +222,8 @@ fn axes(field: &Field, half_extent_m: f64) -> [Element; 3] {
     let (x, y) = (number(x_px), number(y_px));
     let (left, right) = (number(x_px - length_px / 2.0), number(x_px + length_px));
     let (upper, lower) = (number(y_px - length_px), number(y_px + length_px / 2.0));
-    let cross = Element::new("path")
-        .with("d", &format!("M{left} {y}H{right}M{x} {lower}V{upper}"))
-        .with("fill", "none")
-        .with("stroke", QUIET_INK)
-        .at("stroke-width", 1.2);
+    let cross =
+        Element::path(&format!("M{left} {y}H{right}M{x} {lower}V{upper}")).outlined(QUIET_INK, 1.2);
     let named = |x_px, y_px, text| small(x_px, y_px, text).with("fill", QUIET_INK);
     [
         cross,
@@ -297,7 +280,7 @@ mod tests {
     fn a_box_is_drawn_with_its_sides_and_a_table_has_no_border() {
         let robots = [("robot_1".to_owned(), Pose { x_m: 0.2, y_m: 0.0, heading_rad: 0.0 })];
 
-        let in_box = picture_in(Area::Box { width_m: 2.0, height_m: 0.5 }, &robots);
+        let in_box = picture_in(Area::Box(Sides { width_m: 2.0, height_m: 0.5 }), &robots);
         let in_table = picture_in(Area::Table { reach_m: 0.2 }, &robots);
 
         let side = |name: &str| -> f64 {

@@ -167,7 +167,7 @@ pub fn heat_map(plot: &Plot) -> Element {
         rectangle(x_px, y_px, width_px, height_px)
             .with("fill", &fill)
             .with("stroke", stroke)
-            .child(Element::new("title").text(&tooltip(plot, column, row)))
+            .titled(&tooltip(plot, column, row))
     });
     Element::new("g").fixed().at("stroke-width", 0.6).children(cells)
 }
@@ -285,9 +285,7 @@ pub fn frames(plot: &Plot) -> Vec<Element> {
         let (x_px, y_px, width_px, height_px) = plot.cell_px(column, row);
         rectangle(x_px + 1.5, y_px + 1.5, width_px - 3.0, height_px - 3.0)
             .fixed()
-            .with("fill", "none")
-            .with("stroke", INK)
-            .at("stroke-width", 2.0)
+            .outlined(INK, 2.0)
             .with("pointer-events", "none")
     };
     framed.map(frame).collect()
@@ -317,8 +315,6 @@ pub fn region_lines(plot: &Plot) -> Element {
     Element::new("path")
         .fixed()
         .with("d", &path.concat())
-        .with("fill", "none")
-        .with("stroke", INK)
-        .at("stroke-width", 1.2)
+        .outlined(INK, 1.2)
         .with("stroke-linecap", "square")
 }

@@ -12,6 +12,9 @@ pub(crate) const FONTS: [&[u8]; 2] = [
     include_bytes!("../fonts/DejaVuSans-Bold-subset.ttf"),
 ];
 
+/// Their family.
+pub(crate) const FONT_FAMILY: &str = "DejaVu Sans";
+
 /// Width of pictures whose width nobody gave, in pixels: sharp in print across a column.
 pub const PNG_WIDTH_PX: u32 = 1600;
 
@@ -23,11 +26,7 @@ pub const MOST_PX: u32 = 16_384;
 pub enum RasterError {
     /// The text is no SVG.
     #[error("not a drawable svg")]
-    Svg {
-        /// What the parser reports.
-        #[source]
-        source: Box<resvg::usvg::Error>,
-    },
+    Svg(#[source] Box<resvg::usvg::Error>),
     /// The picture would have no pixel, or too many of them.
     #[error("a picture of {width_px} x {height_px} px; expected 1 to {MOST_PX} px on each side")]
     Size {
@@ -37,11 +36,8 @@ pub enum RasterError {
         height_px: u32,
     },
     /// The encoder failed.
-    #[error("png encoder: {reason}")]
-    Encode {
-        /// What the encoder reports.
-        reason: String,
-    },
+    #[error("png encoder: {0}")]
+    Encode(String),
 }
 
 impl Help for RasterError {
@@ -65,14 +61,14 @@ impl Help for RasterError {
 pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, RasterError> {
     let tree = parse(svg)?;
     let scale = width_px as f32 / tree.size().width();
-    let height_px = whole_px(scale * tree.size().height());
+    let height_px = (scale * tree.size().height()).round() as u32;
     let is_drawable = |side_px: u32| (1..=MOST_PX).contains(&side_px);
     if !is_drawable(width_px) || !is_drawable(height_px) {
         return Err(RasterError::Size { width_px, height_px });
     }
 
     let pixmap = pixmap(&tree, (width_px, height_px))?;
-    encode(&pixmap).map_err(|error| RasterError::Encode { reason: error.to_string() })
+    encode(&pixmap).map_err(|error| RasterError::Encode(error.to_string()))
 }
 
 /// Draws an SVG on white, as wide as asked for.
@@ -111,12 +107,12 @@ pub fn parse(svg: &str) -> Result<Tree, RasterError> {
         for font in FONTS {
             fonts.load_font_data(font.to_vec());
         }
-        fonts.set_sans_serif_family("DejaVu Sans");
+        fonts.set_sans_serif_family(FONT_FAMILY);
         Arc::new(fonts)
     });
     let options = Options {
         fontdb: LOADED.clone(),
-        font_family: "DejaVu Sans".to_owned(),
+        font_family: FONT_FAMILY.to_owned(),
         // The default opens files that an SVG names.
         image_href_resolver: ImageHrefResolver {
             resolve_data: Box::new(|_, _, _| None),
@@ -124,23 +120,14 @@ pub fn parse(svg: &str) -> Result<Tree, RasterError> {
         },
         ..Options::default()
     };
-    Tree::from_str(svg, &options).map_err(|source| RasterError::Svg { source: Box::new(source) })
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "casts from floats saturate, and the sides are checked afterwards"
-)]
-fn whole_px(side_px: f32) -> u32 {
-    side_px.round() as u32
+    Tree::from_str(svg, &options).map_err(|source| RasterError::Svg(Box::new(source)))
 }
 
 /// Width of one line of text as drawn, in pixels: the truth behind the table in `text.rs`.
 #[cfg(test)]
 pub(crate) fn width_of_rendered_text_px(text: &str, size_px: f64, weight: &str) -> f64 {
     let line = crate::svg::line_of_text(0.0, size_px, text)
-        .with("font-family", "DejaVu Sans")
+        .with("font-family", FONT_FAMILY)
         .with("font-weight", weight)
         .at("font-size", size_px);
     let svg = crate::svg::Element::picture(2000.0, 100.0, "text").child(line).to_string();

@@ -8,7 +8,8 @@ use rsrs_core::trials::validation::{Exit, Horizon, Tube};
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
-use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::scale::ends;
+use crate::svg::{Element, centred_text, number, rectangle};
 use crate::text::{Weight, width_px};
 use crate::theme::Theme;
 use crate::track;
@@ -141,11 +142,7 @@ fn bounds(tube: &Tube, paths: &[(Vec<[f64; 2]>, TubeMembership)]) -> [[f64; 2]; 
         .chain(paths.iter().flat_map(|(places_m, _)| places_m.iter().copied()))
         .chain([[0.0, 0.0]])
         .collect();
-    let spans = [0, 1].map(|axis| {
-        let low = points.iter().map(|point| point[axis]).fold(f64::INFINITY, f64::min);
-        let high = points.iter().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max);
-        [low, high]
-    });
+    let spans = [0, 1].map(|axis| ends(points.iter().map(|point| point[axis])));
     let widest = spans.iter().map(|[low, high]| high - low).fold(1e-6, f64::max);
     spans.map(|[low, high]| {
         let spare = 0.03 * widest + (0.25 * widest - (high - low)).max(0.0) / 2.0;
@@ -168,14 +165,10 @@ fn dots(chart: &Chart, picture: &ReachPicture) -> Vec<Element> {
             let pose = trial.displacement_at(horizon.time_s);
             let words =
                 format!("{}, trial {}, after {:.1} s", trial.robot, trial.trial, horizon.time_s);
-            Element::new("circle")
-                .at("cx", chart.x_px(pose.x_m))
-                .at("cy", chart.y_px(pose.y_m))
-                .at("r", 2.6)
+            Element::circle((chart.x_px(pose.x_m), chart.y_px(pose.y_m)), 2.6)
                 .with("fill", shade(index))
-                .with("stroke", colour(*place))
-                .at("stroke-width", 1.2)
-                .child(Element::new("title").text(&words))
+                .stroked(colour(*place), 1.2)
+                .titled(&words)
         };
         reached.map(dot).collect::<Vec<Element>>()
     };
@@ -204,24 +197,18 @@ fn region(chart: &Chart, horizon: &Horizon, fill: &str) -> Element {
         "after {:.1} s: {:.4} m², {} of {} trials inside",
         horizon.time_s, horizon.area_m2, horizon.n_inside, horizon.n_trials
     );
-    Element::new("path")
-        .with("d", &path)
+    Element::path(&path)
         .with("fill", fill)
         .with("fill-rule", "evenodd")
         .with("fill-opacity", "0.55")
-        .with("stroke", OUTLINE)
-        .at("stroke-width", 0.7)
-        .child(Element::new("title").text(&tooltip))
+        .stroked(OUTLINE, 0.7)
+        .titled(&tooltip)
 }
 
 fn path(chart: &Chart, places_m: &[[f64; 2]], place: TubeMembership) -> Element {
     let points: Vec<track::Point> =
         places_m.iter().map(|[x, y]| (chart.x_px(*x), chart.y_px(*y))).collect();
-    Element::new("path")
-        .with("d", &track::path(&track::simplified(&points, 0.2)))
-        .with("fill", "none")
-        .with("stroke", colour(place))
-        .at("stroke-width", 1.4)
+    Element::path(&track::path(&track::simplified(&points, 0.2))).outlined(colour(place), 1.4)
 }
 
 /// Writes beside the last region when it is.
@@ -234,10 +221,7 @@ fn last_time(chart: &Chart, tube: &Tube) -> Option<Element> {
     let ground = rectangle(x_px - half_px, y_px - 9.0, 2.0 * half_px, 18.0)
         .at("rx", 4.0)
         .with("fill", "#ffffff");
-    let words = line_of_text(x_px, y_px + 4.0, &text)
-        .with("text-anchor", "middle")
-        .at("font-size", 11.0)
-        .with("fill", INK);
+    let words = centred_text(x_px, y_px + 4.0, &text).lettered(11.0, INK);
     Some(Element::new("g").fixed().child(ground).child(words))
 }
 
@@ -255,13 +239,7 @@ fn entries(picture: &ReachPicture) -> Vec<(Element, String)> {
     let mut entries = vec![
         (stroke_mark(REGIONS[1], 9.0), area),
         (
-            Element::new("circle")
-                .at("cx", 11.0)
-                .at("cy", 0.0)
-                .at("r", 2.6)
-                .with("fill", REGIONS[2])
-                .with("stroke", INSIDE)
-                .at("stroke-width", 1.2),
+            Element::circle((11.0, 0.0), 2.6).with("fill", REGIONS[2]).stroked(INSIDE, 1.2),
             "where a trial was at one of these times, in the colour of that region".to_owned(),
         ),
         (stroke_mark(INSIDE, 1.8), format!("{} inside at every time", trials(n_inside))),

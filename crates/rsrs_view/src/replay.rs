@@ -17,6 +17,7 @@ use rsrs_core::world::{Goal, WorldFile};
 use serde::Serialize;
 
 use crate::palette::lid;
+use crate::scale::ends;
 use crate::trajectory::Ring;
 
 /// Chords on the arc of a cone: the widest one is drawn to 0.8 % of its range.
@@ -208,12 +209,8 @@ impl Square {
         let is_square = conditions.world.arena.is_none();
         let walls_m = walls_m(conditions).into_iter().skip(usize::from(is_square)).flatten();
         let places_m = poses.map(|pose| [pose.x_m, pose.y_m]).chain(objects_m.copied());
-        let none = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-        let ends = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
-        let [x_m, y_m] = places_m
-            .chain(goals)
-            .chain(walls_m)
-            .fold(none, |[x_m, y_m], place_m| [ends(x_m, place_m[0]), ends(y_m, place_m[1])]);
+        let places_m: Vec<[f64; 2]> = places_m.chain(goals).chain(walls_m).collect();
+        let [x_m, y_m] = [0, 1].map(|axis| ends(places_m.iter().map(|place_m| place_m[axis])));
         let half_m = |[low, high]: [f64; 2]| (high - low) / 2.0;
         let half_extent_m = half_m(x_m).max(half_m(y_m));
         // Room for bodies, and for most of what they see; a line of sight across the hall would leave none for them.
@@ -306,16 +303,10 @@ fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "casts from floats saturate")]
 fn to_i16(units: f64) -> i16 {
     units.round() as i16
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "the share of a turn is from 0 to 1"
-)]
 fn to_256ths(heading_rad: f64) -> u8 {
     let turns = heading_rad / std::f64::consts::TAU;
     let share = turns - turns.floor();

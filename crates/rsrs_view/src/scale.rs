@@ -49,6 +49,12 @@ impl Spread {
     }
 }
 
+/// The least and the greatest of numbers; infinite where there is none.
+pub fn ends(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let wider = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+    values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
+}
+
 impl Scale {
     /// Spreads the cells around ascending, finite values between two pixels.
     ///

@@ -73,12 +73,9 @@ pub fn svg(picture: &SensorPicture) -> Result<String, SensorPictureError> {
     );
     // The measured line is wider, so that it shows where the simulated one lies on it.
     let outline = |points: &[[f64; 2]], (stroke, opacity, width_px): (&str, &str, f64)| {
-        Element::new("path")
-            .with("d", &chart.polygon(points))
-            .with("fill", stroke)
-            .with("fill-opacity", opacity)
-            .with("stroke", stroke)
-            .at("stroke-width", width_px)
+        Element::path(&chart.polygon(points))
+            .filled(stroke, opacity)
+            .stroked(stroke, width_px)
             .with("stroke-linejoin", "round")
     };
     let entries = [
@@ -141,14 +138,10 @@ fn bounds(picture: &SensorPicture) -> [[f64; 2]; 2] {
 fn robot(chart: &Chart, radius_m: f64) -> Element {
     let (x_px, y_px) = (chart.x_px(0.0), chart.y_px(0.0));
     let radius_px = chart.x_px(radius_m) - x_px;
-    let body = Element::new("circle")
-        .at("cx", x_px)
-        .at("cy", y_px)
-        .at("r", radius_px)
-        .with("fill", "#ffffff");
-    let heading = Element::new("path")
-        .with("d", &format!("M{} {}h{}", number(x_px), number(y_px), number(1.3 * radius_px)));
-    Element::new("g").with("stroke", INK).at("stroke-width", 1.4).child(body).child(heading)
+    let body = Element::circle((x_px, y_px), radius_px).with("fill", "#ffffff");
+    let heading =
+        Element::path(&format!("M{} {}h{}", number(x_px), number(y_px), number(1.3 * radius_px)));
+    Element::new("g").stroked(INK, 1.4).child(body).child(heading)
 }
 
 fn nodes(chart: &Chart, map: &SensorMap) -> Element {
@@ -159,19 +152,11 @@ fn nodes(chart: &Chart, map: &SensorMap) -> Element {
             "{:.2} m, {:.2} rad\n{} of {} readings, {:.2} to {:.2}",
             node.distance_m, node.bearing_rad, rate.detections, rate.samples, rate.low, rate.high
         );
-        node_mark(chart.x_px(x_m), chart.y_px(y_m), rate.value)
-            .child(Element::new("title").text(&tooltip))
+        node_mark(chart.x_px(x_m), chart.y_px(y_m), rate.value).titled(&tooltip)
     });
     Element::new("g").children(nodes)
 }
 
 fn node_mark(x_px: f64, y_px: f64, share: f64) -> Element {
-    Element::new("circle")
-        .at("cx", x_px)
-        .at("cy", y_px)
-        .at("r", 3.6)
-        .with("fill", INK)
-        .with("fill-opacity", &number(share.clamp(0.0, 1.0)))
-        .with("stroke", INK)
-        .at("stroke-width", 0.7)
+    Element::circle((x_px, y_px), 3.6).filled(INK, &number(share.clamp(0.0, 1.0))).stroked(INK, 0.7)
 }

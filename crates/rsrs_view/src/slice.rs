@@ -46,11 +46,8 @@ pub enum SliceError {
         swept: Vec<Axis>,
     },
     /// An axis has two places in the picture.
-    #[error("axis {axis} is given twice: a picture shows it along an edge, or at one value")]
-    AxisTwice {
-        /// The axis.
-        axis: Axis,
-    },
+    #[error("axis {0} is given twice: a picture shows it along an edge, or at one value")]
+    AxisTwice(Axis),
     /// A further axis has several values, and none was chosen.
     #[error(
         "axis {axis} has {} values, and a picture shows one: {}",
@@ -208,7 +205,7 @@ fn check_axes(
     }
     for axis in drawn().chain(fixed()) {
         if places.contains(&axis) {
-            return Err(SliceError::AxisTwice { axis });
+            return Err(SliceError::AxisTwice(axis));
         }
         places.push(axis);
     }

@@ -31,6 +31,16 @@ impl Element {
         Self { name, attributes: Vec::new(), children: Vec::new() }
     }
 
+    /// A circle by its centre and radius, in pixels.
+    pub fn circle((x_px, y_px): (f64, f64), radius_px: f64) -> Self {
+        Self::new("circle").at("cx", x_px).at("cy", y_px).at("r", radius_px)
+    }
+
+    /// A path by its commands.
+    pub fn path(commands: &str) -> Self {
+        Self::new("path").with("d", commands)
+    }
+
     /// A whole picture on white, with its name for screen readers.
     pub fn picture(width_px: f64, height_px: f64, title: &str) -> Self {
         let background = rectangle(0.0, 0.0, width_px, height_px).with("fill", "#ffffff");
@@ -66,6 +76,41 @@ impl Element {
     pub fn at(self, name: &'static str, value_px: f64) -> Self {
         let value = number(value_px);
         self.with(name, &value)
+    }
+
+    /// Draws its outline, in pixels.
+    pub fn stroked(self, colour: &str, width_px: f64) -> Self {
+        self.with("stroke", colour).at("stroke-width", width_px)
+    }
+
+    /// Draws its outline and nothing else, in pixels.
+    pub fn outlined(self, colour: &str, width_px: f64) -> Self {
+        self.with("fill", "none").stroked(colour, width_px)
+    }
+
+    /// Fills it with what shows through.
+    pub fn filled(self, colour: &str, opacity: &str) -> Self {
+        self.with("fill", colour).with("fill-opacity", opacity)
+    }
+
+    /// Letters of a size in pixels, and a colour.
+    pub fn lettered(self, size_px: f64, colour: &str) -> Self {
+        self.at("font-size", size_px).with("fill", colour)
+    }
+
+    /// Bold letters of a size in pixels, and a colour.
+    pub fn bold(self, size_px: f64, colour: &str) -> Self {
+        self.at("font-size", size_px).with("font-weight", "bold").with("fill", colour)
+    }
+
+    /// Adds the text that shows where the pointer rests on it.
+    pub fn titled(self, title: &str) -> Self {
+        self.child(Self::new("title").text(title))
+    }
+
+    /// Moves it, with all that is inside it, in pixels.
+    pub fn moved(self, (x_px, y_px): (f64, f64)) -> Self {
+        self.with("transform", &format!("translate({} {})", number(x_px), number(y_px)))
     }
 
     /// Adds an element inside this one.
@@ -148,6 +193,11 @@ pub fn rectangle(x_px: f64, y_px: f64, width_px: f64, height_px: f64) -> Element
 /// A line of text whose baseline starts at this point, in pixels.
 pub fn line_of_text(x_px: f64, y_px: f64, text: &str) -> Element {
     Element::new("text").at("x", x_px).at("y", y_px).text(text)
+}
+
+/// A line of text about this point of its baseline, in pixels.
+pub fn centred_text(x_px: f64, y_px: f64, text: &str) -> Element {
+    line_of_text(x_px, y_px, text).with("text-anchor", "middle")
 }
 
 /// A number as it stands in attributes and paths: two decimals, no trailing zeros, no minus zero.

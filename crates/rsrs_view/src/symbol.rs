@@ -22,16 +22,14 @@ pub enum Filling {
 pub fn mark(phase: Phase, filling: Filling, (at_px, radius_px): ((f64, f64), f64)) -> Element {
     let hollow = (filling == Filling::Hollow).then(|| {
         let inner = path(phase, at_px, 0.55 * radius_px);
-        Element::new("path").with("d", &inner).with("fill", "#ffffff")
+        Element::path(&inner).with("fill", "#ffffff")
     });
     let path = path(phase, at_px, radius_px);
     let thin = (radius_px / MARK_PX).min(1.0);
     let outline = |stroke: &str, width_px: f64| {
-        Element::new("path")
-            .with("d", &path)
+        Element::path(&path)
             .with("fill", &hue(phase).hex())
-            .with("stroke", stroke)
-            .at("stroke-width", thin * width_px)
+            .stroked(stroke, thin * width_px)
             .with("stroke-linejoin", "round")
     };
     let whole = Element::new("g").fixed().child(outline("#ffffff", 4.0)).child(outline(INK, 1.3));

@@ -6,9 +6,11 @@ use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::WorldFile;
 
+pub use crate::floor::PoseNotFinite;
+
 use crate::chart::{legend, stroke_mark};
 use crate::floor::{
-    Field, LOST, MARGIN_PX, PAGE_PX, TAIL, WALL, around_things, around_walls, not_finite, places,
+    Field, LOST, MARGIN_PX, PAGE_PX, TAIL, WALL, around_things, around_walls, check_poses, places,
     robot, scale_bar, short, tags, things, things_in_words, walls,
 };
 use crate::header::header;
@@ -68,17 +70,8 @@ pub enum TrajectoryPictureError {
         n_robots: usize,
     },
     /// A pose is nowhere.
-    #[error("robot {robot} is at ({x_m}, {y_m}) m in sample {sample}; expected finite numbers")]
-    PoseNotFinite {
-        /// The sample, from 0.
-        sample: usize,
-        /// The robot, from 0.
-        robot: usize,
-        /// Where it is to the right, in metres.
-        x_m: f64,
-        /// Where it is upwards, in metres.
-        y_m: f64,
-    },
+    #[error(transparent)]
+    PoseNotFinite(#[from] PoseNotFinite),
     /// A length or a time of the picture makes no sense.
     #[error("{name} is {found}; expected a positive number")]
     NotPositive {
@@ -156,7 +149,7 @@ pub(crate) fn elements(
 /// Where a robot started.
 fn start(field: &Field, pose: Pose) -> Element {
     let (x_px, y_px) = field.point(pose.x_m, pose.y_m);
-    Element::new("circle").at("cx", x_px).at("cy", y_px).at("r", 2.2).with("fill", START)
+    Element::circle((x_px, y_px), 2.2).with("fill", START)
 }
 
 fn check(picture: &TrajectoryPicture) -> Result<(), TrajectoryPictureError> {
@@ -174,20 +167,10 @@ fn check(picture: &TrajectoryPicture) -> Result<(), TrajectoryPictureError> {
     if n_samples == 0 {
         return Err(TrajectoryPictureError::Empty { n_samples, n_robots });
     }
-    match not_finite(trajectory) {
-        Some((sample, robot, Pose { x_m, y_m, .. })) => {
-            Err(TrajectoryPictureError::PoseNotFinite { sample, robot, x_m, y_m })
-        }
-        None => Ok(()),
-    }
+    Ok(check_poses(trajectory)?)
 }
 
 /// The sample at which the tail begins.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "positive, and casts from floats saturate"
-)]
 fn first_of_tail(picture: &TrajectoryPicture) -> usize {
     let n_tail = (picture.tail_s / picture.trajectory.period_s).ceil() as usize;
     (picture.trajectory.n_samples() - 1).saturating_sub(n_tail)
@@ -206,12 +189,10 @@ fn tracks(
             .map(|sample| trajectory.poses_at(sample)[robot])
             .map(|pose| field.point(pose.x_m, pose.y_m))
             .collect();
-        Element::new("path").with("d", &track::path(&track::simplified(&points, 0.3)))
+        Element::path(&track::path(&track::simplified(&points, 0.3)))
     });
     Element::new("g")
-        .with("fill", "none")
-        .with("stroke", stroke)
-        .at("stroke-width", width_px)
+        .outlined(stroke, width_px)
         .with("stroke-linecap", "round")
         .with("stroke-linejoin", "round")
         .children(paths)
@@ -250,13 +231,8 @@ pub fn ring_of(phase: Phase, trajectory: &Trajectory, first_sample: usize) -> Op
 
 fn ring_circle(field: &Field, ring: Ring) -> Element {
     let (x_px, y_px) = field.point(ring.centre_m.0, ring.centre_m.1);
-    Element::new("circle")
-        .at("cx", x_px)
-        .at("cy", y_px)
-        .at("r", ring.radius_m * field.px_per_m)
-        .with("fill", "none")
-        .with("stroke", INK)
-        .at("stroke-width", 1.6)
+    Element::circle((x_px, y_px), ring.radius_m * field.px_per_m)
+        .outlined(INK, 1.6)
         .with("stroke-dasharray", RING_DASHES)
 }
 
@@ -338,7 +314,7 @@ fn caption(
     field: &Field,
 ) -> (Vec<Element>, f64) {
     let shown_s = picture.tail_s.min(picture.trajectory.duration_s());
-    let dot = Element::new("circle").at("cx", 11.0).at("cy", 0.0).at("r", 2.2).with("fill", START);
+    let dot = Element::circle((11.0, 0.0), 2.2).with("fill", START);
     let mut entries = vec![
         (stroke_mark(TAIL, 1.8), format!("the last {} s", label(shown_s))),
         (dot, "where robots started".to_owned()),
@@ -395,8 +371,8 @@ fn lids(picture: &TrajectoryPicture) -> Vec<(Element, String)> {
         }
     }
     let entry = |(colour, names): (String, Vec<String>)| {
-        let mark = Element::new("circle").at("cx", 11.0).at("cy", 0.0).at("r", 5.0);
-        let mark = mark.with("fill", &colour).with("stroke", INK).at("stroke-width", 1.2);
+        let mark = Element::circle((11.0, 0.0), 5.0);
+        let mark = mark.with("fill", &colour).stroked(INK, 1.2);
         (mark, format!("robots of class {}", and(&names)))
     };
     entries.into_iter().map(entry).collect()

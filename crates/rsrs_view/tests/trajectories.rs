@@ -18,7 +18,7 @@ use rsrs_view::gallery;
 use rsrs_view::order_over_time::{self, OrderPicture, RunPicture, order_svg};
 use rsrs_view::raster::png;
 use rsrs_view::theme::Theme;
-use rsrs_view::trajectory::{TrajectoryPicture, TrajectoryPictureError, svg};
+use rsrs_view::trajectory::{PoseNotFinite, TrajectoryPicture, TrajectoryPictureError, svg};
 
 /// Nine robots that spiral from a wide disc onto a ring of 0.9 m about (0.3, -0.2) m.
 fn mill(duration_s: f64) -> Trajectory {
@@ -139,7 +139,7 @@ fn runs_that_cannot_be_drawn_are_refused() {
     );
     assert!(matches!(
         svg(&picture(&lost, None)),
-        Err(TrajectoryPictureError::PoseNotFinite { sample: 1, robot: 3, .. })
+        Err(TrajectoryPictureError::PoseNotFinite(PoseNotFinite { sample: 1, robot: 3, .. }))
     ));
     assert_eq!(
         svg(&bodiless).expect_err("a body has a size").to_string(),

@@ -24,14 +24,12 @@ use rsrs_core::program;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::HarsherFactors;
-use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::gain::speed_gain;
-use rsrs_fleet::experiment::{RobotLost, Time};
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 use rsrs_msgs::rsrs::LeaseState;
 use rsrs_pipeline::episode::recorder::Recorder;
+use rsrs_pipeline::episode::replicate::simulated_record;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::{LabelOptions, label_bag};
 use rsrs_pipeline::sweep::folder;
@@ -195,24 +193,12 @@ fn record(
     conditions: &Conditions,
     seed: u64,
 ) -> anyhow::Result<()> {
-    let record = ExperimentRecord {
-        run_id: format!("reproduce_{seed}_0"),
-        robots: (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect(),
-        conditions: conditions.clone(),
-        duration_s: DURATION_S,
-        seed,
-        replicate: 0,
-        robot_lost: RobotLost::Abort,
-        backend: Backend::Simulator,
-        controller_only: Vec::new(),
-        gates: std::collections::BTreeMap::new(),
-        own_profiles: std::collections::BTreeMap::new(),
-        fixed: None,
-        pose_source: Some(PoseSource::Odom),
-        tracker: None,
-        time: Time::RealTime,
-        provenance: Provenance::new(&measured.digest(), conditions),
-    };
+    let record = simulated_record(
+        format!("reproduce_{seed}_0"),
+        conditions.clone(),
+        (DURATION_S, seed),
+        &measured.digest(),
+    );
     let (mut recorder, []) = Recorder::open(bag, &record, [])?;
     let mut fleet = FaultyFleet::new(conditions, Seed { seed, replicate: 0 })?;
     recorder.lease(0, LeaseState::Running)?;

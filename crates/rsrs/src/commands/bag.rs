@@ -6,21 +6,15 @@ pub mod recover;
 use crate::failure::Outcome;
 
 /// Look into bags, and save what can be saved of damaged ones.
-#[derive(clap::Args)]
-pub struct Arguments {
-    #[command(subcommand)]
-    what: What,
-}
-
 #[derive(clap::Subcommand)]
-enum What {
+pub enum Command {
     Info(info::Arguments),
     Recover(recover::Arguments),
 }
 
-pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    match &arguments.what {
-        What::Info(arguments) => info::run(arguments),
-        What::Recover(arguments) => recover::run(arguments),
+pub fn run(command: &Command) -> anyhow::Result<Outcome> {
+    match command {
+        Command::Info(arguments) => info::run(arguments),
+        Command::Recover(arguments) => recover::run(arguments),
     }
 }

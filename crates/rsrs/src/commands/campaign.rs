@@ -6,7 +6,6 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_fleet::record;
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
 
@@ -83,10 +82,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let backend = match arguments.backend {
-        Backend::Sim => record::Backend::Simulator,
-        Backend::Fleet => record::Backend::Fleet,
-    };
+    let backend = arguments.backend.into();
     let Campaign { text, mut items } =
         campaign::read(&arguments.campaign, backend, arguments.other.profile())?;
     for differ in items.iter().filter_map(|item| item.other_profile.as_ref()).take(1) {

@@ -49,14 +49,8 @@ fn next(keystore: &Path, fleet: Option<&Path>, problems: &[EnclaveProblem]) -> O
 }
 
 /// Make keystores, so that robots obey only their own runner and controllers.
-#[derive(clap::Args)]
-pub struct Arguments {
-    #[command(subcommand)]
-    what: What,
-}
-
 #[derive(clap::Subcommand)]
-enum What {
+pub enum Command {
     Create(create::Arguments),
     Harden(harden::Arguments),
     Show(members::ShowArguments),
@@ -64,12 +58,12 @@ enum What {
     Revoke(members::RevokeArguments),
 }
 
-pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    match &arguments.what {
-        What::Create(arguments) => create::run(arguments),
-        What::Harden(arguments) => harden::run(arguments),
-        What::Show(arguments) => members::show(arguments),
-        What::Renew(arguments) => members::renew(arguments),
-        What::Revoke(arguments) => members::revoke(arguments),
+pub fn run(command: &Command) -> anyhow::Result<Outcome> {
+    match command {
+        Command::Create(arguments) => create::run(arguments),
+        Command::Harden(arguments) => harden::run(arguments),
+        Command::Show(arguments) => members::show(arguments),
+        Command::Renew(arguments) => members::renew(arguments),
+        Command::Revoke(arguments) => members::revoke(arguments),
     }
 }

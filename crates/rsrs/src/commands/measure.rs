@@ -7,23 +7,17 @@ pub mod plan;
 use crate::failure::Outcome;
 
 /// Measure the robots: which trials to run, drive them, and fit them.
-#[derive(clap::Args)]
-pub struct Arguments {
-    #[command(subcommand)]
-    step: Step,
-}
-
 #[derive(clap::Subcommand)]
-enum Step {
+pub enum Command {
     Plan(plan::Arguments),
     Drive(drive::Arguments),
     Fit(fit::Arguments),
 }
 
-pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    match &arguments.step {
-        Step::Plan(arguments) => plan::run(arguments),
-        Step::Drive(arguments) => drive::run(arguments),
-        Step::Fit(arguments) => fit::run(arguments),
+pub fn run(command: &Command) -> anyhow::Result<Outcome> {
+    match command {
+        Command::Plan(arguments) => plan::run(arguments),
+        Command::Drive(arguments) => drive::run(arguments),
+        Command::Fit(arguments) => fit::run(arguments),
     }
 }

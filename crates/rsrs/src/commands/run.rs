@@ -85,10 +85,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         experiment: arguments.experiment.clone(),
         cell: arguments.cell.clone(),
         from: arguments.from.clone(),
-        backend: match arguments.backend {
-            Backend::Sim => record::Backend::Simulator,
-            Backend::Fleet => record::Backend::Fleet,
-        },
+        backend: arguments.backend.into(),
         bag: arguments.output.clone(),
         seed: arguments.seed,
         place_check: arguments.place_check.into(),

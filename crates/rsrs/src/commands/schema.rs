@@ -36,7 +36,7 @@ pub struct Arguments {
 }
 
 fn kinds() -> impl TypedValueParser<Value = FileKind> {
-    let parser = PossibleValuesParser::new(FileKind::ALL.map(FileKind::key));
+    let parser = PossibleValuesParser::new(FileKind::ALL.map(|kind| kind.key));
     parser.map(|key| FileKind::from_key(&key).expect("the parser takes no other words"))
 }
 

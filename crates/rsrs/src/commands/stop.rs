@@ -1,23 +1,21 @@
 //! `rsrs stop`: stops every robot, whatever runs, and waits until each reports it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rsrs_core::printable::one_line;
 use rsrs_experiment_runner::stop::{Holding, StopReport, command_all, join};
 use rsrs_fleet::e_stop::LockCause;
-use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_fleet::stopper::{RobotAcknowledgement, StopCommand, StopOutcome};
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
-use rsrs_ros::shutdown;
 use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::fleet_network::{chosen_network, other_middleware};
+use crate::interrupt::requested;
 use crate::notes::print_always;
-use rsrs_pipeline::error::helped;
-use rsrs_pipeline::files::read_text;
+use rsrs_pipeline::measure::plan_folder::enabled_robots;
 use rsrs_render::words::{Tone, Words};
 use rsrs_ros::runtime::runtime;
 
@@ -92,10 +90,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
     rsrs_ros::session::start_again_after_deadlock();
     let network = chosen_network(&arguments.interface, Member::Stop)?;
-    let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled)?;
+    let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled_robots)?;
     let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
     let given = runtime()?
-        .block_on(async { command_all(join(&network)?, word, &robots, interrupted()).await })?;
+        .block_on(async { command_all(join(&network)?, word, &robots, requested()).await })?;
     let summary = summary(word, &given);
     report(arguments.format, &summary, words(word, &summary))?;
     let named = if robots.is_empty() { Named::Nobody } else { Named::ByFleetFile };
@@ -106,21 +104,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             Outcome::NegativeAnswer
         }
     })
-}
-
-/// Signals that cannot be received interrupt nothing: the wait is bounded.
-async fn interrupted() {
-    if shutdown::requested().await.is_err() {
-        std::future::pending::<()>().await;
-    }
-}
-
-/// Names of the robots that should be there.
-fn enabled(path: &Path) -> anyhow::Result<Vec<String>> {
-    let name = path.display().to_string();
-    let text = read_text(path)?;
-    let fleet = FleetFile::parse(&name, &text).map_err(helped)?;
-    Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
 }
 
 fn summary(word: StopCommand, report: &StopReport) -> StopSummary {

@@ -4,7 +4,6 @@ use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_ros::environment::Environment;
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
@@ -16,8 +15,8 @@ use crate::notes::print_note;
 use crate::watch::{Fleet, Look, check, play, view};
 use rsrs_operate::watch::foxglove::{DEFAULT_ADDRESS, Listener, serve_bag, serve_fleet};
 use rsrs_operate::watch::recording;
-use rsrs_pipeline::error::{helped, in_one_line, with_help};
-use rsrs_pipeline::files::read_text;
+use rsrs_pipeline::error::{in_one_line, with_help};
+use rsrs_pipeline::measure::plan_folder::enabled_robots;
 use rsrs_ros::runtime::runtime;
 
 /// Watch a fleet that runs, or a recorded run, in the terminal.
@@ -137,7 +136,7 @@ fn play_bag(bag: &Path, look: Look) -> anyhow::Result<Outcome> {
 }
 
 fn view_fleet(file: Option<&Path>, interfaces: &[String], look: Look) -> anyhow::Result<Outcome> {
-    let robots = file.map_or_else(|| Ok(Vec::new()), enabled)?;
+    let robots = file.map_or_else(|| Ok(Vec::new()), enabled_robots)?;
     let network = chosen_network(interfaces, Member::Viewer)?;
     let stop = match &network.enclave {
         None => Ok(network.clone()),
@@ -154,11 +153,4 @@ fn view_fleet(file: Option<&Path>, interfaces: &[String], look: Look) -> anyhow:
     let Some(stop) = outcome else { return Ok(Outcome::Done) };
     print_note(&stop.text);
     Ok(if stop.is_acknowledged { Outcome::Done } else { Outcome::NegativeAnswer })
-}
-
-/// Names of the robots that should be there.
-fn enabled(path: &Path) -> anyhow::Result<Vec<String>> {
-    let name = path.display().to_string();
-    let fleet = FleetFile::parse(&name, &read_text(path)?).map_err(helped)?;
-    Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
 }

@@ -1,7 +1,8 @@
 //! Whether conditions make a world: every number against what it can mean.
 
 use super::{
-    Conditions, GainDistribution, Placement, ROUNDING, SimulatedRobot, StartsError, Walls, starts,
+    Conditions, GainDistribution, Placement, ROUNDING, Sides, SimulatedRobot, StartsError, Walls,
+    starts,
 };
 use crate::document::{did_you_mean, nearest};
 use crate::help::Help;
@@ -114,20 +115,14 @@ pub enum Impossible {
     #[error("the world has obstacles, which are walls, and `walls` is none")]
     ObstaclesWithoutWalls,
     /// A controller for robots that report other things.
-    #[error("controller.sensors are not what the robots report: {expected}")]
-    Readings {
-        /// Names of what they report.
-        expected: String,
-    },
+    #[error("controller.sensors are not what the robots report: {0}")]
+    Readings(String),
     /// The sensor's polygon is no region.
     #[error(
-        "robot.region.polygon.corners_m has {corners} corners, expected 3 to {MAX_CORNERS}, \
+        "robot.region.polygon.corners_m has {0} corners, expected 3 to {MAX_CORNERS}, \
          convex and counterclockwise"
     )]
-    Polygon {
-        /// Corners found.
-        corners: usize,
-    },
+    Polygon(usize),
 }
 
 impl Help for Impossible {
@@ -247,8 +242,8 @@ fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {
         Placement::DiscFacingOut { radius_m } => {
             within("placement.radius_m", radius_m, Bounds::SIZE)
         }
-        Placement::BoxFacingOut { width_m, height_m }
-        | Placement::BoxFacingAnyWay { width_m, height_m } => {
+        Placement::BoxFacingOut(Sides { width_m, height_m })
+        | Placement::BoxFacingAnyWay(Sides { width_m, height_m }) => {
             within("placement.width_m", width_m, Bounds::SIZE)?;
             within("placement.height_m", height_m, Bounds::SIZE)
         }
@@ -352,7 +347,7 @@ fn check_sensors(robot: &SimulatedRobot, conditions: &Conditions) -> Result<(), 
     let names = robot.reading_names();
     match &conditions.controller {
         Controller::Machine(machine) if machine.sensors != names => {
-            Err(Impossible::Readings { expected: names.to_string() })
+            Err(Impossible::Readings(names.to_string()))
         }
         _ => Ok(()),
     }
@@ -371,7 +366,7 @@ fn check_region(region: &Region) -> Result<(), Impossible> {
             if is_region(corners_m) {
                 return Ok(());
             }
-            Err(Impossible::Polygon { corners: corners_m.len() })
+            Err(Impossible::Polygon(corners_m.len()))
         }
     }
 }
@@ -475,10 +470,10 @@ mod tests {
             .collect();
 
         assert_eq!(check(&square), Ok(()));
-        assert_eq!(check(&clockwise), Err(Impossible::Polygon { corners: 4 }));
-        assert_eq!(check(&star), Err(Impossible::Polygon { corners: 5 }));
-        assert_eq!(check(&[]), Err(Impossible::Polygon { corners: 0 }));
-        assert_eq!(check(&[[0.5, 0.5]; 3]), Err(Impossible::Polygon { corners: 3 }));
+        assert_eq!(check(&clockwise), Err(Impossible::Polygon(4)));
+        assert_eq!(check(&star), Err(Impossible::Polygon(5)));
+        assert_eq!(check(&[]), Err(Impossible::Polygon(0)));
+        assert_eq!(check(&[[0.5, 0.5]; 3]), Err(Impossible::Polygon(3)));
         let far = check(&[[0.0, 0.0], [1e7, 0.0], [1.0, 1.0]]).unwrap_err();
         assert!(far.to_string().contains("corners_m is 10000000"), "{far}");
     }

@@ -113,9 +113,9 @@ impl OperatorConditions {
             }
             return refuse("the behaviour", found, expected);
         }
-        if let Some(pair) =
-            [&run.placement, &self.placement].into_iter().find(|placement| is_pair(placement))
-        {
+        // Robots that were put there to be measured are no swarm.
+        let is_pair = |it: &&Placement| matches!(it, Placement::Pair { .. });
+        if let Some(pair) = [&run.placement, &self.placement].into_iter().find(is_pair) {
             return refuse("the placement", format!("{pair:?}"), "robots in a disc".to_owned());
         }
         let [found, expected] = [&run.placement, &self.placement].map(kind);
@@ -167,16 +167,11 @@ impl OperatorConditions {
     }
 }
 
-/// Whether robots were put there to be measured, which is no swarm.
-fn is_pair(placement: &Placement) -> bool {
-    matches!(placement, Placement::Pair { .. })
-}
-
 fn kind(placement: &Placement) -> &'static str {
     match placement {
         Placement::DiscFacingOut { .. } => "disc",
-        Placement::BoxFacingOut { .. } => "box",
-        Placement::BoxFacingAnyWay { .. } => "box with headings of any way",
+        Placement::BoxFacingOut(_) => "box",
+        Placement::BoxFacingAnyWay(_) => "box with headings of any way",
         Placement::Given { .. } => "table of start poses",
         Placement::Pair { .. } => "pair",
     }

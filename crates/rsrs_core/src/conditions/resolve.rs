@@ -17,7 +17,7 @@ use crate::quantity::{Axis, Bounds, Cell};
 use crate::robot::controller::{Command, Controller, ControllerParameters};
 use crate::robot::harsher::NotHarsher;
 use crate::robot::profile::{ProfileError, RobotProfile};
-use crate::robot::region::Region;
+use crate::robot::sensor::DETECTION;
 use crate::world::WorldFile;
 
 /// What a sweep or an experiment fixes besides the robots: settings that belong to `E`.
@@ -49,11 +49,8 @@ pub enum ConditionsError {
     #[error(transparent)]
     Impossible(#[from] Impossible),
     /// A setting without which there is no experiment.
-    #[error("no value for {axis}")]
-    Missing {
-        /// The axis.
-        axis: Axis,
-    },
+    #[error("no value for {0}")]
+    Missing(Axis),
     /// A value outside what the axis can mean.
     #[error("{axis} is {found}, expected {expected}")]
     OutOfRange {
@@ -91,11 +88,8 @@ pub enum ConditionsError {
         numbers: Vec<String>,
     },
     /// A number of a table where there is none.
-    #[error("{axis} is a number of a controller's table, and none is named")]
-    NoTable {
-        /// The axis.
-        axis: Axis,
-    },
+    #[error("{0} is a number of a controller's table, and none is named")]
+    NoTable(Axis),
     /// A side of a square beside a world whose arena is none.
     #[error("`arena_m` is {side_m} m, and the world has an arena of its own, {arena}")]
     ArenaTwice {
@@ -169,35 +163,27 @@ fn at(path: Option<&str>) -> String {
 
 impl Help for ConditionsError {
     fn help(&self) -> Option<String> {
-        match self {
+        let help = match self {
             Self::BesideTable { numbers, .. } | Self::NoSuchNumber { numbers, .. } => {
-                Some(match numbers.as_slice() {
+                return Some(match numbers.as_slice() {
                     [] => "its table has no `numbers`".to_owned(),
                     numbers => format!("the numbers of its table are: {}", numbers.join(", ")),
-                })
+                });
             }
-            Self::NoTable { .. } => {
-                Some("name its file: `controller: controllers/FILE.yaml`".to_owned())
-            }
-            Self::ArenaTwice { .. } => {
-                Some("leave `arena_m` out, or `arena` out of the world".to_owned())
-            }
-            Self::Table(flaw) => flaw.help(),
-            Self::Impossible(impossible) => impossible.help(),
-            Self::OtherReadings { .. } => {
-                Some("give its sensors the same names, in the same order".to_owned())
-            }
-            Self::OtherRadius { .. } => Some(
+            Self::NoTable { .. } => "name its file: `controller: controllers/FILE.yaml`",
+            Self::ArenaTwice { .. } => "leave `arena_m` out, or `arena` out of the world",
+            Self::Table(flaw) => return flaw.help(),
+            Self::Impossible(impossible) => return impossible.help(),
+            Self::OtherReadings { .. } => "give its sensors the same names, in the same order",
+            Self::OtherRadius { .. } => {
                 "classes may differ in much, but contact and clusters are judged by one radius"
-                    .to_owned(),
-            ),
-            Self::OtherPeriod { .. } => {
-                Some("measure them at one control period, which their swarm has".to_owned())
             }
-            Self::Limits(beyond) => beyond.help(),
-            Self::OfClass { source, .. } => source.help(),
-            _ => None,
-        }
+            Self::OtherPeriod { .. } => "measure them at one control period, which their swarm has",
+            Self::Limits(beyond) => return beyond.help(),
+            Self::OfClass { source, .. } => return source.help(),
+            _ => return None,
+        };
+        Some(help.to_owned())
     }
 }
 
@@ -209,43 +195,46 @@ impl Conditions {
     /// and turning rate.
     pub fn resolve(robot: &RobotProfile, settings: &Settings) -> Result<Self, ConditionsError> {
         settings.check_axes()?;
-        let mut operator = OperatorSettings::default();
+        let mut operator = BTreeMap::new();
         let (mut numbers, mut capabilities) = (Vec::new(), Vec::new());
         for (axis, value) in &settings.values {
             check_value(*axis, *value)?;
             if let Axis::Number(number) = axis {
                 numbers.push((*number, *value));
-            } else if !operator.set(*axis, *value) {
+            } else if axis.is_capability() {
                 capabilities.push((*axis, *value));
+            } else {
+                operator.insert(*axis, *value);
             }
         }
         let robot = robot.with_capabilities(&capabilities)?;
-        let required = |value: Option<f64>, axis| value.ok_or(ConditionsError::Missing { axis });
+        let set = |axis| operator.get(&axis).copied();
+        let required = |axis| set(axis).ok_or(ConditionsError::Missing(axis));
         let controller = if let Some(table) = &settings.controller {
             table.check_values(&numbers)?;
             let (wheels, period_s) = (robot.actuation.wheels, robot.computation.period_s);
             table.resolve(&numbers, wheels, period_s)?.for_robots_with(robot.reading_names())
         } else {
             let detected = Command {
-                speed_m_s: required(operator.speed_m_s, Axis::Speed)?,
-                turn_rate_rad_s: required(operator.turn_rate_rad_s, Axis::TurnRate)?,
+                speed_m_s: required(Axis::Speed)?,
+                turn_rate_rad_s: required(Axis::TurnRate)?,
             };
-            operator.controller(detected)?.into()
+            commands(detected, [Axis::UndetectedSpeed, Axis::UndetectedTurnRate].map(set))?.into()
         };
-        if let (Some(side_m), Some(arena)) = (operator.arena_m, &settings.world.arena) {
+        if let (Some(side_m), Some(arena)) = (set(Axis::Arena), &settings.world.arena) {
             return Err(ConditionsError::ArenaTwice { side_m, arena: arena.in_words() });
         }
         let simulated = simulated_robot(&robot, &controller);
         let default_radius_m = PLACEMENT_OVER_RANGE * simulated.region.range_m();
         let mut conditions = Self {
-            robots: required(operator.robots, Axis::Robots)? as usize,
+            robots: required(Axis::Robots)? as usize,
             controller,
             behaviour: settings.behaviour,
             placement: settings.placement.clone().unwrap_or(Placement::DiscFacingOut {
-                radius_m: operator.placement_radius_m.unwrap_or(default_radius_m),
+                radius_m: set(Axis::PlacementRadius).unwrap_or(default_radius_m),
             }),
             arena: Arena {
-                side_m: settings.world.side_m().or(operator.arena_m).unwrap_or(ARENA_M),
+                side_m: settings.world.side_m().or(set(Axis::Arena)).unwrap_or(ARENA_M),
                 walls: settings.walls,
             },
             world: settings.world.clone(),
@@ -275,7 +264,7 @@ pub fn check_axis(axis: Axis, table: Option<&ControllerTable>) -> Result<(), Con
     let numbers =
         |table: &ControllerTable| table.axes().map(|axis| axis.key().to_owned()).collect();
     match (axis, table) {
-        (Axis::Number(_), None) => Err(ConditionsError::NoTable { axis }),
+        (Axis::Number(_), None) => Err(ConditionsError::NoTable(axis)),
         (Axis::Number(number), Some(table)) if !table.numbers.contains_key(number.name()) => {
             let nearest = nearest(axis.key(), table.axes().map(Axis::key)).map(str::to_owned);
             Err(ConditionsError::NoSuchNumber { axis, nearest, numbers: numbers(table) })
@@ -294,55 +283,29 @@ const PLACEMENT_OVER_RANGE: f64 = 1.1;
 /// Side of the arena where none is given, in metres: large enough never to be reached in a run.
 pub const ARENA_M: f64 = 15.0;
 
-#[derive(Default)]
-struct OperatorSettings {
-    speed_m_s: Option<f64>,
-    turn_rate_rad_s: Option<f64>,
-    undetected_speed_m_s: Option<f64>,
-    undetected_turn_rate_rad_s: Option<f64>,
-    robots: Option<f64>,
-    placement_radius_m: Option<f64>,
-    arena_m: Option<f64>,
-}
-
-impl OperatorSettings {
-    /// Takes a value if the axis is one of the operator's.
-    fn set(&mut self, axis: Axis, value: f64) -> bool {
-        let place = match axis {
-            Axis::Speed => &mut self.speed_m_s,
-            Axis::TurnRate => &mut self.turn_rate_rad_s,
-            Axis::UndetectedSpeed => &mut self.undetected_speed_m_s,
-            Axis::UndetectedTurnRate => &mut self.undetected_turn_rate_rad_s,
-            Axis::Robots => &mut self.robots,
-            Axis::PlacementRadius => &mut self.placement_radius_m,
-            Axis::Arena => &mut self.arena_m,
-            _ => return false,
-        };
-        *place = Some(value);
-        true
+/// The controller with this command where something is detected: mirrored, unless another speed or turning rate is
+/// set where nothing is.
+fn commands(
+    detected: Command,
+    undetected: [Option<f64>; 2],
+) -> Result<ControllerParameters, ConditionsError> {
+    let Command { speed_m_s, turn_rate_rad_s } = detected;
+    if undetected == [None; 2] {
+        check_bounds(Axis::Speed, speed_m_s, Bounds::AMOUNT)?;
+        check_bounds(Axis::TurnRate, turn_rate_rad_s, Bounds::AMOUNT)?;
     }
-
-    /// The controller with this command where something is detected: mirrored, unless another one is
-    /// set where nothing is.
-    fn controller(&self, detected: Command) -> Result<ControllerParameters, ConditionsError> {
-        let Command { speed_m_s, turn_rate_rad_s } = detected;
-        if self.undetected_speed_m_s.is_none() && self.undetected_turn_rate_rad_s.is_none() {
-            check_bounds(Axis::Speed, speed_m_s, Bounds::AMOUNT)?;
-            check_bounds(Axis::TurnRate, turn_rate_rad_s, Bounds::AMOUNT)?;
-        }
-        let undetected = Command {
-            speed_m_s: self.undetected_speed_m_s.unwrap_or(speed_m_s),
-            turn_rate_rad_s: self.undetected_turn_rate_rad_s.unwrap_or(-turn_rate_rad_s),
-        };
-        Ok(ControllerParameters::of(detected, undetected))
-    }
+    let undetected = Command {
+        speed_m_s: undetected[0].unwrap_or(speed_m_s),
+        turn_rate_rad_s: undetected[1].unwrap_or(-turn_rate_rad_s),
+    };
+    Ok(ControllerParameters::of(detected, undetected))
 }
 
 fn simulated_robot(robot: &RobotProfile, controller: &Controller) -> SimulatedRobot {
     let (speed, turn) = (&robot.actuation.speed, &robot.actuation.turn);
     // One gain serves all commands: that of the fastest, which moves the robot most.
     let Command { speed_m_s, turn_rate_rad_s } = controller.fastest();
-    let sensing = &robot.sensing;
+    let first = SimulatedSensor::of(DETECTION, &robot.sensing);
     SimulatedRobot {
         radius_m: robot.body.radius_m,
         front_half_angle_rad: robot.body.front_half_angle_rad,
@@ -364,12 +327,12 @@ fn simulated_robot(robot: &RobotProfile, controller: &Controller) -> SimulatedRo
         gust_sd_m_s: robot.actuation.gust.sd_m_s,
         gust_time_constant_s: robot.actuation.gust.time_constant_s,
         yaw_lag_s: robot.actuation.yaw_lag_s,
-        sees: sensing.sees,
-        region: Region::of(sensing),
-        true_positive: sensing.true_positive,
-        false_positive: sensing.false_positive,
-        latency_steps: sensing.latency_steps,
-        details: sensing.details.clone(),
+        sees: first.sees,
+        region: first.region,
+        true_positive: first.true_positive,
+        false_positive: first.false_positive,
+        latency_steps: first.latency_steps,
+        details: first.details,
         further_sensors: (robot.further_sensors.iter())
             .map(|sensor| SimulatedSensor::of(&sensor.name, &sensor.sensing))
             .collect(),

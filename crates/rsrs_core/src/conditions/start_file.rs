@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::conditions::Placement;
+use crate::conditions::{Placement, Sides};
 use crate::help::Help;
 use crate::robot::unicycle::Pose;
 use crate::trials::trial::table::{Row, Table};
@@ -18,19 +18,9 @@ pub enum StartPlacement {
         radius_m: f64,
     },
     /// Uniform in a box around the origin, facing away from its centre.
-    BoxFacingOut {
-        /// Along x, in metres.
-        width_m: f64,
-        /// Along y, in metres.
-        height_m: f64,
-    },
+    BoxFacingOut(Sides),
     /// Uniform in a box around the origin, heading anywhere.
-    BoxFacingAnyWay {
-        /// Along x, in metres.
-        width_m: f64,
-        /// Along y, in metres.
-        height_m: f64,
-    },
+    BoxFacingAnyWay(Sides),
     /// Two robots of a detection trial.
     Pair {
         /// Distance of the two centres, in metres.
@@ -65,22 +55,14 @@ pub enum Headings {
 impl StartPlacement {
     /// The placement of a world; `None` for a table that has not been read.
     pub fn placement(&self) -> Option<Placement> {
-        match self {
-            Self::DiscFacingOut { radius_m } => {
-                Some(Placement::DiscFacingOut { radius_m: *radius_m })
-            }
-            Self::BoxFacingOut { width_m, height_m } => {
-                Some(Placement::BoxFacingOut { width_m: *width_m, height_m: *height_m })
-            }
-            Self::BoxFacingAnyWay { width_m, height_m } => {
-                Some(Placement::BoxFacingAnyWay { width_m: *width_m, height_m: *height_m })
-            }
-            Self::Pair { distance_m, bearing_rad } => {
-                Some(Placement::Pair { distance_m: *distance_m, bearing_rad: *bearing_rad })
-            }
-            Self::File { .. } => None,
-            Self::Given { starts } => Some(Placement::Given { starts: starts.clone() }),
-        }
+        Some(match *self {
+            Self::DiscFacingOut { radius_m } => Placement::DiscFacingOut { radius_m },
+            Self::BoxFacingOut(sides) => Placement::BoxFacingOut(sides),
+            Self::BoxFacingAnyWay(sides) => Placement::BoxFacingAnyWay(sides),
+            Self::Pair { distance_m, bearing_rad } => Placement::Pair { distance_m, bearing_rad },
+            Self::File { .. } => return None,
+            Self::Given { ref starts } => Placement::Given { starts: starts.clone() },
+        })
     }
 }
 

@@ -187,11 +187,6 @@ pub struct AsMeasured {
 
 impl AsMeasured {
     /// Replicates that milled, of all.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a share of a count is from 0 to the count"
-    )]
     pub fn milling(&self) -> Share {
         let hits = (self.share * self.n_replicates as f64).round() as u64;
         Share { hits, n: self.n_replicates }

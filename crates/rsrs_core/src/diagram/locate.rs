@@ -15,11 +15,8 @@ pub enum NotSwept {
         nearest: Cell,
     },
     /// A swept axis has no value in the cell.
-    #[error("no value for {axis}, which the sweep varies")]
-    NoValue {
-        /// The axis.
-        axis: Axis,
-    },
+    #[error("no value for {0}, which the sweep varies")]
+    NoValue(Axis),
 }
 
 impl PhaseDiagram {
@@ -37,7 +34,7 @@ impl PhaseDiagram {
             .axes
             .iter()
             .map(|axis| {
-                let sought = values.get(*axis).ok_or(NotSwept::NoValue { axis: *axis })?;
+                let sought = values.get(*axis).ok_or(NotSwept::NoValue(*axis))?;
                 Ok(SweptAxis { axis: *axis, sought, step: step(&self.values(*axis)) })
             })
             .collect::<Result<_, NotSwept>>()?;
@@ -142,6 +139,6 @@ mod tests {
 
         let error = diagram.locate(&cell("speed_m_s=0.05")).unwrap_err();
 
-        assert_eq!(error, NotSwept::NoValue { axis: Axis::TurnRate });
+        assert_eq!(error, NotSwept::NoValue(Axis::TurnRate));
     }
 }

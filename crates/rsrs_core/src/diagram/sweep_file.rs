@@ -10,13 +10,13 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use crate::conditions::controller_table::{ControllerSource, ControllerTable, TableFlaw};
-use crate::conditions::limits::BeyondLimits;
 use crate::conditions::start_file::StartPlacement;
 use crate::conditions::{ARENA_M, ClassChanges, Conditions, ConditionsError, Settings, Walls};
 use crate::diagram::adaptive::Adaptive;
 use crate::document::{self, DocumentError};
 use crate::help::Help;
 use crate::judge::behaviour::named::NamedBehaviour;
+use crate::out_of_range::OutOfRange;
 use crate::quantity::{Axis, AxisValues, Cell, OtherUnit};
 use crate::robot::harsher::{Harsher, HarsherFactors, NotHarsher};
 use crate::robot::profile::RobotProfile;
@@ -93,35 +93,40 @@ pub enum SweepFileError {
     /// The text is not a sweep file.
     #[error(transparent)]
     Document(#[from] DocumentError),
+    /// What it holds makes no sweep.
+    #[error("{file}: {source}")]
+    Sweep {
+        /// The file.
+        file: String,
+        /// Why.
+        source: SweepProblem,
+    },
+}
+
+fn in_file(file: &str) -> impl FnOnce(SweepProblem) -> SweepFileError {
+    move |source| SweepFileError::Sweep { file: file.to_owned(), source }
+}
+
+/// Why what a sweep file holds makes no sweep.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SweepProblem {
     /// Neither `axes` nor `cells`, or both.
-    #[error("{file}: give either `axes` or `cells`")]
-    GridOrList {
-        /// The file.
-        file: String,
-    },
+    #[error("give either `axes` or `cells`")]
+    GridOrList,
     /// An axis or the list of cells is empty.
-    #[error("{file}: `{key}` has no values")]
-    Empty {
-        /// The file.
-        file: String,
-        /// What is empty.
-        key: String,
-    },
+    #[error("`{0}` has no values")]
+    Empty(String),
     /// The cells of a list do not share their axes, or a cell occurs twice.
-    #[error("{file}: cell `{cell}` {problem}")]
+    #[error("cell `{cell}` {problem}")]
     Cells {
-        /// The file.
-        file: String,
         /// The cell.
         cell: Cell,
         /// What is wrong with it.
         problem: &'static str,
     },
     /// A value of an axis that makes no cell of its own.
-    #[error("{file}: `{axis}` has the value {found}, which {problem}")]
+    #[error("`{axis}` has the value {found}, which {problem}")]
     Value {
-        /// The file.
-        file: String,
         /// The axis.
         axis: Axis,
         /// The value.
@@ -130,50 +135,25 @@ pub enum SweepFileError {
         problem: &'static str,
     },
     /// A value that is likely in another unit.
-    #[error("{file}: {source}")]
-    Unit {
-        /// The file.
-        file: String,
-        /// Which one.
-        source: OtherUnit,
-    },
-    /// A behaviour whose file was not read.
-    #[error("{file}: the behaviour is in {path}, which was not read")]
-    BehaviourNotRead {
-        /// The file.
-        file: String,
-        /// Where the behaviour is.
-        path: String,
-    },
-    /// A world whose file was not read.
-    #[error("{file}: the world is in {path}, which was not read")]
-    WorldNotRead {
-        /// The file.
-        file: String,
-        /// Where the world is.
+    #[error(transparent)]
+    Unit(#[from] OtherUnit),
+    /// A part whose file was not read.
+    #[error("the {part} is in {path}, which was not read")]
+    NotRead {
+        /// Which part: `behaviour`.
+        part: &'static str,
+        /// Where it is.
         path: String,
     },
     /// The table of the controller is none.
-    #[error("{file}: {source}")]
-    Controller {
-        /// The file.
-        file: String,
-        /// Why.
-        source: TableFlaw,
-    },
+    #[error(transparent)]
+    Controller(#[from] TableFlaw),
     /// An axis that is not of the controller.
-    #[error("{file}: {source}")]
-    NotOfController {
-        /// The file.
-        file: String,
-        /// Why.
-        source: ConditionsError,
-    },
+    #[error(transparent)]
+    NotOfController(#[from] ConditionsError),
     /// An axis with two claims on its value.
-    #[error("{file}: `{axis}` is {problem}")]
+    #[error("`{axis}` is {problem}")]
     Twice {
-        /// The file.
-        file: String,
         /// The axis.
         axis: Axis,
         /// Where.
@@ -181,46 +161,21 @@ pub enum SweepFileError {
     },
     /// A placement that is a trial's.
     #[error(
-        "{file}: `placement` is a pair, expected disc_facing_out, box_facing_out, box_facing_any_way or file"
+        "`placement` is a pair, expected disc_facing_out, box_facing_out, box_facing_any_way or file"
     )]
-    Pair {
-        /// The file.
-        file: String,
-    },
+    Pair,
     /// More cells than can be kept.
-    #[error("{file}: the axes span {found:e} cells, expected at most {MOST_CELLS}")]
-    TooManyCells {
-        /// The file.
-        file: String,
-        /// Cells that the axes span.
-        found: f64,
-    },
+    #[error("the axes span {0:e} cells, expected at most {MOST_CELLS}")]
+    TooManyCells(f64),
     /// A number outside what it can mean.
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
     /// The factors would make a better robot.
-    #[error("{file}: {source}")]
-    NotHarsher {
-        /// The file.
-        file: String,
-        /// Which factor.
-        source: NotHarsher,
-    },
-    /// A cell that the robots must not be commanded.
-    #[error("{file}: cell `{cell}`: {source}")]
-    Limits {
-        /// The file.
-        file: String,
-        /// The cell.
-        cell: Cell,
-        /// Which command.
-        source: BeyondLimits,
-    },
-    /// A cell that cannot be simulated.
-    #[error("{file}: cell `{cell}`: {source}")]
+    #[error(transparent)]
+    NotHarsher(#[from] NotHarsher),
+    /// A cell that cannot be simulated, or that the robots must not be commanded.
+    #[error("cell `{cell}`: {source}")]
     Cell {
-        /// The file.
-        file: String,
         /// The cell.
         cell: Cell,
         /// Why.
@@ -228,31 +183,24 @@ pub enum SweepFileError {
     },
 }
 
-/// A number of a file outside what it can mean.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{file}: {key} is {found}, expected {expected}")]
-pub struct OutOfRange {
-    /// The file.
-    pub file: String,
-    /// The key.
-    pub key: &'static str,
-    /// The number found.
-    pub found: f64,
-    /// What it may be.
-    pub expected: &'static str,
-}
-
 impl Help for SweepFileError {
     fn help(&self) -> Option<String> {
         match self {
             Self::Document(error) => error.help(),
-            Self::Limits { source, .. } => source.help(),
-            Self::Controller { source, .. } => source.help(),
-            Self::NotOfController { source, .. } | Self::Cell { source, .. } => source.help(),
+            Self::Sweep { source, .. } => source.help(),
+        }
+    }
+}
+
+impl Help for SweepProblem {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Controller(flaw) => flaw.help(),
+            Self::NotOfController(error) | Self::Cell { source: error, .. } => error.help(),
             Self::Twice { axis: Axis::PlacementRadius, .. } => {
                 Some("keep `placement` or `placement_radius_m`".to_owned())
             }
-            Self::Pair { .. } => {
+            Self::Pair => {
                 Some("trials of two robots are driven by `rsrs measure drive`".to_owned())
             }
             Self::Twice { axis, .. } => Some(format!("keep one value or one list of `{axis}`")),
@@ -371,32 +319,31 @@ impl SweepFile {
         file: &str,
         measured: &RobotProfile,
     ) -> Result<Vec<(Cell, Conditions)>, SweepFileError> {
-        self.check_controller(file, Some(measured))?;
+        self.resolved(measured).map_err(in_file(file))
+    }
+
+    fn resolved(&self, measured: &RobotProfile) -> Result<Vec<(Cell, Conditions)>, SweepProblem> {
+        self.check_axes(Some(measured))?;
+        let not_read = |part, path: &String| SweepProblem::NotRead { part, path: path.clone() };
         if let NamedBehaviour::File(path) = &self.behaviour {
-            let (file, path) = (file.to_owned(), path.clone());
-            return Err(SweepFileError::BehaviourNotRead { file, path });
+            return Err(not_read("behaviour", path));
         }
         if let Some(WorldSource::File(path)) = &self.world {
-            let (file, path) = (file.to_owned(), path.clone());
-            return Err(SweepFileError::WorldNotRead { file, path });
+            return Err(not_read("world", path));
         }
         let factors = self.factors(measured);
-        let simulated = factors
-            .apply(measured)
-            .map_err(|source| SweepFileError::NotHarsher { file: file.to_owned(), source })?;
+        let simulated = factors.apply(measured)?;
         let class_changes = ClassChanges::as_of(measured, factors);
         let settings = Settings { class_changes, ..self.settings() };
-        let file = || file.to_owned();
-        let resolve = |cell: Cell| match Conditions::resolve(&simulated, &settings.with_cell(&cell))
-        {
-            Ok(conditions) => match measured.check_limits(&conditions.controller) {
-                Ok(()) => match conditions.world.check_limits(&conditions.controller) {
-                    Ok(()) => Ok((cell, conditions)),
-                    Err(source) => Err(SweepFileError::Cell { file: file(), cell, source }),
-                },
-                Err(source) => Err(SweepFileError::Limits { file: file(), cell, source }),
-            },
-            Err(source) => Err(SweepFileError::Cell { file: file(), cell, source }),
+        let conditions = |cell: &Cell| -> Result<Conditions, ConditionsError> {
+            let conditions = Conditions::resolve(&simulated, &settings.with_cell(cell))?;
+            measured.check_limits(&conditions.controller)?;
+            conditions.world.check_limits(&conditions.controller)?;
+            Ok(conditions)
+        };
+        let resolve = |cell: Cell| match conditions(&cell) {
+            Ok(conditions) => Ok((cell, conditions)),
+            Err(source) => Err(SweepProblem::Cell { cell, source }),
         };
         self.all_cells().into_iter().map(resolve).collect()
     }
@@ -438,11 +385,7 @@ impl Axes {
 
 impl Serialize for Axes {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for (axis, values) in &self.0 {
-            map.serialize_entry(axis, values)?;
-        }
-        map.end()
+        serializer.collect_map(self.0.iter().map(|(axis, values)| (axis, values)))
     }
 }
 

@@ -215,36 +215,25 @@ pub enum JudgeError {
         /// When, in seconds from the start.
         time_s: f64,
     },
-    /// What was commanded is unknown, and with it who is blocked and how far robots were to drive.
+    /// What was commanded is unknown, and with it who is blocked and how far robots were to drive; with the phases that
+    /// are possible, in the order in which the judge looks.
     #[error(
         "what the robots were commanded is not known, and decides between {}",
-        alternatives(phases)
+        alternatives(.0)
     )]
-    UnknownCommands {
-        /// The phases that are possible, in the order in which the judge looks.
-        phases: Vec<Phase>,
-    },
+    UnknownCommands(Vec<Phase>),
     /// So is the reach.
     #[error(
         "neither what the robots were commanded nor their reach is known, and they decide between {}",
-        alternatives(phases)
+        alternatives(.0)
     )]
-    UnknownCommandsAndReach {
-        /// The phases that are possible, in the order in which the judge looks.
-        phases: Vec<Phase>,
-    },
+    UnknownCommandsAndReach(Vec<Phase>),
     /// The radius of the bodies is unknown.
-    #[error("the radius of the robots' bodies is not known, and {parameter} depends on it")]
-    UnknownRadius {
-        /// The order parameter that a rule asks for.
-        parameter: Parameter,
-    },
+    #[error("the radius of the robots' bodies is not known, and {0} depends on it")]
+    UnknownRadius(Parameter),
     /// There is no arena.
-    #[error("{parameter} is of an arena with walls, and there is none, or it is not known")]
-    NoArena {
-        /// The order parameter that a rule asks for.
-        parameter: Parameter,
-    },
+    #[error("{0} is of an arena with walls, and there is none, or it is not known")]
+    NoArena(Parameter),
     /// An object is nowhere.
     #[error("object {object} is nowhere, or beyond {MOST:e} m, {time_s:.2} s after the start")]
     ObjectNotFinite {
@@ -254,23 +243,14 @@ pub enum JudgeError {
         time_s: f64,
     },
     /// There are no objects.
-    #[error("{parameter} is of objects, and there are none, or none is known")]
-    NoObjects {
-        /// The order parameter that a rule asks for.
-        parameter: Parameter,
-    },
+    #[error("{0} is of objects, and there are none, or none is known")]
+    NoObjects(Parameter),
     /// There are no goals.
-    #[error("{parameter} is of goals, and there are none, or none is known")]
-    NoGoals {
-        /// The order parameter that a rule asks for.
-        parameter: Parameter,
-    },
+    #[error("{0} is of goals, and there are none, or none is known")]
+    NoGoals(Parameter),
     /// Robots are of no classes.
-    #[error("{parameter} is of classes of robots, and there are none, or none is known")]
-    NoClasses {
-        /// The order parameter that a rule asks for.
-        parameter: Parameter,
-    },
+    #[error("{0} is of classes of robots, and there are none, or none is known")]
+    NoClasses(Parameter),
     /// Classes of other robots than these.
     #[error(
         "the classes of {found} robots are known, of {expected}, and {parameter} depends on them"
@@ -375,8 +355,8 @@ pub fn label_without_commands(
     match phases[..] {
         [_] => Ok(verdict),
         _ if !rules.need_commands() => label_with(trajectory, bodies, rules),
-        _ if reach_is_known => Err(JudgeError::UnknownCommands { phases }),
-        _ => Err(JudgeError::UnknownCommandsAndReach { phases }),
+        _ if reach_is_known => Err(JudgeError::UnknownCommands(phases)),
+        _ => Err(JudgeError::UnknownCommandsAndReach(phases)),
     }
 }
 

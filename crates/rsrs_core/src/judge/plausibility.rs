@@ -16,6 +16,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::judge::trajectory::{Bodies, Trajectory};
+use crate::numerals::count;
 use motion::{Distances, Motion, Surroundings, Way};
 use turning::{MIN_FOLLOWED, Turning, follow};
 
@@ -276,18 +277,7 @@ fn rounded(factor: f64) -> String {
     let digits = libm::floor(libm::log10(factor)) - 1.0;
     let step = libm::pow(10.0, digits);
     let whole = (factor / step).round() * step;
-    if whole < 10.0 {
-        return format!("{whole:.1}");
-    }
-    let text = format!("{whole:.0}");
-    let mut grouped = String::new();
-    for (place, digit) in text.chars().enumerate() {
-        if place > 0 && (text.len() - place) % 3 == 0 {
-            grouped.push(',');
-        }
-        grouped.push(digit);
-    }
-    grouped
+    if whole < 10.0 { format!("{whole:.1}") } else { count(whole.round() as u64) }
 }
 
 /// What is known beside the trajectory.

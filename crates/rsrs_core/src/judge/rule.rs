@@ -183,11 +183,11 @@ impl Rules {
     pub fn check_known(&self, bodies: &Bodies) -> Result<(), JudgeError> {
         for parameter in self.parameters() {
             match parameter.lacks(bodies) {
-                Some(Prerequisite::Arena) => return Err(JudgeError::NoArena { parameter }),
-                Some(Prerequisite::Objects) => return Err(JudgeError::NoObjects { parameter }),
-                Some(Prerequisite::Goals) => return Err(JudgeError::NoGoals { parameter }),
-                Some(Prerequisite::Classes) => return Err(JudgeError::NoClasses { parameter }),
-                Some(_) => return Err(JudgeError::UnknownRadius { parameter }),
+                Some(Prerequisite::Arena) => return Err(JudgeError::NoArena(parameter)),
+                Some(Prerequisite::Objects) => return Err(JudgeError::NoObjects(parameter)),
+                Some(Prerequisite::Goals) => return Err(JudgeError::NoGoals(parameter)),
+                Some(Prerequisite::Classes) => return Err(JudgeError::NoClasses(parameter)),
+                Some(_) => return Err(JudgeError::UnknownRadius(parameter)),
                 None => {}
             }
         }

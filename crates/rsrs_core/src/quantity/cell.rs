@@ -4,7 +4,6 @@ use std::fmt;
 use std::str::FromStr;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
-use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::{Axis, OtherUnit, UnknownAxis};
@@ -19,11 +18,8 @@ pub struct Cell {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CellError {
     /// A part is not `axis=value`.
-    #[error("`{found}` is not of the form axis=value")]
-    NotAnAssignment {
-        /// The part found.
-        found: String,
-    },
+    #[error("`{0}` is not of the form axis=value")]
+    NotAnAssignment(String),
     /// The name is no axis.
     #[error(transparent)]
     Axis(#[from] UnknownAxis),
@@ -39,11 +35,8 @@ pub enum CellError {
     #[error(transparent)]
     Unit(#[from] OtherUnit),
     /// An axis is given twice.
-    #[error("{axis} is given twice")]
-    Twice {
-        /// The axis.
-        axis: Axis,
-    },
+    #[error("{0} is given twice")]
+    Twice(Axis),
 }
 
 impl Cell {
@@ -52,7 +45,7 @@ impl Cell {
         let mut cell = Self::default();
         for (axis, value) in values {
             if cell.get(axis).is_some() {
-                return Err(CellError::Twice { axis });
+                return Err(CellError::Twice(axis));
             }
             if !value.is_finite() {
                 return Err(CellError::NotANumber { axis, found: value.to_string() });
@@ -108,9 +101,8 @@ impl FromStr for Cell {
 
     fn from_str(text: &str) -> Result<Self, CellError> {
         let values = text.split(',').map(|part| {
-            let (key, value) = part
-                .split_once('=')
-                .ok_or_else(|| CellError::NotAnAssignment { found: part.to_owned() })?;
+            let (key, value) =
+                part.split_once('=').ok_or_else(|| CellError::NotAnAssignment(part.to_owned()))?;
             let axis: Axis = key.trim().parse()?;
             let number = value
                 .trim()
@@ -125,11 +117,7 @@ impl FromStr for Cell {
 
 impl Serialize for Cell {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.values.len()))?;
-        for (axis, value) in &self.values {
-            map.serialize_entry(axis.key(), value)?;
-        }
-        map.end()
+        serializer.collect_map(self.values.iter().map(|(axis, value)| (axis.key(), value)))
     }
 }
 

@@ -2,13 +2,14 @@
 
 use std::fmt;
 
+use serde::Serialize;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
-use serde::{Serialize, Serializer};
 
 use crate::robot::harsher::tidy;
 
 /// The values of one axis: spelled out as a list, or evenly spaced `{from, to, steps}`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
 pub struct AxisValues(pub Vec<f64>);
 
 impl AxisValues {
@@ -16,12 +17,6 @@ impl AxisValues {
     pub fn evenly_spaced(from: f64, to: f64, steps: usize) -> Self {
         let intervals = steps.saturating_sub(1).max(1) as f64;
         Self((0..steps).map(|step| tidy(from + (to - from) * step as f64 / intervals)).collect())
-    }
-}
-
-impl Serialize for AxisValues {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.0.serialize(serializer)
     }
 }
 
@@ -45,11 +40,8 @@ impl<'de> Deserialize<'de> for AxisValues {
                 formatter.write_str("a list of numbers or {from, to, steps}")
             }
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<AxisValues, A::Error> {
-                let mut values = Vec::new();
-                while let Some(value) = list.next_element()? {
-                    values.push(value);
-                }
-                Ok(AxisValues(values))
+                let values = std::iter::from_fn(|| list.next_element().transpose());
+                values.collect::<Result<_, _>>().map(AxisValues)
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AxisValues, A::Error> {
                 let spaced = Spaced::deserialize(de::value::MapAccessDeserializer::new(map))?;

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::document::source::InFile;
 use crate::document::{self, DocumentError};
 use crate::help::Help;
+use crate::out_of_range::OutOfRange;
 use crate::robot::contact::ContactModel;
 use crate::robot::sensor::{FurtherSensor, SensorDetails, SensorFlaw, SensorProblem};
 use crate::robot::wheels::Wheels;
@@ -245,21 +246,11 @@ pub enum ProfileError {
     #[error(transparent)]
     Document(#[from] DocumentError),
     /// A number lies outside what it can mean.
-    #[error("{key} is {found}, expected {expected}")]
-    OutOfRange {
-        /// Dotted path of the key.
-        key: &'static str,
-        /// The number found.
-        found: f64,
-        /// What it may be.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
     /// A gain table is empty or not ascending in its commands.
-    #[error("{key} needs at least one entry, with ascending commands")]
-    GainTable {
-        /// Dotted path of the key.
-        key: &'static str,
-    },
+    #[error("{0} needs at least one entry, with ascending commands")]
+    GainTable(&'static str),
     /// A friction of robots that push nobody.
     #[error(
         "body.contact_friction is {found}, and body.contact is {}: only bodies that push have friction",
@@ -276,12 +267,9 @@ pub enum ProfileError {
     Region,
     /// The polygon is not convex, not counterclockwise, or has too few or too many corners.
     #[error(
-        "sensing.polygon_m has {corners} corners, expected 3 to {MAX_CORNERS}, convex and counterclockwise"
+        "sensing.polygon_m has {0} corners, expected 3 to {MAX_CORNERS}, convex and counterclockwise"
     )]
-    Polygon {
-        /// Corners found.
-        corners: usize,
-    },
+    Polygon(usize),
     /// Both a sensor and a list of them, or neither.
     #[error("a profile needs exactly one of `sensing` and `sensors`")]
     SensingOrSensors,

@@ -40,11 +40,8 @@ pub struct PseudoRealities<'a> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PseudoRealityError {
     /// No number of the profile has an interval.
-    #[error("the profile {name} has no intervals, so nothing says what else its robots might be")]
-    NoIntervals {
-        /// Name of the kind of robot.
-        name: String,
-    },
+    #[error("the profile {0} has no intervals, so nothing says what else its robots might be")]
+    NoIntervals(String),
     /// No robot is like that.
     #[error("with intervals {widening} times as wide, {problem}")]
     TooWide {
@@ -108,7 +105,7 @@ impl<'a> PseudoRealities<'a> {
             })
             .collect();
         if varied.is_empty() {
-            return Err(PseudoRealityError::NoIntervals { name: profile.name.clone() });
+            return Err(PseudoRealityError::NoIntervals(profile.name.clone()));
         }
         let all = Self { profile, varied };
         for share in [0.0, 1.0] {
@@ -239,7 +236,7 @@ mod tests {
         let mut bare = smars();
         bare.provenance.numbers.clear();
         let refused = PseudoRealities::around(&bare, 2.0).unwrap_err();
-        assert_eq!(refused, PseudoRealityError::NoIntervals { name: "smars".to_owned() });
+        assert_eq!(refused, PseudoRealityError::NoIntervals("smars".to_owned()));
         let measured = smars();
         let refused = PseudoRealities::around(&measured, 1e6).unwrap_err();
         assert!(matches!(refused, PseudoRealityError::TooWide { .. }), "{refused}");

@@ -36,26 +36,17 @@ impl Default for TrackerFrame {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidFrame {
     /// An offset that is no place.
-    #[error("`offset_m` is {found}, expected two numbers within ±{MOST_OFFSET_M} m")]
-    Offset {
-        /// The value found.
-        found: String,
-    },
+    #[error("`offset_m` is {0}, expected two numbers within ±{MOST_OFFSET_M} m")]
+    Offset(String),
     /// More than a turn: degrees, most likely.
-    #[error("`rotation_rad` is {found}, expected radians within ±2π (90° is 1.5708)")]
-    Rotation {
-        /// The value found.
-        found: String,
-    },
+    #[error("`rotation_rad` is {0}, expected radians within ±2π (90° is 1.5708)")]
+    Rotation(String),
     /// A scale that no unit has.
     #[error(
-        "`scale` is {found}, expected metres in one of the tracker's units, {LEAST_SCALE} to \
+        "`scale` is {0}, expected metres in one of the tracker's units, {LEAST_SCALE} to \
          {MOST_SCALE} (0.001 for millimetres)"
     )]
-    Scale {
-        /// The value found.
-        found: String,
-    },
+    Scale(String),
 }
 
 /// No floor is larger.
@@ -75,15 +66,15 @@ impl TrackerFrame {
     pub fn check(&self) -> Result<(), InvalidFrame> {
         let [x_m, y_m] = self.offset_m;
         if ![x_m, y_m].iter().all(|offset_m| offset_m.abs() <= MOST_OFFSET_M) {
-            return Err(InvalidFrame::Offset { found: format!("[{x_m}, {y_m}]") });
+            return Err(InvalidFrame::Offset(format!("[{x_m}, {y_m}]")));
         }
         // NaN is in no range.
         let (turn_rad, scale) = (self.rotation_rad, self.scale);
         if !(-std::f64::consts::TAU..=std::f64::consts::TAU).contains(&turn_rad) {
-            return Err(InvalidFrame::Rotation { found: turn_rad.to_string() });
+            return Err(InvalidFrame::Rotation(turn_rad.to_string()));
         }
         if !(LEAST_SCALE..=MOST_SCALE).contains(&scale) {
-            return Err(InvalidFrame::Scale { found: scale.to_string() });
+            return Err(InvalidFrame::Scale(scale.to_string()));
         }
         Ok(())
     }
@@ -152,26 +143,17 @@ struct Axis {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidAxes {
     /// A word that names no axis.
-    #[error("axis `{found}`, expected x, y, z, -x, -y or -z")]
-    NoAxis {
-        /// The word.
-        found: String,
-    },
+    #[error("axis `{0}`, expected x, y, z, -x, -y or -z")]
+    NoAxis(String),
     /// An axis that two of the floor's are to be.
-    #[error("axes [{found}] have one of them twice, expected each of x, y and z once")]
-    Twice {
-        /// The words.
-        found: String,
-    },
+    #[error("axes [{0}] have one of them twice, expected each of x, y and z once")]
+    Twice(String),
     /// A mirror.
     #[error(
-        "axes [{found}] are left-handed, in which robots turn the wrong way: turn the sign of one of them \
+        "axes [{0}] are left-handed, in which robots turn the wrong way: turn the sign of one of them \
          (a tracker with y up has [x, -z, y])"
     )]
-    LeftHanded {
-        /// The words.
-        found: String,
-    },
+    LeftHanded(String),
 }
 
 impl Default for Axes {
@@ -211,7 +193,7 @@ impl FromStr for Axis {
             None => (false, word.strip_prefix('+').unwrap_or(word)),
         };
         let index = ["x", "y", "z"].iter().position(|axis| *axis == letter);
-        let index = index.ok_or_else(|| InvalidAxes::NoAxis { found: word.to_owned() })?;
+        let index = index.ok_or_else(|| InvalidAxes::NoAxis(word.to_owned()))?;
         Ok(Self { index, is_reversed })
     }
 }
@@ -232,8 +214,8 @@ impl TryFrom<[String; 3]> for Axes {
         let found = words.join(", ");
         match axes.handedness() {
             1 => Ok(axes),
-            0 => Err(InvalidAxes::Twice { found }),
-            _ => Err(InvalidAxes::LeftHanded { found }),
+            0 => Err(InvalidAxes::Twice(found)),
+            _ => Err(InvalidAxes::LeftHanded(found)),
         }
     }
 }

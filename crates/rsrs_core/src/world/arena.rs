@@ -114,7 +114,7 @@ fn check_polygon(corners_m: &[[f64; 2]]) -> Result<(), WorldProblem> {
     let all = corners_m.iter().flatten();
     all.into_iter().try_for_each(|at_m| within("polygon_m", *at_m, COORDINATE))?;
     if !CORNERS.contains(n as f64) {
-        return Err(WorldProblem::Corners { found: n });
+        return Err(WorldProblem::Corners(n));
     }
     let all: Vec<[[f64; 2]; 2]> = sides(corners_m).collect();
     let meet = |one: usize, other: usize| WorldProblem::SidesMeet {

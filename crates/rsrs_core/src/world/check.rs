@@ -59,11 +59,8 @@ pub enum WorldProblem {
     #[error("an obstacle needs both `place_m` and `radius_m`, or `polygon_m` alone")]
     ObstacleKind,
     /// Too few or too many corners.
-    #[error("`polygon_m` has {found} corners, expected 3 to 1000")]
-    Corners {
-        /// Corners found.
-        found: usize,
-    },
+    #[error("`polygon_m` has {0} corners, expected 3 to 1000")]
+    Corners(usize),
     /// Sides of a polygon that cross or touch.
     #[error(
         "the sides of `polygon_m` from ({}, {}) m and from ({}, {}) m meet beside its corners, or one turns back on \
@@ -149,19 +146,11 @@ pub enum WorldProblem {
         at_most: usize,
     },
     /// A class whose name cannot be one.
-    #[error(
-        "`{found}` is no name of a class: expected small letters, digits and `_`, a letter first"
-    )]
-    ClassName {
-        /// The name.
-        found: String,
-    },
+    #[error("`{0}` is no name of a class: expected small letters, digits and `_`, a letter first")]
+    ClassName(String),
     /// Two classes of one name.
-    #[error("`{found}` is the name of two classes")]
-    SameClass {
-        /// The name.
-        found: String,
-    },
+    #[error("`{0}` is the name of two classes")]
+    SameClass(String),
     /// Neither one robot nor a number of them, or both.
     #[error("a failure needs exactly one of `robot` and `count`")]
     WhoFails,
@@ -185,11 +174,8 @@ pub enum WorldProblem {
         robots: usize,
     },
     /// A profile of a class that describes no robot.
-    #[error("its profile describes no robot: {source}")]
-    Profile {
-        /// Why.
-        source: Box<ProfileError>,
-    },
+    #[error("its profile describes no robot: {0}")]
+    Profile(#[source] Box<ProfileError>),
     /// A class for which no robot is left.
     #[error("{classes} classes of robots are more than the {}", counted(*robots as u64, "robot"))]
     TooManyClasses {
@@ -282,7 +268,7 @@ impl Help for WorldProblem {
             }
             Self::ClassName { .. } => "call it `sheep`, or `a`".to_owned(),
             Self::SameClass { .. } => "give one of them another name".to_owned(),
-            Self::Profile { source } => return source.help(),
+            Self::Profile(source) => return source.help(),
             Self::TooManyClasses { .. } => {
                 "take fewer classes, or more `robots`: each class has one or more".to_owned()
             }
@@ -391,16 +377,16 @@ impl WorldFile {
             let flaw = |problem| WorldFlaw { place: Place::Class(place), problem };
             let found = name.clone();
             if !document::is_name(name) {
-                return Err(flaw(WorldProblem::ClassName { found }));
+                return Err(flaw(WorldProblem::ClassName(found)));
             }
             if self.classes[..place].iter().any(|other| other.name == *name) {
-                return Err(flaw(WorldProblem::SameClass { found }));
+                return Err(flaw(WorldProblem::SameClass(found)));
             }
             let count = count.map_or(Ok(()), |count| within("count", count as f64, MOST_OBJECTS));
             count.map_err(flaw)?;
             let profile =
                 profile.as_ref().and_then(Source::read).map_or(Ok(()), RobotProfile::check);
-            profile.map_err(|source| flaw(WorldProblem::Profile { source: Box::new(source) }))?;
+            profile.map_err(|source| flaw(WorldProblem::Profile(Box::new(source))))?;
         }
         for (place, failure) in self.failures.iter().enumerate() {
             let flaw = |problem| WorldFlaw { place: Place::Failure(place), problem };

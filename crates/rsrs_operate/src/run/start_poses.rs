@@ -89,15 +89,15 @@ impl StartPoses {
         });
         let reach_m = record.conditions.placement.radius_m();
         let (placement, area, drawn_area) = match &record.conditions.placement {
-            Placement::BoxFacingOut { width_m, height_m } => (
+            Placement::BoxFacingOut(sides) => (
                 "box_facing_out",
-                format!("in a box of {width_m} m by {height_m} m, facing out"),
-                Area::Box { width_m: *width_m, height_m: *height_m },
+                format!("in a box of {} m by {} m, facing out", sides.width_m, sides.height_m),
+                Area::Box(*sides),
             ),
-            Placement::BoxFacingAnyWay { width_m, height_m } => (
+            Placement::BoxFacingAnyWay(sides) => (
                 "box_facing_any_way",
-                format!("in a box of {width_m} m by {height_m} m, heading any way"),
-                Area::Box { width_m: *width_m, height_m: *height_m },
+                format!("in a box of {} m by {} m, heading any way", sides.width_m, sides.height_m),
+                Area::Box(*sides),
             ),
             Placement::Given { .. } => {
                 ("file", "where the table puts them".to_owned(), Area::Table { reach_m })

@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use anyhow::Context;
-
 use super::folder::{BAG, names_in};
 use super::manifest::write_whole;
 use crate::attempt::{Attempt, keep_aside, number_aside};
-use crate::files::read_text;
+use crate::files::read_json_if_there;
 
 /// Their list, in the folder of the experiment.
 pub const ATTEMPTS: &str = "attempts.json";
@@ -18,13 +16,8 @@ pub const ATTEMPTS: &str = "attempts.json";
 /// A recording that was kept aside before its entry was written, or by a version that wrote none,
 /// is among them.
 pub fn attempts_in(folder: &Path) -> anyhow::Result<Vec<Attempt>> {
-    let path = folder.join(ATTEMPTS);
-    let mut attempts: Vec<Attempt> = if path.exists() {
-        serde_json::from_str(&read_text(&path)?)
-            .with_context(|| format!("{} is no list of attempts", path.display()))?
-    } else {
-        Vec::new()
-    };
+    let list = read_json_if_there(&folder.join(ATTEMPTS), "no list of attempts")?;
+    let mut attempts: Vec<Attempt> = list.unwrap_or_default();
     if !folder.exists() {
         return Ok(attempts);
     }

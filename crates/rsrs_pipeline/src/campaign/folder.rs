@@ -17,7 +17,7 @@ use super::{Item, is_same};
 use crate::attempt::Attempt;
 use crate::error::{in_one_line, with_help};
 use crate::files::lock_file::try_lock;
-use crate::files::{read_text, write_file};
+use crate::files::{read_json_if_there, write_file};
 use crate::label::{LabelOptions, Settledness, label_bag};
 use crate::recorded_run;
 use crate::recorded_run::gaps;
@@ -103,13 +103,8 @@ impl CampaignFolder {
 
     fn asked_before(&self) -> anyhow::Result<Vec<Asked>> {
         let path = self.path.join(STATE);
-        if !path.exists() {
-            return Ok(Vec::new());
-        }
-        let text = read_text(&path)?;
-        let state: State = serde_json::from_str(&text)
-            .with_context(|| format!("{} is not what a campaign leaves", path.display()))?;
-        Ok(state.experiments)
+        let state: Option<State> = read_json_if_there(&path, "not what a campaign leaves")?;
+        Ok(state.map_or_else(Vec::new, |state| state.experiments))
     }
 
     /// A campaign may get more experiments at its end; nothing else of it may change.
@@ -244,12 +239,8 @@ impl CampaignFolder {
 
     /// Whether the label of a finished experiment is near another one.
     pub fn settledness(&self, item: &Item) -> anyhow::Result<Settledness> {
-        let path = self.of(item).join(LABEL);
-        if !path.exists() {
-            return Ok(Settledness::default());
-        }
-        serde_json::from_str(&read_text(&path)?)
-            .with_context(|| format!("{} is no label", path.display()))
+        let settledness = read_json_if_there(&self.of(item).join(LABEL), "no label")?;
+        Ok(settledness.unwrap_or_default())
     }
 
     /// Keeps what there is of a run that gave no result, returns it, and makes the experiment an

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::settling::Settling;
+use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{Phase, converged_s, label_with};
 use rsrs_core::numerals::counted;
@@ -113,16 +114,32 @@ fn find(
     Ok((index, cells.swap_remove(index)))
 }
 
-/// The record of a run that never was on any network.
+/// The record of a run of a sweep that never was on any network.
 fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> ExperimentRecord {
-    let sweep = &result.source.sweep;
+    let SweepFile { duration_s, seed, .. } = result.source.sweep;
+    let run_id = run_id(&conditions, duration_s, seed, replicate);
     let profile_digest = result.source.profile.digest();
+    let record = simulated_record(run_id, conditions, (duration_s, seed), &profile_digest);
+    ExperimentRecord { replicate, time: Time::Lockstep, ..record }
+}
+
+/// The record of a simulated run, in real time, of the first replicate, all of whose robots are of one profile.
+///
+/// # Arguments
+///
+/// * `duration_s` — in seconds, beside its seed.
+pub fn simulated_record(
+    run_id: String,
+    conditions: Conditions,
+    (duration_s, seed): (f64, u64),
+    profile_digest: &str,
+) -> ExperimentRecord {
     ExperimentRecord {
-        run_id: run_id(&conditions, sweep.duration_s, sweep.seed, replicate),
+        run_id,
         robots: (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect(),
-        duration_s: sweep.duration_s,
-        seed: sweep.seed,
-        replicate,
+        duration_s,
+        seed,
+        replicate: 0,
         robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
         controller_only: Vec::new(),
@@ -131,8 +148,8 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         fixed: None,
         pose_source: Some(PoseSource::Odom),
         tracker: None,
-        time: Time::Lockstep,
-        provenance: Provenance::new(&profile_digest, &conditions),
+        time: Time::RealTime,
+        provenance: Provenance::new(profile_digest, &conditions),
         conditions,
     }
 }

@@ -167,8 +167,8 @@ fn standing(
     let neighbour = match record.conditions.placement {
         Placement::Pair { distance_m, bearing_rad } => Some(Neighbour { distance_m, bearing_rad }),
         Placement::DiscFacingOut { .. }
-        | Placement::BoxFacingOut { .. }
-        | Placement::BoxFacingAnyWay { .. }
+        | Placement::BoxFacingOut(_)
+        | Placement::BoxFacingAnyWay(_)
         | Placement::Given { .. } => None,
     };
     let readings = sensor_readings::count(bag.path(), robot, None)?;

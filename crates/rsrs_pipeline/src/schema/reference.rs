@@ -19,7 +19,7 @@ pub fn reference() -> String {
         let schema = kind.schema();
         let mut rows = Vec::new();
         collect(&schema, &schema, "", &mut rows);
-        section(&mut page, kind, &once(&rows));
+        section(&mut page, kind.key, &once(&rows));
     }
     axes(&mut page);
     order_parameters(&mut page);
@@ -61,13 +61,13 @@ fn once(rows: &[Row]) -> Vec<Row> {
     kept
 }
 
-fn section(page: &mut String, kind: FileKind, rows: &[Row]) {
+fn section(page: &mut String, kind: &str, rows: &[Row]) {
     let line = |page: &mut String, text: &str| {
         page.push_str(text);
         page.push('\n');
     };
-    let article = if kind == FileKind::Experiment { "An" } else { "A" };
-    line(page, &format!("\n## {article} {} file\n", kind.key()));
+    let article = if kind == "experiment" { "An" } else { "A" };
+    line(page, &format!("\n## {article} {kind} file\n"));
     line(page, "| key | value | if left out | meaning |");
     line(page, "|---|---|---|---|");
     for Row { path, kind, default, text } in rows {

@@ -18,7 +18,7 @@ use rsrs_core::quantity::Cell;
 use rsrs_files::quoted;
 
 use crate::error::with_help;
-use crate::files::read_text;
+use crate::files::{read_json_if_there, read_text};
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
 
@@ -62,14 +62,7 @@ pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
 
 /// Reads the choice that lies beside a sweep's files; `None` if there is none.
 pub fn read_choice(folder: &Path) -> anyhow::Result<Option<Choice>> {
-    let path = folder.join(CHOICE);
-    if !path.exists() {
-        return Ok(None);
-    }
-    let text = read_text(&path)?;
-    let choice =
-        serde_json::from_str(&text).with_context(|| format!("{} is no choice", path.display()))?;
-    Ok(Some(choice))
+    read_json_if_there(&folder.join(CHOICE), "no choice")
 }
 
 /// Reads what was swept into a folder, or is being swept.

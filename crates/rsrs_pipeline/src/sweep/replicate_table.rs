@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Context;
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
@@ -148,25 +148,31 @@ impl<'a> ReplicateTable<'a> {
     fn write_group(&mut self, rows: &[ReplicateOutcome]) -> anyhow::Result<()> {
         let (diagram, seed) = (self.diagram, self.seed);
         let n_cells = diagram.cells.len();
-        let phases: Vec<&str> = rows.iter().map(|row| row.phase.key()).collect();
-        let worlds: Vec<&str> =
-            rows.iter().map(|row| self.worlds[row.cell / n_cells].key()).collect();
+        let phases: Vec<ByteArray> = rows.iter().map(|row| row.phase.key().into()).collect();
+        let world = |row: &ReplicateOutcome| self.worlds[row.cell / n_cells].key().into();
+        let worlds: Vec<ByteArray> = rows.iter().map(world).collect();
+        let replicates: Vec<i64> = rows.iter().map(|row| row.replicate.cast_signed()).collect();
+        let seeds = vec![seed.cast_signed(); rows.len()];
         let mut group = self.writer.next_row_group()?;
         for axis in &diagram.axes {
             let value = |row: &ReplicateOutcome| {
                 let cell = &diagram.cells[row.cell % n_cells].cell;
                 cell.get(*axis).expect("every cell has every axis")
             };
-            doubles(&mut group, &rows.iter().map(value).collect::<Vec<_>>())?;
+            let values: Vec<f64> = rows.iter().map(value).collect();
+            write_column::<DoubleType>(&mut group, &values, None)?;
         }
-        integers(&mut group, rows.iter().map(|row| row.replicate))?;
-        integers(&mut group, rows.iter().map(|_| seed))?;
-        keys(&mut group, &phases)?;
+        for numbers in [&replicates, &seeds] {
+            write_column::<Int64Type>(&mut group, numbers, None)?;
+        }
+        write_column::<ByteArrayType>(&mut group, &phases, None)?;
         for parameter in &self.parameters {
             let values: Vec<_> = rows.iter().map(|row| parameter.value(&row.evidence)).collect();
-            optional_doubles(&mut group, &values)?;
+            let present: Vec<f64> = values.iter().copied().flatten().collect();
+            let levels: Vec<i16> = values.iter().map(|it| i16::from(it.is_some())).collect();
+            write_column::<DoubleType>(&mut group, &present, Some(&levels))?;
         }
-        keys(&mut group, &worlds)?;
+        write_column::<ByteArrayType>(&mut group, &worlds, None)?;
         group.close()?;
         Ok(())
     }
@@ -189,32 +195,12 @@ fn schema(axes: &[Axis], parameters: &[Parameter]) -> String {
     format!("message replicate {{ {} }}", fields.join(" "))
 }
 
-type Group<'a> = SerializedRowGroupWriter<'a, File>;
-
-fn doubles(group: &mut Group<'_>, values: &[f64]) -> anyhow::Result<()> {
-    let mut column = group.next_column()?.context("a column for each axis")?;
-    column.typed::<DoubleType>().write_batch(values, None, None)?;
-    Ok(column.close()?)
-}
-
-fn optional_doubles(group: &mut Group<'_>, values: &[Option<f64>]) -> anyhow::Result<()> {
-    let present: Vec<f64> = values.iter().copied().flatten().collect();
-    let levels: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
-    let mut column = group.next_column()?.context("a column for each order parameter")?;
-    column.typed::<DoubleType>().write_batch(&present, Some(&levels), None)?;
-    Ok(column.close()?)
-}
-
-fn integers(group: &mut Group<'_>, values: impl Iterator<Item = u64>) -> anyhow::Result<()> {
-    let values: Vec<i64> = values.map(u64::cast_signed).collect();
-    let mut column = group.next_column()?.context("a column for each number")?;
-    column.typed::<Int64Type>().write_batch(&values, None, None)?;
-    Ok(column.close()?)
-}
-
-fn keys(group: &mut Group<'_>, keys: &[&str]) -> anyhow::Result<()> {
-    let keys: Vec<ByteArray> = keys.iter().map(|key| ByteArray::from(*key)).collect();
-    let mut column = group.next_column()?.context("a column for each key")?;
-    column.typed::<ByteArrayType>().write_batch(&keys, None, None)?;
+fn write_column<T: DataType>(
+    group: &mut SerializedRowGroupWriter<'_, File>,
+    values: &[T::T],
+    are_present: Option<&[i16]>,
+) -> anyhow::Result<()> {
+    let mut column = group.next_column()?.context("a column for each of the schema")?;
+    column.typed::<T>().write_batch(values, are_present, None)?;
     Ok(column.close()?)
 }

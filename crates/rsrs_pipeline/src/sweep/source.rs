@@ -13,11 +13,11 @@ use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use rsrs_core::world::{WorldFile, WorldSource};
-use rsrs_fleet::fleet_file::FleetFile;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{WithHelp, helped, with_help};
 use crate::files::read_text;
+use crate::measure::plan_folder::enabled_robots;
 use crate::provenance::Provenance;
 
 /// A sweep that needs no other file: what `sweep.yaml` in a result folder holds.
@@ -231,7 +231,5 @@ pub fn robots_beside(profile: &Path) -> anyhow::Result<Option<usize>> {
     if !path.exists() {
         return Ok(None);
     }
-    let fleet =
-        FleetFile::parse(&path.display().to_string(), &read_text(&path)?).map_err(helped)?;
-    Ok(Some(fleet.enabled().len()).filter(|n_robots| *n_robots > 0))
+    Ok(Some(enabled_robots(&path)?.len()).filter(|n_robots| *n_robots > 0))
 }

@@ -20,11 +20,8 @@ pub struct Length {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LengthError {
     /// There is no unit, or no number before it.
-    #[error("`{text}` is no width, expected a number and mm, cm or in, such as 88mm")]
-    Format {
-        /// The text.
-        text: String,
-    },
+    #[error("`{0}` is no width, expected a number and mm, cm or in, such as 88mm")]
+    Format(String),
     /// It is too narrow or too wide.
     #[error("a width of {found_mm:.0} mm, expected {} to {} mm", WIDTHS_MM[0], WIDTHS_MM[1])]
     OutOfRange {
@@ -59,7 +56,7 @@ impl FromStr for Length {
     type Err = LengthError;
 
     fn from_str(text: &str) -> Result<Self, LengthError> {
-        let error = || LengthError::Format { text: text.to_owned() };
+        let error = || LengthError::Format(text.to_owned());
         let units = [("mm", 1.0), ("cm", 10.0), ("in", MM_PER_INCH)];
         let (number, mm) = units
             .into_iter()

@@ -1,6 +1,6 @@
 //! The laws of arenas that are no squares, and of obstacles.
 
-use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
+use rsrs_core::conditions::{Arena, Conditions, Placement, Sides, Walls};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::region::Region;
@@ -130,7 +130,7 @@ fn worlds() -> Vec<(WorldFile, f64)> {
 
 fn conditions(world: WorldFile, side_m: f64, walls: Walls) -> Conditions {
     let mut conditions = flockbots(0.15, 0.75, &PERFECT);
-    conditions.placement = Placement::BoxFacingAnyWay { width_m: side_m, height_m: side_m };
+    conditions.placement = Placement::BoxFacingAnyWay(Sides { width_m: side_m, height_m: side_m });
     conditions.arena = Arena { side_m, walls };
     conditions.world = world;
     conditions
@@ -434,7 +434,8 @@ fn where_there_are_no_walls_nothing_holds_and_obstacles_are_refused() {
 fn arenas_of_all_shapes_have_the_bits_that_they_always_had() {
     let found = worlds().into_iter().map(|(world, side_m)| {
         let mut conditions = flockbots(0.15, 0.75, &HARSHER);
-        conditions.placement = Placement::BoxFacingAnyWay { width_m: side_m, height_m: side_m };
+        conditions.placement =
+            Placement::BoxFacingAnyWay(Sides { width_m: side_m, height_m: side_m });
         conditions.arena = Arena { side_m, walls: Walls::Clamp };
         conditions.robot.details.hidden_by = vec![Detects::Wall];
         conditions.robot.contact = ContactModel::Push;

@@ -1,7 +1,7 @@
 //! The batch kernel against the reference world, and its judge against the judge: bit by bit.
 
 use proptest::prelude::*;
-use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Walls};
+use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Sides, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Verdict;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
@@ -91,7 +91,7 @@ fn crowds_and_jams_pass_through_the_states_of_the_reference() {
 #[test]
 fn robots_in_a_box_or_where_a_table_puts_them_pass_through_the_states_of_the_reference() {
     let mut in_a_box = flockbots(0.15, 0.75, &HARSHER);
-    in_a_box.placement = Placement::BoxFacingOut { width_m: 2.0, height_m: 0.8 };
+    in_a_box.placement = Placement::BoxFacingOut(Sides { width_m: 2.0, height_m: 0.8 });
     // Five sets, so that neither lanes nor replicates go through them evenly.
     let place = |set: u32, robot: u32| Pose {
         x_m: 0.2 * f64::from(robot) - 0.8,

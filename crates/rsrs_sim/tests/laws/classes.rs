@@ -1,6 +1,6 @@
 //! The laws of classes of robots, which sensors tell from each other.
 
-use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
+use rsrs_core::conditions::{Arena, Conditions, Placement, Sides, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::controller::state_machine::{Row, StateMachine};
 use rsrs_core::robot::controller::{Command, Controller};
@@ -101,7 +101,7 @@ otherwise: mixed
 fn segregating() -> Conditions {
     let mut conditions = flockbots(0.15, 0.75, &HARSHER);
     conditions.robots = 12;
-    conditions.placement = Placement::BoxFacingAnyWay { width_m: 2.0, height_m: 2.0 };
+    conditions.placement = Placement::BoxFacingAnyWay(Sides { width_m: 2.0, height_m: 2.0 });
     conditions.arena = Arena { side_m: 3.0, walls: Walls::Stop };
     conditions.world = classes(&["a", "b", "c"]);
     conditions.robot.region = Region::Cone { half_angle_rad: 0.26, range_m: 3.0 };

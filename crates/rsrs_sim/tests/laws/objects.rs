@@ -1,6 +1,6 @@
 //! The laws of objects, which robots push, and of goals.
 
-use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
+use rsrs_core::conditions::{Arena, Conditions, Placement, Sides, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
@@ -340,7 +340,7 @@ fn friction_takes_an_object_along() {
 fn objects_are_placed_anywhere_in_the_arena_clear_of_all_and_of_each_replicate_elsewhere() {
     let mut conditions = flockbots(0.15, 0.75, &HARSHER);
     conditions.arena = Arena { side_m: 2.0, walls: Walls::Stop };
-    conditions.placement = Placement::BoxFacingAnyWay { width_m: 1.8, height_m: 1.8 };
+    conditions.placement = Placement::BoxFacingAnyWay(Sides { width_m: 1.8, height_m: 1.8 });
     let fixed = ObjectGroup {
         count: None,
         places_m: Some(vec![[0.0, 0.0], [0.9, -0.9]]),

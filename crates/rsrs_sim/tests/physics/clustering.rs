@@ -1,7 +1,7 @@
 //! Robots that cluster objects do here what they do in a world that was written in Python from the documentation,
 //! and moves bodies apart in another way.
 
-use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
+use rsrs_core::conditions::{Arena, Conditions, Placement, Sides, Walls};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::region::Region;
@@ -31,7 +31,7 @@ fn commands() -> [Command; 3] {
 fn e_pucks() -> Conditions {
     let mut conditions = perfect_flockbots();
     conditions.robots = ROBOTS;
-    conditions.placement = Placement::BoxFacingAnyWay { width_m: BOX_M, height_m: BOX_M };
+    conditions.placement = Placement::BoxFacingAnyWay(Sides { width_m: BOX_M, height_m: BOX_M });
     conditions.arena = Arena { side_m: SIDE_M, walls: Walls::Clamp };
     let objects = ObjectGroup {
         count: Some(OBJECTS),

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command as Process;
 use std::sync::OnceLock;
 
-use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
+use rsrs_core::conditions::{Arena, Conditions, Placement, Sides, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::contact::ContactModel;
@@ -49,7 +49,7 @@ fn e_pucks(robots: usize, range_m: f64, contact: ContactModel) -> Conditions {
     conditions.robots = robots;
     conditions.controller = ControllerParameters::of(wheels(1.0, -1.0), wheels(-0.7, -1.0)).into();
     conditions.behaviour = Behaviour::AGGREGATION;
-    conditions.placement = Placement::BoxFacingAnyWay { width_m: side_m, height_m: side_m };
+    conditions.placement = Placement::BoxFacingAnyWay(Sides { width_m: side_m, height_m: side_m });
     conditions.arena = Arena { side_m: 2.0 * FAR_M, walls: Walls::None };
     conditions.robot.radius_m = RADIUS_M;
     conditions.robot.contact = contact;

@@ -1,12 +1,12 @@
 //! The frames of a film.
 
 use rsrs_core::judge::trajectory::Trajectory;
-use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::out_of_range::OutOfRange;
 
 use super::Film;
 use crate::floor::{
-    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, around_things, around_walls, not_finite,
-    places, robot, scale_bar, short, tags, things, walls,
+    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, PoseNotFinite, TAIL, around_things, around_walls,
+    check_poses, places, robot, scale_bar, short, tags, things, walls,
 };
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
@@ -26,41 +26,22 @@ pub enum FilmError {
     #[error("the trajectory has no samples, expected 1 or more")]
     Empty,
     /// A pose is nowhere.
-    #[error("robot {robot} is at ({x_m}, {y_m}) m in sample {sample}; expected finite numbers")]
-    PoseNotFinite {
-        /// The sample, from 0.
-        sample: usize,
-        /// The robot, from 0.
-        robot: usize,
-        /// Where it is to the right, in metres.
-        x_m: f64,
-        /// Where it is upwards, in metres.
-        y_m: f64,
-    },
+    #[error(transparent)]
+    PoseNotFinite(#[from] PoseNotFinite),
     /// A number of the film is out of range.
-    #[error("{name} is {found}, expected {expected}")]
-    OutOfRange {
-        /// Which one.
-        name: &'static str,
-        /// What it is.
-        found: f64,
-        /// What it may be.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
     /// A frame cannot be drawn.
     #[error(transparent)]
     Raster(#[from] RasterError),
     /// The frames cannot be put into one file.
-    #[error("the encoder of the film: {reason}")]
-    Encode {
-        /// What the encoder reports.
-        reason: String,
-    },
+    #[error("the encoder of the film: {0}")]
+    Encode(String),
 }
 
 impl FilmError {
     pub(super) fn encode(error: &impl ToString) -> Self {
-        Self::Encode { reason: error.to_string() }
+        Self::Encode(error.to_string())
     }
 }
 
@@ -88,7 +69,7 @@ impl<'a> Frames<'a> {
         let field = Field::around(drawn_m.into_iter(), film.radius_m, header_px + 6.0);
         let height_px = field.top_px + field.height_px + 3.0 * CAPTION_PX + 10.0;
         let scale = f64::from(film.width_px) / PAGE_PX;
-        let size_px = (film.width_px, whole_px(scale * height_px));
+        let size_px = (film.width_px, (scale * height_px).ceil().max(1.0) as u32);
         Ok(Self { film, field, header, height_px, size_px, n: film.n_frames() })
     }
 
@@ -114,14 +95,9 @@ impl<'a> Frames<'a> {
         let caption = before.checked_sub(1).map(|last| &self.film.captions[last].1);
         let clock = format!("{time_s:.0} s");
         let caption_px = MARGIN_PX + width_px(&clock, CLOCK_PX, Weight::Bold) + 12.0;
-        let clock = line_of_text(MARGIN_PX, bottom_px, &clock)
-            .at("font-size", CLOCK_PX)
-            .with("font-weight", "bold")
-            .with("fill", INK);
+        let clock = line_of_text(MARGIN_PX, bottom_px, &clock).bold(CLOCK_PX, INK);
         let caption = caption.map(|caption| {
-            line_of_text(caption_px, bottom_px, caption)
-                .at("font-size", CAPTION_PX)
-                .with("fill", QUIET_INK)
+            line_of_text(caption_px, bottom_px, caption).lettered(CAPTION_PX, QUIET_INK)
         });
         let names: Vec<String> =
             self.film.names.iter().map(|name| short(name).to_owned()).collect();
@@ -148,21 +124,13 @@ impl<'a> Frames<'a> {
             .map(|sample| self.film.trajectory.poses_at(sample)[robot])
             .map(|pose| self.field.point(pose.x_m, pose.y_m))
             .collect();
-        Element::new("path")
-            .with("d", &track::path(&track::simplified(&points, 0.3)))
-            .with("fill", "none")
-            .with("stroke", TAIL)
-            .at("stroke-width", 1.4)
+        Element::path(&track::path(&track::simplified(&points, 0.3)))
+            .outlined(TAIL, 1.4)
             .with("stroke-opacity", "0.55")
     }
 }
 
 /// The last sample at a time or before, in seconds from the start.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "not negative, and casts from floats saturate"
-)]
 fn sample_at(trajectory: &Trajectory, time_s: f64) -> usize {
     let sample = (time_s.max(0.0) / trajectory.period_s + 1e-9).floor() as usize;
     sample.min(trajectory.n_samples() - 1)
@@ -189,28 +157,14 @@ fn check(film: &Film) -> Result<(), FilmError> {
         ),
     ] {
         if !(found.is_finite() && is_right) {
-            return Err(FilmError::OutOfRange { name, found, expected });
+            return Err(OutOfRange { name, found, expected }.into());
         }
     }
     let trajectory = film.trajectory;
     if trajectory.n_samples() == 0 {
         return Err(FilmError::Empty);
     }
-    match not_finite(trajectory) {
-        Some((sample, robot, Pose { x_m, y_m, .. })) => {
-            Err(FilmError::PoseNotFinite { sample, robot, x_m, y_m })
-        }
-        None => Ok(()),
-    }
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "positive, and casts from floats saturate"
-)]
-fn whole_px(side_px: f64) -> u32 {
-    side_px.ceil().max(1.0) as u32
+    Ok(check_poses(trajectory)?)
 }
 
 /// Puts all frames into an animated PNG.

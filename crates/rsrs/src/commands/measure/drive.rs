@@ -10,7 +10,6 @@ use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_experiment_runner::plan::Trial;
-use rsrs_fleet::record;
 use rsrs_operate::drive::{DriveOptions, RunTarget, SingleTrial, drive, fill_plan, fill_table};
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_ros::logging::{self, Level};
@@ -163,10 +162,7 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = DriveOptions {
         fleet: arguments.fleet.clone(),
-        backend: match arguments.backend() {
-            Backend::Sim => record::Backend::Simulator,
-            Backend::Fleet => record::Backend::Fleet,
-        },
+        backend: arguments.backend().into(),
         output: arguments.output.clone(),
         seed: arguments.seed,
         period_s: arguments.period,

@@ -13,10 +13,10 @@ use rsrs_experiment_runner::places::{self, SeenPlaces, SeenRobot};
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_ros::runtime::runtime;
 use rsrs_ros::session::SessionOptions;
-use rsrs_ros::shutdown;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use crate::interrupt::requested;
 
 /// How often the screen is written anew.
 const EVERY: Duration = Duration::from_millis(500);
@@ -56,12 +56,7 @@ pub fn check(
             ControlFlow::Continue(())
         })
     };
-    let stop = async {
-        if shutdown::requested().await.is_err() {
-            std::future::pending::<()>().await;
-        }
-    };
-    runtime()?.block_on(places::watch(plan, network, EVERY, &mut show, stop))?;
+    runtime()?.block_on(places::watch(plan, network, EVERY, &mut show, requested()))?;
     let Some(seen) = last else { return Ok(Outcome::NegativeAnswer) };
     if until == Until::AllAreSeen {
         report(format, &seen, text(&seen))?;

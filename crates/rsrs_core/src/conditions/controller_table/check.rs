@@ -90,27 +90,16 @@ pub enum TableProblem {
         found: f64,
     },
     /// A name that is none.
-    #[error(
-        "`{found}` is no name of a number: expected small letters, digits and `_`, a letter first"
-    )]
-    Name {
-        /// The name.
-        found: String,
-    },
+    #[error("`{0}` is no name of a number: expected small letters, digits and `_`, a letter first")]
+    Name(String),
     /// A number that no row has.
-    #[error("number `{name}` is in no row")]
-    Unused {
-        /// Its name.
-        name: String,
-    },
+    #[error("number `{0}` is in no row")]
+    Unused(String),
     /// A command that is neither of a robot nor of its wheels.
     #[error(
-        "`command` has {found}, expected `speed_m_s` and `turn_rate_rad_s`, or `left_m_s` and `right_m_s`"
+        "`command` has {0}, expected `speed_m_s` and `turn_rate_rad_s`, or `left_m_s` and `right_m_s`"
     )]
-    Command {
-        /// The keys that it has.
-        found: String,
-    },
+    Command(String),
     /// Wheels are commanded, and nobody wrote down how far apart they are.
     #[error(
         "`left_m_s` and `right_m_s` are wheels, and the robots' profile has no `actuation.wheels`"
@@ -164,7 +153,7 @@ impl Help for TableProblem {
                     "call a speed `{name}{speed}`, a turning rate `{name}{turn}`, a time `{name}{time}`"
                 )
             }
-            Self::Unused { name } => format!("use it in a row as `${name}`, or leave it out"),
+            Self::Unused(name) => format!("use it in a row as `${name}`, or leave it out"),
             Self::NoWheels => "add `wheels: {base_m: …, speed_max_m_s: …}` to `actuation` in the \
                                profile, or command `speed_m_s` and `turn_rate_rad_s`"
                 .to_owned(),
@@ -183,7 +172,7 @@ impl Help for Flaw {
             Self::NeverMatches { .. } => {
                 "put it before them, or leave it out: of the rows of a state the first that matches counts".to_owned()
             }
-            Self::Unreachable { state } => {
+            Self::Unreachable(state) => {
                 format!(
                     "let a row's `next` lead to `{state}`, or a class of robots start there, as in \
                      `starts: {{CLASS: {state}}}`, or leave its rows out"
@@ -250,7 +239,7 @@ impl ControllerTable {
             let is_it =
                 |value: &Value| matches!(value, Value::Named { name: other, .. } if other == name);
             if !self.rows.iter().flat_map(values).any(|(_, _, value)| is_it(value)) {
-                let problem = TableProblem::Unused { name: name.clone() };
+                let problem = TableProblem::Unused(name.clone());
                 return Err(TableFlaw { place: Place::Number(name.clone()), problem });
             }
         }
@@ -306,7 +295,7 @@ impl ControllerTable {
             let found: Vec<&str> =
                 keys.into_iter().zip(has).filter(|it| it.1).map(|it| it.0).collect();
             let found = if found.is_empty() { "nothing".to_owned() } else { found.join(", ") };
-            return Err(TableProblem::Command { found });
+            return Err(TableProblem::Command(found));
         }
         values(row).into_iter().try_for_each(|(key, expected, value)| match value {
             Value::Number(found) => within(key, *found, expected.bounds()),
@@ -361,7 +350,7 @@ impl ControllerTable {
 
 fn check_number(name: &str, number: NamedNumber) -> Result<(), TableProblem> {
     if Number::new(name).is_none() {
-        return Err(TableProblem::Name { found: name.to_owned() });
+        return Err(TableProblem::Name(name.to_owned()));
     }
     let NamedNumber { value, from, to } = number;
     let unit = NumberUnit::of(name);

@@ -1,35 +1,41 @@
 //! Whether a sweep file makes a sweep: all that can be checked without the profile.
 
-use super::{MOST_CELLS, MOST_REPLICATES, OutOfRange, SEED_LIMIT, SweepFile, SweepFileError};
+use super::{
+    MOST_CELLS, MOST_REPLICATES, SEED_LIMIT, SweepFile, SweepFileError, SweepProblem, in_file,
+};
 use crate::conditions::MOST_DURATION_S;
 use crate::conditions::start_file::StartPlacement;
+use crate::out_of_range::OutOfRange;
 use crate::quantity::{Axis, Cell};
 
 impl SweepFile {
     /// Checks all that can be checked without the profile.
     pub fn check(&self, file: &str) -> Result<(), SweepFileError> {
+        self.check_contents().map_err(in_file(file))
+    }
+
+    fn check_contents(&self) -> Result<(), SweepProblem> {
         if self.axes.0.is_empty() == self.cells.is_none() {
-            return Err(SweepFileError::GridOrList { file: file.to_owned() });
+            return Err(SweepProblem::GridOrList);
         }
         for (axis, values) in &self.axes.0 {
-            check_axis(file, *axis, &values.0)?;
+            check_axis(*axis, &values.0)?;
         }
         let n_cells: f64 = self.axes.0.iter().map(|(_, values)| values.0.len() as f64).product();
         if n_cells > MOST_CELLS as f64 {
-            return Err(SweepFileError::TooManyCells { file: file.to_owned(), found: n_cells });
+            return Err(SweepProblem::TooManyCells(n_cells));
         }
         if let Some(cells) = &self.cells {
-            check_cells(file, cells)?;
+            check_cells(cells)?;
         }
-        self.check_fixed(file)?;
-        self.check_controller(file, None)?;
-        self.check_numbers(file)
+        self.check_fixed()?;
+        self.check_axes(None)?;
+        self.check_numbers()
     }
 
     /// What is fixed has one value, and is not swept as well.
-    fn check_fixed(&self, file: &str) -> Result<(), SweepFileError> {
-        let refuse =
-            |axis, problem| Err(SweepFileError::Twice { file: file.to_owned(), axis, problem });
+    fn check_fixed(&self) -> Result<(), SweepProblem> {
+        let refuse = |axis, problem| Err(SweepProblem::Twice { axis, problem });
         let swept = self.swept_axes();
         for (position, (axis, value)) in self.fixed.values.iter().enumerate() {
             if self.fixed.values[..position].iter().any(|(other, _)| other == axis) {
@@ -38,14 +44,12 @@ impl SweepFile {
             if swept.contains(axis) {
                 return refuse(*axis, "swept and fixed, expected one of both");
             }
-            check_unit(file, *axis, *value)?;
+            axis.check_unit(*value)?;
         }
         let has_radius = swept.contains(&Axis::PlacementRadius)
             || self.fixed.values.iter().any(|(axis, _)| *axis == Axis::PlacementRadius);
         match self.placement {
-            Some(StartPlacement::Pair { .. }) => {
-                Err(SweepFileError::Pair { file: file.to_owned() })
-            }
+            Some(StartPlacement::Pair { .. }) => Err(SweepProblem::Pair),
             Some(_) if has_radius => {
                 refuse(Axis::PlacementRadius, "given beside `placement`, expected one of both")
             }
@@ -53,14 +57,13 @@ impl SweepFile {
         }
     }
 
-    fn check_numbers(&self, file: &str) -> Result<(), SweepFileError> {
-        let out_of_range = |key, found, expected| {
-            Err(OutOfRange { file: file.to_owned(), key, found, expected }.into())
-        };
+    fn check_numbers(&self) -> Result<(), SweepProblem> {
+        let out_of_range =
+            |key, found, expected| Err(OutOfRange { name: key, found, expected }.into());
         if !(1..=MOST_REPLICATES).contains(&self.replicates) {
             return out_of_range("replicates", self.replicates as f64, "1 to 10^12");
         }
-        check_run(file, self.duration_s, self.seed)?;
+        check_run(self.duration_s, self.seed)?;
         let Some(adaptive) = self.adaptive else {
             return Ok(());
         };
@@ -76,25 +79,28 @@ impl SweepFile {
     }
 }
 
-/// Refuses a duration or a seed, keys of sweeps and of experiments, that no run can have.
-pub fn check_run(file: &str, duration_s: f64, seed: u64) -> Result<(), OutOfRange> {
-    let refuse =
-        |key, found, expected| Err(OutOfRange { file: file.to_owned(), key, found, expected });
+/// Whether a run can last so long, in seconds, and have this seed.
+///
+/// # Errors
+///
+/// What is wrong, by its key in a file.
+pub fn check_run(duration_s: f64, seed: u64) -> Result<(), OutOfRange> {
     if !(duration_s > 0.0 && duration_s <= MOST_DURATION_S) {
-        return refuse("duration_s", duration_s, "a time above 0 s, and a week at most");
+        let expected = "a time above 0 s, and a week at most";
+        return Err(OutOfRange { name: "duration_s", found: duration_s, expected });
     }
     if seed >= SEED_LIMIT {
-        return refuse("seed", seed as f64, "a whole number below 2^63");
+        let expected = "a whole number below 2^63";
+        return Err(OutOfRange { name: "seed", found: seed as f64, expected });
     }
     Ok(())
 }
 
-fn check_axis(file: &str, axis: Axis, values: &[f64]) -> Result<(), SweepFileError> {
+fn check_axis(axis: Axis, values: &[f64]) -> Result<(), SweepProblem> {
     if values.is_empty() {
-        return Err(SweepFileError::Empty { file: file.to_owned(), key: axis.key().to_owned() });
+        return Err(SweepProblem::Empty(axis.key().to_owned()));
     }
-    let refuse =
-        |found, problem| Err(SweepFileError::Value { file: file.to_owned(), axis, found, problem });
+    let refuse = |found, problem| Err(SweepProblem::Value { axis, found, problem });
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     if let Some(found) = sorted.iter().find(|value| !value.is_finite()) {
@@ -104,28 +110,20 @@ fn check_axis(file: &str, axis: Axis, values: &[f64]) -> Result<(), SweepFileErr
     if let Some(pair) = sorted.windows(2).find(|pair| pair[0] >= pair[1]) {
         return refuse(pair[0], "occurs twice");
     }
-    values.iter().try_for_each(|value| check_unit(file, axis, *value))
+    Ok(values.iter().try_for_each(|value| axis.check_unit(*value))?)
 }
 
-fn check_unit(file: &str, axis: Axis, value: f64) -> Result<(), SweepFileError> {
-    let refuse = |source| SweepFileError::Unit { file: file.to_owned(), source };
-    axis.check_unit(value).map_err(refuse)
-}
-
-fn check_cells(file: &str, cells: &[Cell]) -> Result<(), SweepFileError> {
-    let empty = |key: &str| SweepFileError::Empty { file: file.to_owned(), key: key.to_owned() };
+fn check_cells(cells: &[Cell]) -> Result<(), SweepProblem> {
+    let empty = |key: &str| SweepProblem::Empty(key.to_owned());
     let first = cells.first().ok_or_else(|| empty("cells"))?;
     let axes = first.axes();
     if axes.is_empty() {
         return Err(empty("cells[0]"));
     }
     if cells.len() > MOST_CELLS {
-        let found = cells.len() as f64;
-        return Err(SweepFileError::TooManyCells { file: file.to_owned(), found });
+        return Err(SweepProblem::TooManyCells(cells.len() as f64));
     }
-    let refuse = |cell: &Cell, problem| {
-        Err(SweepFileError::Cells { file: file.to_owned(), cell: cell.clone(), problem })
-    };
+    let refuse = |cell: &Cell, problem| Err(SweepProblem::Cells { cell: cell.clone(), problem });
     if let Some(cell) = cells.iter().find(|cell| cell.axes() != axes) {
         return refuse(cell, "does not give the axes of the first cell, in its order");
     }

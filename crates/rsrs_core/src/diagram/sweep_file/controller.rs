@@ -1,6 +1,6 @@
 //! Whether the axes of a sweep are those of its controller.
 
-use super::{SweepFile, SweepFileError};
+use super::{SweepFile, SweepFileError, SweepProblem, in_file};
 use crate::conditions::check_axis;
 use crate::conditions::controller_table::ControllerSource;
 use crate::robot::profile::RobotProfile;
@@ -13,20 +13,20 @@ impl SweepFile {
         file: &str,
         robot: Option<&RobotProfile>,
     ) -> Result<(), SweepFileError> {
+        self.check_axes(robot).map_err(in_file(file))
+    }
+
+    pub(super) fn check_axes(&self, robot: Option<&RobotProfile>) -> Result<(), SweepProblem> {
         if let Some(ControllerSource::File(_)) = self.controller {
             return Ok(());
         }
         let table = self.table();
         if let Some(table) = table {
-            let refuse = |source| SweepFileError::Controller { file: file.to_owned(), source };
-            let check = table.check();
-            let rows = |robot: &RobotProfile| table.check_rows(&robot.reading_names());
-            check.and_then(|()| robot.map_or(Ok(()), rows)).map_err(refuse)?;
+            table.check()?;
+            robot.map_or(Ok(()), |robot| table.check_rows(&robot.reading_names()))?;
         }
         let fixed = self.fixed.values.iter().map(|(axis, _)| *axis);
-        self.swept_axes().into_iter().chain(fixed).try_for_each(|axis| {
-            let refuse = |source| SweepFileError::NotOfController { file: file.to_owned(), source };
-            check_axis(axis, table).map_err(refuse)
-        })
+        let mut axes = self.swept_axes().into_iter().chain(fixed);
+        Ok(axes.try_for_each(|axis| check_axis(axis, table))?)
     }
 }

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
-use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use crate::document::{did_you_mean, nearest};
@@ -102,12 +101,11 @@ impl Interval {
 
 impl Serialize for Bounds {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        for of_one in self.0.chunk_by(|one, other| one.parameter == other.parameter) {
+        let of_each = self.0.chunk_by(|one, other| one.parameter == other.parameter);
+        serializer.collect_map(of_each.map(|of_one| {
             let interval = of_one.iter().fold(Interval::default(), Interval::with);
-            map.serialize_entry(of_one[0].parameter.key(), &interval)?;
-        }
-        map.end()
+            (of_one[0].parameter.key(), interval)
+        }))
     }
 }
 

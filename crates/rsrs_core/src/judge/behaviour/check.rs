@@ -38,11 +38,8 @@ pub struct Flaw {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unusable {
     /// A name that no file can have.
-    #[error("`{found}` is no name, expected small letters, digits and `_`, a letter first")]
-    Name {
-        /// What it is called.
-        found: String,
-    },
+    #[error("`{0}` is no name, expected small letters, digits and `_`, a letter first")]
+    Name(String),
     /// A name of what is built in.
     #[error("`{found}` is the name of {of}, which is built in")]
     BuiltIn {
@@ -52,23 +49,14 @@ pub enum Unusable {
         of: String,
     },
     /// A phase with the name of another column of results.
-    #[error("a phase cannot be called `{found}`: tables of results have a column of this name")]
-    Column {
-        /// What it is called.
-        found: String,
-    },
+    #[error("a phase cannot be called `{0}`: tables of results have a column of this name")]
+    Column(String),
     /// Too few phases, or too many.
-    #[error("there are {found} phases, expected 2 to {MOST_PHASES}")]
-    Phases {
-        /// How many there are.
-        found: usize,
-    },
+    #[error("there are {0} phases, expected 2 to {MOST_PHASES}")]
+    Phases(usize),
     /// Two phases with one name.
-    #[error("phase `{key}` is given twice, or another one has its title")]
-    Twice {
-        /// The phase.
-        key: String,
-    },
+    #[error("phase `{0}` is given twice, or another one has its title")]
+    Twice(String),
     /// A rule for what is no phase.
     #[error("`{found}` is none of the phases {}{}", expected.join(", "), did_you_mean(nearest.as_deref()))]
     NoPhase {
@@ -80,23 +68,14 @@ pub enum Unusable {
         nearest: Option<String>,
     },
     /// A wanted phase without a rule of its own.
-    #[error("no rule gives `{key}`, the first phase, which is the wanted one")]
-    WantedNeverGiven {
-        /// The phase.
-        key: String,
-    },
+    #[error("no rule gives `{0}`, the first phase, which is the wanted one")]
+    WantedNeverGiven(String),
     /// A phase that no run can be in.
-    #[error("no rule gives the phase `{key}`, and it is neither `otherwise` nor `not_lasting`")]
-    NeverGiven {
-        /// The phase.
-        key: String,
-    },
+    #[error("no rule gives the phase `{0}`, and it is neither `otherwise` nor `not_lasting`")]
+    NeverGiven(String),
     /// A rule after which nothing counts.
-    #[error("the rule of `{phase}` holds of every swarm, so that nothing after it counts")]
-    AlwaysHolds {
-        /// Its phase.
-        phase: String,
-    },
+    #[error("the rule of `{0}` holds of every swarm, so that nothing after it counts")]
+    AlwaysHolds(String),
     /// A rule that no swarm can meet.
     #[error("the rule of `{phase}` never holds: no {parameter} is less than 0")]
     NeverHolds {
@@ -118,17 +97,13 @@ pub enum Unusable {
         before: usize,
     },
     /// A colour in another notation.
-    #[error("`{found}` is no colour, expected one such as \"#0072b2\"")]
-    Colour {
-        /// What is given.
-        found: String,
-    },
+    #[error("`{0}` is no colour, expected one such as \"#0072b2\"")]
+    Colour(String),
     /// A window that is too short, or too long.
-    #[error("`window` is the last {found} s, expected {} to {} s", LAST_S[0], LAST_S[1])]
-    Window {
-        /// How many seconds it has, as text.
-        found: String,
-    },
+    #[error(
+        "`window` is the last {0} s, expected {least} to {most} s", least = LAST_S[0], most = LAST_S[1]
+    )]
+    Window(String),
     /// A word that is empty.
     #[error("`words` has an empty text")]
     NoWord,
@@ -141,13 +116,13 @@ impl Help for Unusable {
     fn help(&self) -> Option<String> {
         Some(match self {
             Self::BuiltIn { .. } | Self::Column { .. } => "choose another name".to_owned(),
-            Self::WantedNeverGiven { key } => format!(
+            Self::WantedNeverGiven(key) => format!(
                 "add a rule with `phase: {key}`, or put the phase first that the behaviour is named for"
             ),
-            Self::NeverGiven { key } => {
+            Self::NeverGiven(key) => {
                 format!("add a rule with `phase: {key}`, or leave the phase out")
             }
-            Self::AlwaysHolds { phase } => {
+            Self::AlwaysHolds(phase) => {
                 format!(
                     "leave the rule out, and write `otherwise: {phase}`; or give it another bound"
                 )
@@ -210,7 +185,7 @@ impl BehaviourFile {
         match self.window {
             Window::LastS(last_s) if !(LAST_S[0]..=LAST_S[1]).contains(&last_s) => Err(Flaw {
                 place: Place::Key("window"),
-                problem: Unusable::Window { found: last_s.to_string() },
+                problem: Unusable::Window(last_s.to_string()),
             }),
             _ => Ok(()),
         }
@@ -227,11 +202,11 @@ impl BehaviourFile {
         for (place, name) in self.names() {
             let found = name.clone();
             if !is_name(name) {
-                return Err(Flaw { place, problem: Unusable::Name { found } });
+                return Err(Flaw { place, problem: Unusable::Name(found) });
             }
             let is_column = counts::is_column(name) || name.parse::<Axis>().is_ok();
             if is_column && matches!(place, Place::Phase(_)) {
-                return Err(Flaw { place, problem: Unusable::Column { found } });
+                return Err(Flaw { place, problem: Unusable::Column(found) });
             }
         }
         Ok(())
@@ -240,17 +215,17 @@ impl BehaviourFile {
     fn check_phases(&self) -> Result<(), Flaw> {
         let n = self.phases.len();
         if !(2..=MOST_PHASES).contains(&n) {
-            let problem = Unusable::Phases { found: n };
+            let problem = Unusable::Phases(n);
             return Err(Flaw { place: Place::Key("phases"), problem });
         }
         for (at, phase) in self.phases.iter().enumerate() {
             let flaw = |problem| Flaw { place: Place::Phase(at), problem };
             let before = &self.phases[..at];
             if before.iter().any(|other| other.key == phase.key || other.title() == phase.title()) {
-                return Err(flaw(Unusable::Twice { key: phase.key.clone() }));
+                return Err(flaw(Unusable::Twice(phase.key.clone())));
             }
             if let Some(colour) = &phase.colour {
-                rgb(colour).ok_or_else(|| flaw(Unusable::Colour { found: colour.clone() }))?;
+                rgb(colour).ok_or_else(|| flaw(Unusable::Colour(colour.clone())))?;
             }
         }
         Ok(())
@@ -280,10 +255,10 @@ impl BehaviourFile {
             let flaw = |problem| Flaw { place: Place::Phase(at), problem };
             let key = (*key).to_owned();
             if at == 0 {
-                return Err(flaw(Unusable::WantedNeverGiven { key }));
+                return Err(flaw(Unusable::WantedNeverGiven(key)));
             }
             if !ends.contains(&Some(&key)) {
-                return Err(flaw(Unusable::NeverGiven { key }));
+                return Err(flaw(Unusable::NeverGiven(key)));
             }
         }
         Ok(())
@@ -297,7 +272,7 @@ impl BehaviourFile {
             return Err(Unusable::NeverHolds { phase, parameter: never.parameter.key() });
         }
         if conditions.iter().all(|it| it.foregone() == Some(true)) {
-            return Err(Unusable::AlwaysHolds { phase });
+            return Err(Unusable::AlwaysHolds(phase));
         }
         let mut before = self.rules[..at].iter();
         match before.position(|other| other.when.follow_from(&rule.when)) {

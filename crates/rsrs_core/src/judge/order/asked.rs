@@ -4,7 +4,6 @@ use std::fmt;
 use std::ops::Range;
 
 use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
-use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::cluster::{at_one_goal, clustered_by_class, clustered_objects};
@@ -26,12 +25,7 @@ pub struct Asked(pub(super) [Option<f64>; N_ASKED]);
 impl Serialize for Asked {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let known = Parameter::all_asked().zip(self.0);
-        let known: Vec<_> = known.filter_map(|(it, value)| Some((it.key(), value?))).collect();
-        let mut map = serializer.serialize_map(Some(known.len()))?;
-        for (key, value) in known {
-            map.serialize_entry(key, &value)?;
-        }
-        map.end()
+        serializer.collect_map(known.filter_map(|(it, value)| Some((it.key(), value?))))
     }
 }
 
@@ -71,57 +65,57 @@ pub struct Measure {
     pub adds_up: bool,
 }
 
+impl Measure {
+    const fn of(of: fn(&Look) -> f64) -> Self {
+        Self { of, is_of_headings: false, adds_up: false }
+    }
+}
+
 /// T. Vicsek et al., Phys. Rev. Lett. 75, 1226 (1995): the absolute value of the average normalised velocity.
 pub const POLARISATION: Measure =
     Measure { of: polarisation, is_of_headings: true, adds_up: false };
 
 /// The second moment by which M. Gauci et al., IJRR 33(8), 2014, measure dispersion is this, squared, times the
 /// number of robots, over the square of a body's diameter.
-pub const SPREAD: Measure = Measure { of: spread_m, is_of_headings: false, adds_up: false };
+pub const SPREAD: Measure = Measure::of(spread_m);
 
 /// Ours.
-pub const WALL_DISTANCE: Measure =
-    Measure { of: wall_distance_m, is_of_headings: false, adds_up: false };
+pub const WALL_DISTANCE: Measure = Measure::of(wall_distance_m);
 
 /// A. Özdemir et al., "Spatial coverage without computation", ICRA 2019, report coverage "with no robot
 /// redundancy": of as many cells as there are robots, the share that has one. That the cells are equal squares is
 /// how we read it.
-pub const COVERAGE: Measure = Measure { of: coverage, is_of_headings: false, adds_up: false };
+pub const COVERAGE: Measure = Measure::of(coverage);
 
 /// Ours: what a robot that cleans would have cleaned.
 pub const VISITED: Measure = Measure { of: visited, is_of_headings: false, adds_up: true };
 
 /// Clusters of objects as those of robots ([`super::cluster`]), over the same looks.
-pub const OBJECTS_CLUSTERED: Measure =
-    Measure { of: objects_clustered, is_of_headings: false, adds_up: false };
+pub const OBJECTS_CLUSTERED: Measure = Measure::of(objects_clustered);
 
 /// Ours.
-pub const OBJECTS_AT_GOAL: Measure =
-    Measure { of: objects_at_goal, is_of_headings: false, adds_up: false };
+pub const OBJECTS_AT_GOAL: Measure = Measure::of(objects_at_goal);
 
 /// Ours.
-pub const AT_GOAL: Measure = Measure { of: at_goal, is_of_headings: false, adds_up: false };
+pub const AT_GOAL: Measure = Measure::of(at_goal);
 
 /// Ours.
-pub const GOAL_DISTANCE: Measure =
-    Measure { of: goal_distance_m, is_of_headings: false, adds_up: false };
+pub const GOAL_DISTANCE: Measure = Measure::of(goal_distance_m);
 
 /// `-γ(t)` of P. Mitrano et al., "A minimalistic approach to segregation in robot swarms", MRS 2019, without the weight of
 /// time that their cost has.
-pub const SEGREGATED: Measure = Measure { of: segregated, is_of_headings: false, adds_up: false };
+pub const SEGREGATED: Measure = Measure::of(segregated);
 
 /// The same without its mean over classes.
-pub const LEAST_SEGREGATED: Measure =
-    Measure { of: least_segregated, is_of_headings: false, adds_up: false };
+pub const LEAST_SEGREGATED: Measure = Measure::of(least_segregated);
 
 /// A. Özdemir et al., "Finding consensus without computation", IEEE RA-L 3(3), 2018, have 20 robots choose one of two
 /// options; what counts as there is ours ([`super::cluster`]).
-pub const CONSENSUS: Measure = Measure { of: consensus, is_of_headings: false, adds_up: false };
+pub const CONSENSUS: Measure = Measure::of(consensus);
 
 /// What A. Özdemir, M. Gauci and R. Groß, "Shepherding with robots that do not compute", ECAL 2017, have shepherds do with
 /// sheep; that it is counted in shares is ours.
-pub const LAST_CLASS_AT_GOAL: Measure =
-    Measure { of: last_class_at_goal, is_of_headings: false, adds_up: false };
+pub const LAST_CLASS_AT_GOAL: Measure = Measure::of(last_class_at_goal);
 
 /// A window of one world, by itself.
 struct Look<'a> {
@@ -250,11 +244,6 @@ impl<'a> Look<'a> {
 
     /// The number of the cell that holds a place, of so many along each side of the arena; who is beyond it is in
     /// the nearest.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "it is clamped to the cells first"
-    )]
     fn cell(&self, place: Vector<f64>, n_along: usize) -> usize {
         let along = |coordinate_m: f64| {
             let share = coordinate_m / self.arena_m + 0.5;
@@ -346,11 +335,6 @@ fn coverage(look: &Look) -> f64 {
 /// More cells along a side than that would be finer than what poses are known to, and cost memory.
 const MOST_ALONG: usize = 1000;
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "it is clamped to a number of cells first"
-)]
 fn visited(look: &Look) -> f64 {
     let n_along =
         (look.arena_m / (2.0 * look.radius_m)).floor().clamp(1.0, MOST_ALONG as f64) as usize;

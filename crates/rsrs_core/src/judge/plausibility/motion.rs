@@ -360,11 +360,6 @@ pub fn median(mut numbers: Vec<f64>) -> f64 {
 }
 
 /// The whole number nearest to one that is not negative.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "casts from floats saturate, and times and shares of them are not negative"
-)]
 pub fn whole(number: f64) -> usize {
     number.round() as usize
 }

@@ -11,11 +11,8 @@ pub const MOST_ROWS: usize = 1000;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Flaw {
     /// None, or more than anybody writes.
-    #[error("there are {found} rows, expected 1 to {MOST_ROWS}")]
-    Rows {
-        /// How many.
-        found: usize,
-    },
+    #[error("there are {0} rows, expected 1 to {MOST_ROWS}")]
+    Rows(usize),
     /// A case that no row is for.
     #[error("state `{state}` has no row for `{case}`")]
     NoRow {
@@ -25,25 +22,16 @@ pub enum Flaw {
         case: String,
     },
     /// Robots that cannot report this.
-    #[error("`sensors`: {problem}")]
-    Sensors {
-        /// Why.
-        problem: String,
-    },
+    #[error("`sensors`: {0}")]
+    Sensors(String),
     /// A row whose cases all belong to rows before it.
-    #[error("this row never matches: rows of state `{state}` before it take all that it is for")]
-    NeverMatches {
-        /// Its state.
-        state: String,
-    },
+    #[error("this row never matches: rows of state `{0}` before it take all that it is for")]
+    NeverMatches(String),
     /// A state in which no robot comes.
     #[error(
-        "state `{state}` is never reached: no `next` leads to it from the first row's state, or from one of `starts`"
+        "state `{0}` is never reached: no `next` leads to it from the first row's state, or from one of `starts`"
     )]
-    Unreachable {
-        /// The state.
-        state: String,
-    },
+    Unreachable(String),
     /// A transition to nowhere.
     #[error("unknown state `{found}`{}", did_you_mean(nearest.as_deref()))]
     UnknownState {
@@ -63,17 +51,11 @@ pub enum Flaw {
         known: String,
     },
     /// A transition of probability 0.
-    #[error("`next` to `{state}` never happens: its probability is 0")]
-    NoChance {
-        /// Where it leads.
-        state: String,
-    },
+    #[error("`next` to `{0}` never happens: its probability is 0")]
+    NoChance(String),
     /// A transition behind one that happens in every period.
-    #[error("`next` to `{state}` never happens: one before it always does")]
-    NeverHappens {
-        /// Where it leads.
-        state: String,
-    },
+    #[error("`next` to `{0}` never happens: one before it always does")]
+    NeverHappens(String),
 }
 
 /// Whether a machine can run: it knows what to do in every state, and each state that it goes to.
@@ -81,10 +63,10 @@ pub enum Flaw {
 pub fn check(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
     let rows = &machine.rows;
     if !(1..=MOST_ROWS).contains(&rows.len()) {
-        return Err((0, Flaw::Rows { found: rows.len() }));
+        return Err((0, Flaw::Rows(rows.len())));
     }
     let (states, names) = (machine.states(), &machine.sensors);
-    names.check().map_err(|problem| (0, Flaw::Sensors { problem }))?;
+    names.check().map_err(|problem| (0, Flaw::Sensors(problem)))?;
     for (place, row) in rows.iter().enumerate() {
         check_names(row, &states, names).map_err(|flaw| (place, flaw))?;
     }
@@ -115,19 +97,19 @@ pub fn check_thoroughly(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
     let rows = &machine.rows;
     for (place, row) in rows.iter().enumerate() {
         if !matches_some(machine, place) {
-            return Err((place, Flaw::NeverMatches { state: row.state.clone() }));
+            return Err((place, Flaw::NeverMatches(row.state.clone())));
         }
         if let Some(next) = row.next.iter().find(|next| next.probability <= 0.0) {
-            return Err((place, Flaw::NoChance { state: next.state.clone() }));
+            return Err((place, Flaw::NoChance(next.state.clone())));
         }
         if let Some(state) = never_happens(&row.next) {
-            return Err((place, Flaw::NeverHappens { state: state.to_owned() }));
+            return Err((place, Flaw::NeverHappens(state.to_owned())));
         }
     }
     let starts = machine.starts.values().chain([&rows[0].state]);
     let reached = reached(rows, starts.map(String::as_str).collect());
     match rows.iter().position(|row| !reached.contains(&row.state.as_str())) {
-        Some(place) => Err((place, Flaw::Unreachable { state: rows[place].state.clone() })),
+        Some(place) => Err((place, Flaw::Unreachable(rows[place].state.clone()))),
         None => Ok(()),
     }
 }

@@ -1,6 +1,7 @@
 //! Whether a profile can describe a robot: every number against what it can mean.
 
 use super::{MAX_CORNERS, ProfileError, RobotProfile, Sees};
+use crate::out_of_range::OutOfRange;
 use crate::robot::contact::ContactModel;
 
 impl RobotProfile {
@@ -16,14 +17,8 @@ impl RobotProfile {
             self.check_sensors()?;
         }
         let period_s = self.computation.period_s;
-        if (PERIOD_BOUNDS_S[0]..=PERIOD_BOUNDS_S[1]).contains(&period_s) {
-            return Ok(());
-        }
-        Err(ProfileError::OutOfRange {
-            key: "computation.period_s",
-            found: period_s,
-            expected: "a time from 0.001 to 2 s",
-        })
+        let is_period = |it| (PERIOD_BOUNDS_S[0]..=PERIOD_BOUNDS_S[1]).contains(&it);
+        check("computation.period_s", period_s, is_period, "a time from 0.001 to 2 s")
     }
 
     fn check_contact(&self) -> Result<(), ProfileError> {
@@ -32,11 +27,8 @@ impl RobotProfile {
         if contact != ContactModel::Push {
             return Err(ProfileError::Friction { found, contact });
         }
-        if (0.0..=MOST_FRICTION).contains(&found) {
-            return Ok(());
-        }
-        let key = "body.contact_friction";
-        Err(ProfileError::OutOfRange { key, found, expected: "a coefficient from 0 to 2" })
+        let is_friction = |it| (0.0..=MOST_FRICTION).contains(&it);
+        check("body.contact_friction", found, is_friction, "a coefficient from 0 to 2")
     }
 
     fn check_actuation(&self) -> Result<(), ProfileError> {
@@ -84,19 +76,17 @@ impl RobotProfile {
         match (&sensing.cone, &sensing.polygon_m) {
             (Some(cone), None) => {
                 positive("sensing.cone.range_m", cone.range_m)?;
-                let (key, found) = ("sensing.cone.half_angle_rad", cone.half_angle_rad);
-                let out_of_range = |expected| ProfileError::OutOfRange { key, found, expected };
-                match (found, sensing.sees) {
-                    (0.0, Sees::Body) => Ok(()),
-                    (0.0, Sees::Centre) => Err(out_of_range(
-                        "above 0: no centre lies on a line of sight, which needs `sees: body`",
-                    )),
-                    _ if found > 0.0 && found <= MAX_HALF_ANGLE_RAD => Ok(()),
-                    _ => Err(out_of_range("from 0, a line of sight, to 1.5 rad")),
-                }
+                let is_seen = cone.half_angle_rad != 0.0 || sensing.sees == Sees::Body;
+                let expected = if is_seen {
+                    "from 0, a line of sight, to 1.5 rad"
+                } else {
+                    "above 0: no centre lies on a line of sight, which needs `sees: body`"
+                };
+                let is_cone = |it| is_seen && (0.0..=MAX_HALF_ANGLE_RAD).contains(&it);
+                check("sensing.cone.half_angle_rad", cone.half_angle_rad, is_cone, expected)
             }
             (None, Some(polygon)) if is_convex(polygon) => Ok(()),
-            (None, Some(polygon)) => Err(ProfileError::Polygon { corners: polygon.len() }),
+            (None, Some(polygon)) => Err(ProfileError::Polygon(polygon.len())),
             _ => Err(ProfileError::Region),
         }
     }
@@ -111,40 +101,38 @@ pub const PERIOD_BOUNDS_S: [f64; 2] = [0.001, 2.0];
 /// Widest cone: its edges must stay in front of the robot.
 pub const MAX_HALF_ANGLE_RAD: f64 = 1.5;
 
+fn check(
+    name: &'static str,
+    found: f64,
+    is_meant: impl Fn(f64) -> bool,
+    expected: &'static str,
+) -> Result<(), ProfileError> {
+    if is_meant(found) { Ok(()) } else { Err(OutOfRange { name, found, expected }.into()) }
+}
+
 fn positive(key: &'static str, found: f64) -> Result<(), ProfileError> {
-    if found > 0.0 && found.is_finite() {
-        return Ok(());
-    }
-    Err(ProfileError::OutOfRange { key, found, expected: "a finite number above 0" })
+    check(key, found, |it| it > 0.0 && it.is_finite(), "a finite number above 0")
 }
 
 fn not_negative(key: &'static str, found: f64) -> Result<(), ProfileError> {
-    if found >= 0.0 && found.is_finite() {
-        return Ok(());
-    }
-    Err(ProfileError::OutOfRange { key, found, expected: "a finite number, 0 or more" })
+    check(key, found, |it| it >= 0.0 && it.is_finite(), "a finite number, 0 or more")
 }
 
 fn within(key: &'static str, found: f64, least: f64, most: f64) -> Result<(), ProfileError> {
-    if (least..=most).contains(&found) {
-        return Ok(());
-    }
     let expected = if most > 3.0 { "an angle from 0 to pi" } else { "a probability from 0 to 1" };
-    Err(ProfileError::OutOfRange { key, found, expected })
+    check(key, found, |it| (least..=most).contains(&it), expected)
 }
 
 fn limits(key: &'static str, [least, most]: [f64; 2]) -> Result<(), ProfileError> {
-    if least >= 0.0 && most > least && most.is_finite() {
-        return Ok(());
-    }
-    Err(ProfileError::OutOfRange { key, found: most, expected: "limits with 0 <= least < most" })
+    let is_most = |most: f64| least >= 0.0 && most > least && most.is_finite();
+    check(key, most, is_most, "limits with 0 <= least < most")
 }
 
 fn gains(key: &'static str, table: impl Iterator<Item = (f64, f64)>) -> Result<(), ProfileError> {
     let table: Vec<(f64, f64)> = table.collect();
     let ascending = table.windows(2).all(|pair| pair[0].0 < pair[1].0);
     if table.is_empty() || !ascending {
-        return Err(ProfileError::GainTable { key });
+        return Err(ProfileError::GainTable(key));
     }
     for (command, mean) in table {
         positive(key, command)?;

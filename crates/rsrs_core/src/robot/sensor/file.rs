@@ -88,7 +88,7 @@ impl SensorEntry {
 
     /// Its readings, if it has what they need.
     fn readings(&self) -> Result<Vec<Reading>, SensorProblem> {
-        let missing = |key| SensorProblem::Missing { key };
+        let missing = |key| SensorProblem::Missing(key);
         let Some(readings) = &self.one_of else {
             return Ok(vec![Reading {
                 name: self.name.clone().ok_or(missing("name"))?,
@@ -105,10 +105,10 @@ impl SensorEntry {
             ("false_positive", self.false_positive.is_some()),
         ];
         if let Some((key, _)) = beside.into_iter().find(|(_, is_given)| *is_given) {
-            return Err(SensorProblem::BesideOneOf { key });
+            return Err(SensorProblem::BesideOneOf(key));
         }
         if readings.len() < 2 {
-            return Err(SensorProblem::OneOf { found: readings.len() });
+            return Err(SensorProblem::OneOf(readings.len()));
         }
         Ok(readings.clone())
     }
@@ -118,7 +118,7 @@ impl SensorEntry {
         let readings = self.readings()?;
         for (place, reading) in readings.iter().enumerate() {
             if !is_name(&reading.name) {
-                return Err(SensorProblem::Name { found: reading.name.clone() });
+                return Err(SensorProblem::Name(reading.name.clone()));
             }
             let mut before = readings[..place].iter();
             let shared = |other: &Reading| {
@@ -168,7 +168,7 @@ impl SensorEntry {
                 }
             }
             (None, Some(corners)) if is_convex(corners) => Ok(()),
-            (None, Some(corners)) => Err(SensorProblem::Polygon { corners: corners.len() }),
+            (None, Some(corners)) => Err(SensorProblem::Polygon(corners.len())),
             _ => Err(SensorProblem::Region),
         }
     }
@@ -215,15 +215,15 @@ pub fn sensors(entries: &[SensorEntry]) -> Result<(Sensing, Vec<FurtherSensor>),
         let readings = entry.check().map_err(refuse)?;
         for Reading { name, .. } in &readings {
             if names.is_empty() && name != DETECTION {
-                return Err(refuse(SensorProblem::First { found: name.clone() }));
+                return Err(refuse(SensorProblem::First(name.clone())));
             }
             if names.contains(name) {
-                return Err(refuse(SensorProblem::Twice { found: name.clone() }));
+                return Err(refuse(SensorProblem::Twice(name.clone())));
             }
             names.push(name.clone());
         }
         if names.len() > MOST_READINGS {
-            return Err(refuse(SensorProblem::Readings { found: names.len() }));
+            return Err(refuse(SensorProblem::Readings(names.len())));
         }
         sensors.push(sensor_of(entry, readings));
     }

@@ -32,60 +32,36 @@ pub enum SensorProblem {
         expected: &'static str,
     },
     /// A key without which it is no sensor.
-    #[error("missing key `{key}`")]
-    Missing {
-        /// The key.
-        key: &'static str,
-    },
+    #[error("missing key `{0}`")]
+    Missing(&'static str),
     /// A key that its readings have.
-    #[error("`{key}` stands beside `one_of`, whose readings have it")]
-    BesideOneOf {
-        /// The key.
-        key: &'static str,
-    },
+    #[error("`{0}` stands beside `one_of`, whose readings have it")]
+    BesideOneOf(&'static str),
     /// Both a cone and a polygon, or neither.
     #[error("a sensor needs exactly one of `cone` and `polygon_m`")]
     Region,
     /// The polygon is no region.
     #[error(
-        "`polygon_m` has {corners} corners, expected 3 to {MAX_CORNERS}, convex and counterclockwise"
+        "`polygon_m` has {0} corners, expected 3 to {MAX_CORNERS}, convex and counterclockwise"
     )]
-    Polygon {
-        /// Corners found.
-        corners: usize,
-    },
+    Polygon(usize),
     /// A name that cannot be one.
     #[error(
-        "`{found}` is no name of a reading: expected small letters, digits and `_`, a letter first"
+        "`{0}` is no name of a reading: expected small letters, digits and `_`, a letter first"
     )]
-    Name {
-        /// The name.
-        found: String,
-    },
+    Name(String),
     /// The first reading has another name than that of every robot.
-    #[error("the first reading is `{found}`, expected `{DETECTION}`")]
-    First {
-        /// The name.
-        found: String,
-    },
+    #[error("the first reading is `{0}`, expected `{DETECTION}`")]
+    First(String),
     /// A name of two readings.
-    #[error("`{found}` is the name of two readings")]
-    Twice {
-        /// The name.
-        found: String,
-    },
+    #[error("`{0}` is the name of two readings")]
+    Twice(String),
     /// More readings than there can be.
-    #[error("the readings of all sensors are {found}, expected at most {MOST_READINGS}")]
-    Readings {
-        /// How many.
-        found: usize,
-    },
+    #[error("the readings of all sensors are {0}, expected at most {MOST_READINGS}")]
+    Readings(usize),
     /// One reading alone is none of several.
-    #[error("`one_of` has {found} readings, expected 2 or more")]
-    OneOf {
-        /// How many.
-        found: usize,
-    },
+    #[error("`one_of` has {0} readings, expected 2 or more")]
+    OneOf(usize),
     /// Two readings of one kind.
     #[error("`{first}` and `{second}` both detect `{kind}`")]
     Kinds {
@@ -121,20 +97,20 @@ impl Help for SensorProblem {
                 "give a sensor: `- {{name: {DETECTION}, cone: {{half_angle_rad: 0.2, range_m: 0.5}}, …}}`"
             ),
             Self::OutOfRange { .. } => return None,
-            Self::Missing { key: "name" } => format!(
+            Self::Missing("name") => format!(
                 "give `name: {DETECTION}` for the first sensor and another one for each further, or `one_of` \
                  for several kinds of things in one region"
             ),
-            Self::Missing { key } => format!("give `{key}:`"),
-            Self::BesideOneOf { key } => format!("leave it out, or move `{key}` into its reading"),
+            Self::Missing(key) => format!("give `{key}:`"),
+            Self::BesideOneOf(key) => format!("leave it out, or move `{key}` into its reading"),
             Self::Region => {
                 "give `cone: {half_angle_rad: …, range_m: …}` or `polygon_m: [[x, y], …]`".to_owned()
             }
             Self::Polygon { .. } => {
                 "list the corners around, left turn after left turn".to_owned()
             }
-            Self::Name { found } => format!("write it as `{}`", plain(found)),
-            Self::First { found } => format!(
+            Self::Name(found) => format!("write it as `{}`", plain(found)),
+            Self::First(found) => format!(
                 "call `{found}` `{DETECTION}`, or put the sensor with it first: a robot decides once for each \
                  message on this topic"
             ),

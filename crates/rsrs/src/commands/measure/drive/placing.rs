@@ -1,8 +1,6 @@
 //! Whoever sees to it that robots stand where a trial wants them.
 
 use rsrs_experiment_runner::plan::{Plan, Trial};
-use rsrs_fleet::fleet_file::FleetFile;
-use rsrs_pipeline::error::helped;
 
 use super::Arguments;
 use super::operator;
@@ -13,7 +11,7 @@ use rsrs_operate::drive::result::Motion;
 use rsrs_operate::drive::{OperatorFuture, Ready, TrialOperator};
 use rsrs_operate::run::operator::Operator;
 use rsrs_operate::run::place_command;
-use rsrs_pipeline::files::read_text;
+use rsrs_pipeline::measure::plan_folder::enabled_robots;
 
 /// Who places robots before a trial.
 pub enum Placing {
@@ -42,9 +40,7 @@ impl Placing {
         let Some(program) = &arguments.place_command else {
             return Ok(Self::Person { before_drives: !arguments.yes });
         };
-        let name = arguments.fleet.display().to_string();
-        let fleet = FleetFile::parse(&name, &read_text(&arguments.fleet)?).map_err(helped)?;
-        let robots = fleet.enabled().into_iter().map(str::to_owned).collect();
+        let robots = enabled_robots(&arguments.fleet)?;
         Ok(Self::Program { program: program.clone(), robots })
     }
 }
