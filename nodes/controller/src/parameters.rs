@@ -89,8 +89,10 @@ pub fn declare(
     let is_bool = |it: &_| matches!(it, Value::Bool(_));
     let is_text = |it: &_| matches!(it, Value::String(_));
     let is_integer = |it: &_| matches!(it, Value::Integer(_));
+    let [shortest_s, longest_s] = PERIOD_BOUNDS_S;
     let is_period =
-        |it: &_| matches!(it, Value::Double(it) if *it > 0.0 && *it <= PERIOD_BOUNDS_S[1]);
+        |it: &_| matches!(it, Value::Double(it) if (shortest_s..=longest_s).contains(it));
+    let range_s = format!("a double from {shortest_s} to {longest_s}");
     let text = |text: &str| Value::String(text.to_owned());
     let mirrored = "Whether it drives at the same speed and turns the other way where nothing is detected, \
                     as the milling controller does.";
@@ -124,7 +126,7 @@ pub fn declare(
         take(cmd_vel, text("twist_stamped"), &is_cmd_vel, "`twist` or `twist_stamped`")?,
         take(constant, Value::Bool(false), &is_bool, "true or false")?,
         take(lease, text(LEASE_GATE), &is_lease, "`gate` or `controller`")?,
-        take(period, Value::Double(0.13), &is_period, "a double above 0 and at most 2")?,
+        take(period, Value::Double(0.13), &is_period, &range_s)?,
         take(table, text(""), &|it| *it == text(""), none_yet)?,
         take(key, Value::Integer(0), &is_integer, "an integer")?,
         take(class, text(""), &is_text, "a name")?,
