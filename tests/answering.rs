@@ -14,7 +14,10 @@ use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_sim::sweep::{Runs, Watch, sweep};
 use serde_json::Value;
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{
+    answer, bring, code, done, done_line, json, repository, rsrs, run_line, shipped, stderr,
+    stdout, text_in,
+};
 use crate::laboratory::{SPEEDS, swept, workplace};
 
 /// One quantity of the answers.
@@ -35,13 +38,10 @@ fn contains(answers: &Value, axis: Axis, value: f64) -> bool {
 #[test]
 fn of_the_papers_plane_its_cell_is_recommended_and_the_ranges_contain_it() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let sweep = repository().join("launch_configs/sweeps/flockbot_speed_turn.yaml");
-    let sweep = sweep.to_str().expect("a path in UTF-8");
+    let sweep = &shipped("sweeps/flockbot_speed_turn.yaml");
 
-    let output = rsrs(place.path(), &["answer", sweep, "-o", "flockbot.png", "--format", "json"]);
-
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let answers = json(&output);
+    let answers =
+        answer(place.path(), &["answer", sweep, "-o", "flockbot.png", "--format", "json"]);
     assert_eq!(answers["viable"], true);
     assert_eq!(answers["questions"].as_array().map(Vec::len), Some(5));
     for (axis, chosen) in [(Axis::Robots, 9.0), (Axis::Speed, 0.15), (Axis::TurnRate, 0.75)] {
@@ -61,12 +61,10 @@ fn a_profile_its_sweep_and_the_folder_of_that_have_the_same_ranges_unless_a_fact
     let place = tempfile::tempdir().expect("a temporary folder");
     let init = "init mine --name bot --robots 6 --radius 0.05 --speed 0.2 --turn-rate 2 --range 1 \
                 --half-angle 0.4 --period 0.1";
-    let begun = rsrs(place.path(), &init.split_whitespace().collect::<Vec<_>>());
-    assert_eq!(code(&begun), 0, "{}", stderr(&begun));
+    done_line(place.path(), init);
     let here = place.path().join("mine");
-    let swept = rsrs(&here, &["sweep", "sweep.yaml", "-o", "results"]);
-    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
-    let sweep = std::fs::read_to_string(here.join("sweep.yaml")).expect("it was written");
+    done(&here, &["sweep", "sweep.yaml", "-o", "results"]);
+    let sweep = text_in(&here, "sweep.yaml");
     std::fs::write(here.join("decided.yaml"), format!("{sweep}\nharsher: {{miss_factor: 3.5}}\n"))
         .expect("the folder is writable");
     let few = ["--replicates", "60", "--confirm", "200"];
@@ -95,14 +93,12 @@ fn rings_of_another_kind_are_explained_by_no_geometry_and_contradict_its_lines()
     let place = tempfile::tempdir().expect("a temporary folder");
     let init = "init mine --name tb --robots 5 --radius 0.17 --speed 0.31 --turn-rate 1.9 --range 1.5 \
                 --half-angle 0.6 --period 0.05";
-    let begun = rsrs(place.path(), &init.split_whitespace().collect::<Vec<_>>());
-    assert_eq!(code(&begun), 0, "{}", stderr(&begun));
+    done_line(place.path(), init);
     let sweep = "profile: profile.yaml\naxes: {turn_rate_rad_s: [0.57, 1.0], robots: [3, 4, 5]}\n\
                  fixed: {speed_m_s: 0.25, placement_radius_m: 1.7, arena_m: 30, walls: stop}\n\
                  replicates: 50\nduration_s: 300\nseed: 7\n";
     std::fs::write(place.path().join("mine/few.yaml"), sweep).expect("the folder is writable");
-    let swept = rsrs(place.path(), &["sweep", "mine/few.yaml", "-o", "out"]);
-    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    done(place.path(), &["sweep", "mine/few.yaml", "-o", "out"]);
 
     let answered =
         rsrs(place.path(), &["answer", "out", "--replicates", "100", "--format", "json"]);
@@ -114,7 +110,7 @@ fn rings_of_another_kind_are_explained_by_no_geometry_and_contradict_its_lines()
     let reason = robots["reason"].as_str().expect("a sentence");
     assert!(!reason.contains("no ring") && !reason.contains("on the ring"), "{reason}");
     assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
-    let svg = std::fs::read_to_string(place.path().join("out.svg")).expect("it was drawn");
+    let svg = text_in(place.path(), "out.svg");
     assert!(!svg.contains("the robot ahead is in reach"), "{svg}");
 }
 
@@ -122,7 +118,7 @@ fn rings_of_another_kind_are_explained_by_no_geometry_and_contradict_its_lines()
 #[test]
 fn choose_answer_and_diagnose_name_one_setting() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let run = |line: &str| rsrs(place.path(), &line.split_whitespace().collect::<Vec<_>>());
+    let run = |line: &str| run_line(place.path(), line);
     let begun =
         run("init mine --name epuck --robots 6 --radius 0.035 --speed 0.15 --turn-rate 5.6 \
                      --range 0.6 --half-angle 0.3 --period 0.1");
@@ -168,13 +164,10 @@ fn choose_answer_and_diagnose_name_one_setting() {
 #[test]
 fn candidates_are_confirmed_until_one_holds_however_many_that_takes() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    let profile = profile.to_str().expect("a path in UTF-8");
+    let profile = &shipped("profiles/flockbot.yaml");
 
-    let output = rsrs(place.path(), &["answer", profile, "--replicates", "50", "--format", "json"]);
-
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let answers = json(&output);
+    let answers =
+        answer(place.path(), &["answer", profile, "--replicates", "50", "--format", "json"]);
     let number = |value: &Value, key: &str| value[key].as_f64().expect("a number");
     // In the first ten of the most robust settings they mill in hardly more than 80 % of the runs.
     assert!(number(&answers, "b_s_low") >= number(&answers, "wanted"), "{answers:#}");
@@ -187,8 +180,7 @@ fn candidates_are_confirmed_until_one_holds_however_many_that_takes() {
 #[test]
 fn robots_that_do_not_mill_are_sent_to_their_diagnosis() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let profile = repository().join("launch_configs/profiles/lta.yaml");
-    let profile = profile.to_str().expect("a path in UTF-8");
+    let profile = &shipped("profiles/lta.yaml");
 
     let output = rsrs(place.path(), &["answer", profile, "--replicates", "100"]);
 
@@ -201,7 +193,7 @@ fn robots_that_do_not_mill_are_sent_to_their_diagnosis() {
 #[test]
 fn what_cannot_be_answered_from_is_refused() {
     let place = workplace(SPEEDS, "true_positive: 0.8");
-    let profile = std::fs::read_to_string(place.path().join("flockbot.yaml")).expect("it is there");
+    let profile = text_in(place.path(), "flockbot.yaml");
     let contradictory = profile.replace("limits_m_s: [0.02, 0.30]", "limits_m_s: [0.3, 0.1]");
     std::fs::write(place.path().join("contradictory.yaml"), contradictory).expect("writable");
 
@@ -231,8 +223,7 @@ fn how_exact_the_numbers_of_a_controller_need_to_be_is_a_sixth_question() {
                  fixed: {robots: 9, placement_radius_m: 0.6, arena_m: 15}\n\
                  replicates: 20\nduration_s: 120\nseed: 7\n";
     std::fs::write(place.path().join("sweep.yaml"), sweep).expect("the folder is writable");
-    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    done(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
     let few = ["answer", "out", "--replicates", "20", "--confirm", "100", "--b-s", "0.5"];
 
     let answered =
@@ -266,33 +257,29 @@ fn how_exact_the_numbers_of_a_controller_need_to_be_is_a_sixth_question() {
         ),
         "{text}"
     );
-    let svg = std::fs::read_to_string(place.path().join("wall.svg")).expect("it was drawn");
+    let svg = text_in(place.path(), "wall.svg");
     assert!(svg.contains("speed 0.15 (") && svg.contains("turn rate (rad/s)"), "{svg}");
 }
 
 #[test]
 fn a_sweep_of_one_axis_is_drawn_as_a_curve() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(profile, place.path().join("flockbot.yaml")).expect("the profile is there");
+    bring("profiles/flockbot.yaml", &place.path().join("flockbot.yaml"));
     let sweep = "profile: flockbot.yaml\naxes:\n  robots: [3, 6, 9, 12]\n\
                  fixed: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, placement_radius_m: 0.7, arena_m: 15}\n\
                  replicates: 8\nduration_s: 60\nseed: 7\n";
     std::fs::write(place.path().join("sweep.yaml"), sweep).expect("the folder is writable");
-    let output = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    done(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
 
-    let output = rsrs(place.path(), &["diagram", "out", "-o", "curve.svg"]);
-
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let svg = std::fs::read_to_string(place.path().join("curve.svg")).expect("it was drawn");
+    done(place.path(), &["diagram", "out", "-o", "curve.svg"]);
+    let svg = text_in(place.path(), "curve.svg");
     assert!(svg.contains("the share of runs that mill, and its 95 % interval"), "{svg}");
     assert!(svg.contains("number of robots") && svg.contains("of 8 mill"), "{svg}");
 }
 
 /// The conditions of the chosen cell with robots as measured, and its name.
 fn as_measured(folder: &Path) -> (Choice, ResolvedSweep, usize) {
-    let choice = std::fs::read_to_string(folder.join("out/choice.json")).expect("it was chosen");
+    let choice = text_in(folder, "out/choice.json");
     let choice: Choice = serde_json::from_str(&choice).expect("a choice");
     let source = ResolvedSweep::read_either(&folder.join("out/sweep.yaml")).expect("a sweep");
     let measured = source.as_measured().expect("the robots are made worse");
@@ -308,10 +295,8 @@ fn so_many_campaigns_are_decided_as_was_planned() {
     let place = swept(SPEEDS, "true_positive: 0.8");
     let choose = ["choose", "out", "-o", "out/choice.json"];
     assert_eq!(code(&rsrs(place.path(), &choose)), 0);
-    let output =
-        rsrs(place.path(), &["plan-experiments", "out", "--margin", "0.1", "--format", "json"]);
-    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
-    let planned = json(&output);
+    let planned =
+        answer(place.path(), &["plan-experiments", "out", "--margin", "0.1", "--format", "json"]);
     let runs = planned["runs"].as_u64().expect("a number");
     let last = planned["by_runs"].as_array().and_then(|rows| rows.last()).expect("a row").clone();
     let (choice, measured, index) = as_measured(place.path());

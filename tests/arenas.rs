@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command::{code, done, json, rsrs as typed, stderr, stdout, write};
+use crate::command::{code, done, json, rsrs as typed, stderr, stdout, text_in, write};
 use crate::fleet::{experiment, usual_sensing};
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{
@@ -128,7 +128,7 @@ fn an_arena_with_obstacles_is_in_the_picture_the_film_and_the_report() {
     done(here, &["report", "out", "-o", "report.html"]);
 
     assert_eq!(labelled["evidence"], episode["evidence"], "the bag has what the simulator saw");
-    let read = |name: &str| std::fs::read_to_string(here.join(name)).expect("it was drawn");
+    let read = |name: &str| text_in(here, name);
     let svg = read("run.svg");
     assert_eq!(svg.matches("stroke=\"#8a6d4b\"").count(), 3 + 1, "the border, obstacles, legend");
     assert_eq!(svg.matches("fill=\"#d3c4b1\"").count(), 2, "each obstacle");
@@ -215,7 +215,7 @@ fn a_search_takes_the_arena_of_the_world() {
     assert_ne!(code(&both), 0);
     assert!(stderr(&both).contains("`arena_m` is 3 m, and the world has"), "{}", stderr(&both));
     assert!([0, 3].contains(&code(&found)), "{}{}", stdout(&found), stderr(&found));
-    let gallery = std::fs::read_to_string(here.join("gallery/gallery.svg")).expect("it is drawn");
+    let gallery = text_in(here, "gallery/gallery.svg");
     assert!(gallery.contains("fill=\"#d3c4b1\""), "runs are drawn with obstacles");
     let sweeps = std::fs::read_dir(here.join("gallery/sweeps")).expect("it is made");
     for sweep in sweeps.flatten() {

@@ -6,7 +6,7 @@ mod over_ros;
 use std::fs;
 use std::path::Path;
 
-use crate::command::{code, repository, rsrs, stderr, stdout};
+use crate::command::{done, repository};
 
 /// The files of an entry in a folder of its own, from where they reach the shipped ones as well.
 fn files_of(entry: &str) -> tempfile::TempDir {
@@ -34,8 +34,7 @@ fn swept(place: &Path, file: &str, instead: &[(&str, &str)]) -> Vec<(u64, u64)> 
     let results = tempfile::tempdir().expect("a temporary folder");
     let out = results.path().join("out");
     let out = out.to_str().expect("a path in UTF-8");
-    let output = rsrs(place, &["sweep", "reduced.yaml", "-o", out]);
-    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    done(place, &["sweep", "reduced.yaml", "-o", out]);
     let cells = fs::read_to_string(Path::new(out).join("cells.csv")).expect("it was swept");
     let mut lines = cells.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let head = lines.next().expect("a line of names");

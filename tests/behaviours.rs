@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{code, done, json, repository, rsrs, stderr, stdout, text_in};
 use crate::processes::{Process, confined_rsrs};
 
 /// Far longer than it takes on a busy machine.
@@ -90,7 +90,7 @@ fn run_and_label(folder: &Path) -> Value {
 
 #[test]
 fn another_behaviour_goes_from_the_sweep_to_the_verdict() {
-    for case in &CASES {
+    for (case, other) in CASES[..2].iter().zip(["dispersal", "aggregation"]) {
         let folder = workplace(case);
         let place = folder.path();
         let [wanted, partly, not] = case.phases;
@@ -100,13 +100,12 @@ fn another_behaviour_goes_from_the_sweep_to_the_verdict() {
             &["choose", "out", "--confirm", "200", "-o", "out/choice.json"],
             &["diagram", "out", "-o", "out.png"],
         ] {
-            let output = rsrs(place, arguments);
-            assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+            done(place, arguments);
         }
-        let cells = std::fs::read_to_string(place.join("out/cells.csv")).expect("it was written");
+        let cells = text_in(place, "out/cells.csv");
         let columns = format!("n,{wanted},{partly},{not},phase");
         assert!(cells.lines().next().is_some_and(|head| head.contains(&columns)), "{cells}");
-        let choice = std::fs::read_to_string(place.join("out/choice.json")).expect("it is there");
+        let choice = text_in(place, "out/choice.json");
         let choice: Value = serde_json::from_str(&choice).expect("it is JSON");
         assert!(choice["b_s"].as_f64().is_some_and(|b_s| b_s > 0.8), "{choice}");
         assert!(choice["phases"][wanted].is_u64(), "{choice}");
@@ -119,12 +118,22 @@ fn another_behaviour_goes_from_the_sweep_to_the_verdict() {
         let seen = rsrs(place, &["label", "episode", "--format", "json"]);
         assert_eq!(json(&episode)["phase"], json(&seen)[0]["phase"], "{}", stdout(&episode));
 
+        // A run of one behaviour is no evidence about another.
+        let experiment = text_in(place, "experiment.yaml");
+        let of_other = format!("{experiment}behaviour: {other}\n");
+        std::fs::write(place.join("other.yaml"), of_other).expect("the folder is writable");
+        let refused = rsrs(place, &["run", "other.yaml", "--from", "out", "--cell", &cell]);
+        let expected =
+            format!("the behaviour is {other}, expected {} as simulated", case.behaviour);
+        assert_eq!(code(&refused), 1);
+        assert!(stderr(&refused).contains(&expected), "{}", stderr(&refused));
+
         let label = run_and_label(place);
         assert_eq!(label["phase"], wanted, "{label:#}");
 
         // What a run is judged for is its record's, and can be asked for otherwise.
-        let other = rsrs(place, &["label", "bag", "--behaviour", "milling", "--format", "json"]);
-        assert_ne!(json(&other)[0]["phase"], wanted);
+        let milling = rsrs(place, &["label", "bag", "--behaviour", "milling", "--format", "json"]);
+        assert_ne!(json(&milling)[0]["phase"], wanted);
         let compared = rsrs(
             place,
             &["compare", "out", "--bags", "bag", "--margin", "0.3", "--format", "json"],
@@ -161,27 +170,9 @@ fn another_behaviour_is_chosen_diagnosed_and_answered_in_its_own_words() {
 }
 
 #[test]
-fn a_run_of_one_behaviour_is_no_evidence_about_another() {
-    let folder = workplace(&CASES[0]);
-    let place = folder.path();
-    let sweep = rsrs(place, &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
-    let experiment = std::fs::read_to_string(place.join("experiment.yaml")).expect("it is there");
-    let experiment = experiment + "behaviour: dispersal\n";
-    std::fs::write(place.join("experiment.yaml"), experiment).expect("the folder is writable");
-
-    let cell = "undetected_turn_rate_rad_s=-2.088";
-    let refused = rsrs(place, &["run", "experiment.yaml", "--from", "out", "--cell", cell]);
-
-    assert_eq!(code(&refused), 1);
-    let expected = "because the behaviour is dispersal, expected aggregation as simulated";
-    assert!(stderr(&refused).contains(expected), "{}", stderr(&refused));
-}
-
-#[test]
 fn a_mirrored_controller_drives_forward_and_any_other_either_way() {
     let folder = workplace(&CASES[0]);
-    let text = std::fs::read_to_string(folder.path().join("sweep.yaml")).expect("it is there");
+    let text = text_in(folder.path(), "sweep.yaml");
     for (from, to, expected) in [
         (
             "speed_m_s: 0.175, turn_rate_rad_s: -1.239, undetected_speed_m_s: 0.037",
@@ -206,17 +197,15 @@ fn a_behaviour_of_a_file_is_in_the_results_as_a_whole_and_its_colours_are_in_pic
     for arguments in
         [["sweep", "sweep.yaml", "-o", "out"].as_slice(), &["diagram", "out", "-o", "out.svg"]]
     {
-        let output = rsrs(place, arguments);
-        assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+        done(place, arguments);
     }
     std::fs::remove_file(place.join("gathering.yaml")).expect("it was there");
 
-    let chosen = rsrs(place, &["choose", "out", "--confirm", "100"]);
-    assert_eq!(code(&chosen), 0, "{}{}", stdout(&chosen), stderr(&chosen));
-    assert!(stdout(&chosen).contains("it gathers in"), "{}", stdout(&chosen));
-    let picture = std::fs::read_to_string(place.join("out.svg")).expect("it was written");
+    let chosen = done(place, &["choose", "out", "--confirm", "100"]);
+    assert!(chosen.contains("it gathers in"), "{chosen}");
+    let picture = text_in(place, "out.svg");
     assert!(picture.contains("Phases of a gathering swarm"));
-    let other = std::fs::read_to_string(place.join("out/sweep.yaml")).expect("it is there");
+    let other = text_in(place, "out/sweep.yaml");
     std::fs::write(place.join("other.yaml"), other.replace("0.75", "0.7")).expect("it is writable");
     let other = rsrs(place, &["sweep", "other.yaml", "-o", "out"]);
     assert_eq!(code(&other), 1, "another bound is another sweep: {}", stdout(&other));
@@ -234,8 +223,7 @@ fn in_the_words_of_the_paper_a_mill_that_is_not_round_is_stable_if_nobody_touche
             configs.join("profiles/flockbot.yaml").display()
         );
         std::fs::write(place.join("sweep.yaml"), sweep).expect("the folder is writable");
-        let swept = rsrs(place, &["sweep", "sweep.yaml", "-o", out]);
-        assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+        done(place, &["sweep", "sweep.yaml", "-o", out]);
         let cells =
             std::fs::read_to_string(place.join(out).join("cells.csv")).expect("it is there");
         let row: Vec<f64> = cells
@@ -268,7 +256,7 @@ otherwise: bare
 fn a_behaviour_about_an_arena_is_swept_run_labelled_and_drawn_and_refused_where_there_is_none() {
     let folder = workplace(&CASES[1]);
     let place = folder.path();
-    let sweep = std::fs::read_to_string(place.join("sweep.yaml")).expect("it is there");
+    let sweep = text_in(place, "sweep.yaml");
     let sweep = sweep
         .replace("behaviour: dispersal", "behaviour: covering.yaml")
         .replace("axes:\n", "axes:\n  arena_m: [3.0, 4.9]\n")
@@ -290,8 +278,7 @@ fn a_behaviour_about_an_arena_is_swept_run_labelled_and_drawn_and_refused_where_
         &["choose", "out", "--confirm", "100", "--viable", "0.1", "-o", "out/choice.json"],
         &["diagram", "out", "-o", "coverage.svg", "--value", "coverage"],
     ] {
-        let output = rsrs(place, arguments);
-        assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+        done(place, arguments);
     }
     let unasked = rsrs(place, &["diagram", "out", "-o", "x.svg", "--value", "spread_m"]);
     assert!(stderr(&unasked).contains("covering does not ask for it"), "{}", stderr(&unasked));
@@ -304,9 +291,8 @@ fn a_behaviour_about_an_arena_is_swept_run_labelled_and_drawn_and_refused_where_
     assert_eq!(label["margins"][0]["parameter"], "coverage");
     let text = stdout(&rsrs(place, &["label", "bag"]));
     assert!(text.contains(&format!(", coverage {coverage:.2}")), "{text}");
-    let drawn = rsrs(place, &["draw", "bag", "-o", "run.svg"]);
-    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
-    let picture = std::fs::read_to_string(place.join("run.svg")).expect("it was written");
+    done(place, &["draw", "bag", "-o", "run.svg"]);
+    let picture = text_in(place, "run.svg");
     assert!(picture.contains("coverage (covered: 0.60 or more)"));
 }
 
@@ -321,8 +307,7 @@ fn a_run_that_was_once_what_it_is_judged_for_is_so_in_sweeps_episodes_labels_rep
         ["sweep", "sweep.yaml", "-o", "out"].as_slice(),
         &["choose", "out", "--confirm", "100", "-o", "out/choice.json"],
     ] {
-        let output = rsrs(place, arguments);
-        assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+        done(place, arguments);
     }
     let cell = ["--cell", "undetected_turn_rate_rad_s=-2.5"];
     let episode = ["episode", "out", "--replicate", "3", "--format", "json", "-o", "episode"];
@@ -343,8 +328,7 @@ fn a_run_that_was_once_what_it_is_judged_for_is_so_in_sweeps_episodes_labels_rep
     assert_eq!(label["phase"], "gathered", "{label:#}");
     assert_eq!(json(&replay)["is_same"], true, "{}", stdout(&replay));
     assert_eq!(compared["cells"][0]["real"]["gathered"], 1, "{compared:#}");
-    let drawn = rsrs(place, &["draw", "bag", "-o", "run.svg"]);
-    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+    done(place, &["draw", "bag", "-o", "run.svg"]);
 }
 
 #[test]

@@ -9,10 +9,10 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use crate::fleet::{ROBOTS, experiment, node};
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, in_own_network, rsrs};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
-use rsrs_testing::network::{TIMEOUT, in_own_network};
+use rsrs_testing::network::TIMEOUT;
 
 /// How long the robots move: many times longer than a lease.
 const RUN_S: u64 = 6;
@@ -47,7 +47,7 @@ fn fill(pipe: &impl AsRawFd) {
 
 #[test]
 fn a_run_whose_output_nobody_reads_completes() {
-    in_own_network("blocked_terminal::a_run_whose_output_nobody_reads_completes", async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let changes = [("robots: 9", "robots: 2"), ("time: lockstep", "time: real_time")];
         let experiment = experiment(folder.path(), RUN_S, &changes);

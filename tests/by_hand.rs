@@ -9,14 +9,14 @@ use rsrs_fleet::record::{ENDING, Ending};
 use rsrs_msgs::cdr;
 use rsrs_msgs::nav_msgs::Odometry;
 
-use crate::command::repository;
-use crate::fleet::{ROBOTS, experiment, node};
+use crate::command::{repository, text_in};
+use crate::fleet::{ROBOTS, experiment, node, start_run};
 use crate::pages::{
     IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, OF_SENSORS, OF_WORLDS, WITHOUT_FLOOR, WITHOUT_ROBOTS,
     script_of,
 };
-use crate::processes::{Process, is_starved, rsrs};
-use rsrs_testing::network::{TIMEOUT, in_own_network};
+use crate::processes::{in_own_network, is_starved};
+use rsrs_testing::network::TIMEOUT;
 
 /// How much a page measures, and how much of that is enough to see whether it works.
 const SHORTER_PLAN: [(&str, &str); 1] = [(
@@ -111,7 +111,7 @@ fn strayed_m(bag: &Bag, robot: &str) -> f64 {
 
 #[test]
 fn the_page_of_a_fleet_without_robots_works_to_the_letter() {
-    in_own_network("by_hand::the_page_of_a_fleet_without_robots_works_to_the_letter", async || {
+    in_own_network(async || {
         let (folder, output) = typed_in_time(&script_of(&WITHOUT_FLOOR), &[], (&[], 300));
 
         let text = String::from_utf8_lossy(&output.stdout);
@@ -130,18 +130,15 @@ fn the_page_of_a_fleet_without_robots_works_to_the_letter() {
 
 #[test]
 fn robots_of_a_simulator_without_a_world_are_refused() {
-    in_own_network("by_hand::robots_of_a_simulator_without_a_world_are_refused", async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         // As a fleet file of real robots, on a network where only the simulator answers.
         let real = ("driver: {kind: virtual}", "driver: {kind: ros}");
         let experiment = experiment(folder.path(), 5, &[real]);
         let (_simulator, _controllers) = (node("sim", &ROBOTS), node("controller", &ROBOTS));
 
-        let mut command = rsrs();
-        command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-        command.arg(experiment).arg("-o").arg(folder.path().join("bag"));
-        let mut run = Process::start(&mut command);
-        let (status, errors) = run.wait(2 * TIMEOUT);
+        let bag = folder.path().join("bag");
+        let (status, errors) = start_run(&experiment, &bag).wait(2 * TIMEOUT);
 
         assert_eq!(status.code(), Some(1), "{errors}");
         assert!(errors.contains("robot_9: its simulator has placed no world"), "{errors}");
@@ -171,7 +168,7 @@ fn check_profile(profile: &RobotProfile) {
 #[test]
 fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
     let python = crate::interop_robot::python();
-    in_own_network("by_hand::the_pages_of_robots_in_rclpy_work_to_the_letter", async || {
+    in_own_network(async || {
         let files = [("rclpy_fleet.py", RCLPY_FLEET)];
         let script = shortened(&IN_RCLPY, &SHORTER_PLAN);
         let programs = python.parent().expect("it is in a folder");
@@ -182,7 +179,7 @@ fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
         let printed = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{}\n{text}\n{printed}", output.status);
         assert!(text.contains(" rows filled in, 0 left"), "{text}");
-        let profile = std::fs::read_to_string(folder.path().join("mine.yaml")).expect("it is made");
+        let profile = text_in(folder.path(), "mine.yaml");
         check_profile(&RobotProfile::parse("mine.yaml", &profile).expect("it is a profile"));
         let bag = Bag::open(&folder.path().join("bag")).expect("the run was recorded");
         for robot in ROBOTS.iter().take(3) {
@@ -206,40 +203,36 @@ fn the_page_of_controllers_works_to_the_letter() {
 
 #[test]
 fn the_page_of_ones_own_swarm_works_to_the_letter_and_finds_what_it_says() {
-    in_own_network(
-        "by_hand::the_page_of_ones_own_swarm_works_to_the_letter_and_finds_what_it_says",
-        async || {
-            let script = shortened(&OF_OWN_SWARM, &FEWER_RUNS);
+    in_own_network(async || {
+        let script = shortened(&OF_OWN_SWARM, &FEWER_RUNS);
 
-            let (folder, output) = typed_in_time(&script, &[], (&[], 900));
+        let (folder, output) = typed_in_time(&script, &[], (&[], 900));
 
-            let text = String::from_utf8_lossy(&output.stdout);
-            let errors = String::from_utf8_lossy(&output.stderr);
-            assert!(output.status.success(), "{}\n{text}\n{errors}", output.status);
-            let read = |file: &str| {
-                std::fs::read_to_string(folder.path().join(file))
-                    .unwrap_or_else(|error| panic!("{file}: {error}\n{errors}"))
-            };
-            // Who hardly tumbles mops by the errors of its sensor, and who tumbles at 0.03 without them.
-            let cells = read("why/cells.csv");
-            let mopped = |cell: &str| -> u32 {
-                let row = cells.lines().find_map(|row| row.strip_prefix(&format!("{cell},40,")));
-                let share = row.and_then(|row| row.split(',').next()?.parse().ok());
-                share.unwrap_or_else(|| panic!("{cell}: {cells}"))
-            };
-            assert_eq!(mopped("0.0003,0.0005"), 0);
-            assert!(mopped("0.0003,0.05") > 30 && mopped("0.03,0.0005") > 30, "{cells}");
-            assert!(read("results/choice.json").contains("\"controller.tumble\": 0.0003"));
-            assert!(text.contains("run_1: mopped"), "{text}");
-            let is_long = std::env::var_os("RSRS_LONG_TESTS").is_some();
-            let verdict = if is_long { "verdict: supported" } else { "2 of 2 runs mopped" };
-            assert!(text.contains(verdict), "{text}");
-            assert!(
-                folder.path().join("mopped.png").is_file()
-                    && folder.path().join("why.png").is_file()
-            );
-        },
-    );
+        let text = String::from_utf8_lossy(&output.stdout);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}\n{text}\n{errors}", output.status);
+        let read = |file: &str| {
+            std::fs::read_to_string(folder.path().join(file))
+                .unwrap_or_else(|error| panic!("{file}: {error}\n{errors}"))
+        };
+        // Who hardly tumbles mops by the errors of its sensor, and who tumbles at 0.03 without them.
+        let cells = read("why/cells.csv");
+        let mopped = |cell: &str| -> u32 {
+            let row = cells.lines().find_map(|row| row.strip_prefix(&format!("{cell},40,")));
+            let share = row.and_then(|row| row.split(',').next()?.parse().ok());
+            share.unwrap_or_else(|| panic!("{cell}: {cells}"))
+        };
+        assert_eq!(mopped("0.0003,0.0005"), 0);
+        assert!(mopped("0.0003,0.05") > 30 && mopped("0.03,0.0005") > 30, "{cells}");
+        assert!(read("results/choice.json").contains("\"controller.tumble\": 0.0003"));
+        assert!(text.contains("run_1: mopped"), "{text}");
+        let is_long = std::env::var_os("RSRS_LONG_TESTS").is_some();
+        let verdict = if is_long { "verdict: supported" } else { "2 of 2 runs mopped" };
+        assert!(text.contains(verdict), "{text}");
+        assert!(
+            folder.path().join("mopped.png").is_file() && folder.path().join("why.png").is_file()
+        );
+    });
 }
 
 #[test]
@@ -280,7 +273,7 @@ fn the_page_of_worlds_takes_objects_from_the_sweep_to_a_picture() {
 
 #[test]
 fn the_pages_without_robots_work_to_the_letter() {
-    in_own_network("by_hand::the_pages_without_robots_work_to_the_letter", async || {
+    in_own_network(async || {
         let configs = repository().join("launch_configs").canonicalize().expect("it is there");
         // The README is read in a clone; the pages after it need nothing but the program.
         let link = format!("ln -s '{}' launch_configs\n", configs.display());

@@ -9,10 +9,10 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 use crate::bags_cli::bad_bags::copied;
+use crate::command::{code, copy, json, stderr, text_in};
 use crate::processes::{Process, confined_rsrs, nodes_of};
+use crate::recorded::record_of;
 use crate::terminal::Terminal;
-use rsrs_bags::Bag;
-use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use rsrs_ros::confine::Confinement;
 use rsrs_testing::environment::number;
 use serde_json::Value;
@@ -63,21 +63,8 @@ fn to_the_end(place: &Path) -> Output {
     campaign(place).output().expect("the program was built for this test")
 }
 
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("the program ended by itself")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn summary(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}", stderr(output)))
-}
-
 fn manifest(folder: &Path) -> Value {
-    let text = std::fs::read_to_string(folder.join("manifest.json")).expect("it is finished");
+    let text = text_in(folder, "manifest.json");
     serde_json::from_str(&text).expect("a manifest is JSON")
 }
 
@@ -153,7 +140,7 @@ fn a_campaign_that_is_killed_goes_on_where_it_was_and_runs_nothing_twice() {
     let resumed = to_the_end(place.path());
 
     assert_eq!(code(&resumed), 0, "{}", stderr(&resumed));
-    let summary = summary(&resumed);
+    let summary = json(&resumed);
     assert_eq!(summary["n_finished"], 2, "{summary}");
     assert_eq!(summary["experiments"][1]["ending"], "completed");
     assert!(contents(&out.join("001_three")) == first, "the first one was touched");
@@ -169,10 +156,7 @@ fn a_campaign_that_is_killed_goes_on_where_it_was_and_runs_nothing_twice() {
     assert_eq!(&summary["experiments"][1]["attempts"][0], attempt);
     for (folder, replicate) in [("001_three", 0), ("002_three", 1)] {
         check_manifest(&out.join(folder));
-        let bag = Bag::open(&out.join(folder).join("bag")).expect("it is a bag");
-        let record = bag.attachment(ATTACHMENT).expect("a bag of ours has a record");
-        let record = std::str::from_utf8(&record.data).expect("JSON is text");
-        let record = ExperimentRecord::from_json(record).expect("the record reads back");
+        let (bag, record) = record_of(&out.join(folder).join("bag"));
         assert_eq!((record.seed, record.replicate, bag.damage().len()), (1, replicate, 0));
     }
 
@@ -445,20 +429,6 @@ fn what_an_earlier_version_took_for_finished(place: &Path) {
     check_manifest(&folder);
 }
 
-/// Copies a folder with all that is in it.
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).expect("it is writable");
-    for entry in from.read_dir().expect("the folder is there") {
-        let path = entry.expect("it can be listed").path();
-        let target = to.join(path.file_name().expect("it has a name"));
-        if path.is_dir() {
-            copy(&path, &target);
-        } else {
-            std::fs::copy(&path, &target).expect("it is writable");
-        }
-    }
-}
-
 #[test]
 fn a_campaign_of_an_earlier_version_is_gone_on_with_after_a_robot_was_replaced() {
     // One run was finished, too short for a label, and the program was killed in the next one.
@@ -467,8 +437,7 @@ fn a_campaign_of_an_earlier_version_is_gone_on_with_after_a_robot_was_replaced()
     copy(&stored, place.path());
     let out = place.path().join("out");
     let finished = contents(&out.join("001_short"));
-    let fleet =
-        std::fs::read_to_string(place.path().join("fleets/fleet.yaml")).expect("it is there");
+    let fleet = text_in(place.path(), "fleets/fleet.yaml");
     let of_spare = fleet.replace("robot_2: {enabled: true", "robot_2: {enabled: false");
     assert_ne!(of_spare, fleet);
     write(&place.path().join("fleets"), "fleet.yaml", &of_spare);
@@ -478,7 +447,7 @@ fn a_campaign_of_an_earlier_version_is_gone_on_with_after_a_robot_was_replaced()
     let errors = stderr(&resumed);
     assert_eq!(code(&resumed), 3, "the first has no label: {errors}");
     assert!(contents(&out.join("001_short")) == finished, "it is finished");
-    let summary = summary(&resumed);
+    let summary = json(&resumed);
     assert_eq!(summary["n_finished"], 2, "{summary}");
     let robots = |index: usize| summary["experiments"][index]["robots"].clone();
     assert_eq!(robots(0), serde_json::json!(["robot_1", "robot_2"]));
@@ -490,7 +459,7 @@ fn a_campaign_of_an_earlier_version_is_gone_on_with_after_a_robot_was_replaced()
     check_manifest(&out.join("002_long"));
 
     // Another change is one of the experiment.
-    let long = std::fs::read_to_string(place.path().join("two.yaml")).expect("it is there");
+    let long = text_in(place.path(), "two.yaml");
     write(place.path(), "two.yaml", &long.replace("radius_m: 0.6", "radius_m: 0.7"));
     let other = to_the_end(place.path());
     assert_eq!(code(&other), 1);

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{bring, code, done, json, rsrs, run_line, stderr, stdout, text_in};
 use crate::laboratory::{SPEEDS, swept, workplace, write_sweep};
 
 #[test]
@@ -23,7 +23,7 @@ fn the_chosen_cell_is_confirmed_and_drawn() {
     assert_eq!(choice["n_replicates"], 200);
     assert!(choice["b_s_low"].as_f64().expect("a number") >= 0.8);
     assert_eq!(code(&diagram), 0, "{}", stderr(&diagram));
-    let svg = std::fs::read_to_string(place.path().join("picture.svg")).expect("it was drawn");
+    let svg = text_in(place.path(), "picture.svg");
     assert!(svg.contains("chosen cell"), "the chosen cell is named in the legend");
     // Long texts are broken into lines.
     for text in ["confirmed: ", "of 200", "seed 7", "placement_radius_m=0.6", "gain_sd_factor 2.5"]
@@ -38,10 +38,8 @@ fn a_diagram_has_the_title_that_it_is_given_and_numbers_only_if_they_are_wanted(
     rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
 
     let draw = ["diagram", "out", "-o", "picture.svg", "--title", "A <title>", "--no-numbers"];
-    let output = rsrs(place.path(), &draw);
-
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let svg = std::fs::read_to_string(place.path().join("picture.svg")).expect("it was drawn");
+    done(place.path(), &draw);
+    let svg = text_in(place.path(), "picture.svg");
     assert!(svg.contains("A &lt;title&gt;") && !svg.contains("share of stable milling"), "{svg}");
 }
 
@@ -90,7 +88,7 @@ fn no_viable_cell_is_an_answer() {
 #[test]
 fn a_mill_that_ends_when_a_robot_is_lost_is_reported_so() {
     let place = workplace("speed_m_s: [0.15]", "true_positive: 0.8");
-    let sweep = std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it was written");
+    let sweep = text_in(place.path(), "sweep.yaml");
     // Where nine robots mill nearly always, two cannot, and three hardly.
     let write = |name: &str, robots: u32, half_angle_rad: f64| {
         let robots = format!("robots: {robots}, half_angle_rad: {half_angle_rad}");
@@ -100,8 +98,7 @@ fn a_mill_that_ends_when_a_robot_is_lost_is_reported_so() {
     write("nine.yaml", 9, 0.2);
     write("few.yaml", 4, 0.45);
     let choose = |name: &str| {
-        let swept = rsrs(place.path(), &["sweep", &format!("{name}.yaml"), "-o", name]);
-        assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+        done(place.path(), &["sweep", &format!("{name}.yaml"), "-o", name]);
         let arguments = ["choose", name, "--confirm", "200", "--viable", "0.5", "--format", "json"];
         json(&rsrs(place.path(), &arguments))
     };
@@ -125,7 +122,7 @@ fn a_mill_that_ends_when_a_robot_is_lost_is_reported_so() {
 fn of_cells_that_never_mill_made_worse_the_one_that_mills_most_as_measured_is_the_best() {
     let place = workplace(SPEEDS, "true_positive: 0.8");
     write_sweep(place.path(), "hard.yaml", "speed_m_s: [0.30]", "range_m: 0.75");
-    let sweep = std::fs::read_to_string(place.path().join("hard.yaml")).expect("written above");
+    let sweep = text_in(place.path(), "hard.yaml");
     let hard = sweep.replace("replicates:", "harsher: {miss_factor: 25}\nreplicates:");
     std::fs::write(place.path().join("hard.yaml"), hard).expect("the folder is writable");
     rsrs(place.path(), &["sweep", "hard.yaml", "-o", "hard"]);
@@ -144,13 +141,11 @@ fn a_choice_states_how_the_robots_fare_as_measured() {
     let place = workplace(SPEEDS, "true_positive: 0.8");
     std::fs::write(
         place.path().join("measured.yaml"),
-        std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it was written")
-            + "harsher: none\n",
+        text_in(place.path(), "sweep.yaml") + "harsher: none\n",
     )
     .expect("the folder is writable");
     for (sweep, out) in [("sweep.yaml", "worse"), ("measured.yaml", "measured")] {
-        let swept = rsrs(place.path(), &["sweep", sweep, "-o", out]);
-        assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+        done(place.path(), &["sweep", sweep, "-o", out]);
     }
     let choose = |out| {
         let arguments = ["choose", out, "--confirm", "100", "--viable", "0.5", "--format", "json"];
@@ -182,7 +177,7 @@ fn cells_show_the_number_that_is_asked_for() {
         let drawn = rsrs(place.path(), &["diagram", "out", "-o", "value.svg", "--value", value]);
 
         assert_eq!(code(&drawn), 0, "{value}: {}", stderr(&drawn));
-        let svg = std::fs::read_to_string(place.path().join("value.svg")).expect("it was drawn");
+        let svg = text_in(place.path(), "value.svg");
         assert!(svg.contains(&format!("\n{expected}: ")), "{value}: {svg}");
         assert!(!svg.contains("Most frequent phase"), "{value}");
     }
@@ -194,8 +189,7 @@ fn cells_show_the_number_that_is_asked_for() {
 fn two_sweeps_are_compared_cell_by_cell() {
     let place = crate::laboratory::chosen();
     write_sweep(place.path(), "blind.yaml", SPEEDS, "true_positive: 0.2");
-    let swept = rsrs(place.path(), &["sweep", "blind.yaml", "-o", "blind"]);
-    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    done(place.path(), &["sweep", "blind.yaml", "-o", "blind"]);
 
     let same = rsrs(place.path(), &["diff", "out", "out"]);
     let other = rsrs(place.path(), &["diff", "out", "blind", "-o", "difference.svg"]);
@@ -205,7 +199,7 @@ fn two_sweeps_are_compared_cell_by_cell() {
     assert!(stdout(&same).contains("beyond its 95 % interval in 0"), "{}", stdout(&same));
     let mill = "speed 0.15 m/s, turning rate 0.75 rad/s";
     assert!(stdout(&other).contains(mill), "{}", stdout(&other));
-    let svg = std::fs::read_to_string(place.path().join("difference.svg")).expect("it was drawn");
+    let svg = text_in(place.path(), "difference.svg");
     assert!(
         svg.contains("the 95 % intervals do not") && svg.contains("From out to blind"),
         "{svg}"
@@ -220,8 +214,7 @@ fn two_sweeps_are_compared_cell_by_cell() {
 #[test]
 fn robots_as_they_might_be_do_on_average_as_measured_and_worse_in_the_worst_tenth() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let profile = repository().join("launch_configs/profiles/smars.yaml");
-    std::fs::copy(profile, place.path().join("smars.yaml")).expect("the profile is there");
+    bring("profiles/smars.yaml", &place.path().join("smars.yaml"));
     let sweep = "profile: smars.yaml\naxes: {turn_rate_rad_s: [0.5, 0.7, 0.9]}\n\
                  fixed: {speed_m_s: 0.1, robots: 6, placement_radius_m: 0.6, arena_m: 20}\n\
                  replicates: 200\nduration_s: 200\nseed: 7\n";
@@ -232,13 +225,13 @@ fn robots_as_they_might_be_do_on_average_as_measured_and_worse_in_the_worst_tent
         let line = format!(
             "choose out --confirm 200 --viable 0 --pseudo-realities {profiles} --widening {widening} --format {format}"
         );
-        rsrs(place.path(), &line.split_whitespace().collect::<Vec<_>>())
+        run_line(place.path(), &line)
     };
     let found = |profiles: &str, widening: &str| {
         json(&choose(profiles, widening, "json"))["pseudo_realities"].clone()
     };
     let number = |cell: &Value, key: &str| cell[key].as_f64().expect("a number");
-    let table = std::fs::read_to_string(place.path().join("out/cells.csv")).expect("it was swept");
+    let table = text_in(place.path(), "out/cells.csv");
     let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let header = rows.next().expect("a header");
     let column = header.iter().position(|name| *name == "as_measured_b_s").expect("a column");

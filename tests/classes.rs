@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command::{code, done, json, repository, rsrs as typed, stderr, stdout, write};
+use crate::command::{bring, code, done, json, rsrs as typed, stderr, stdout, text_in, write};
 use crate::fleet::{experiment, rewrite, usual_sensing};
 use crate::processes::{confined_rsrs, run_in_lockstep};
 use crate::recorded::{assert_commands_of_replicate, assert_digests_of_replicate, record_of};
@@ -108,7 +108,7 @@ fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict()
     with_profiles(here);
     with_profiles_of(here, &["robot_2", "robot_4"]);
     done(here, &["sweep", "sweep.yaml", "-o", "out"]);
-    let kept = std::fs::read_to_string(here.join("out/sweep.yaml")).expect("it is there");
+    let kept = text_in(here, "out/sweep.yaml");
     assert!(kept.contains("name: b") && kept.contains("count: 2"), "{kept}");
     done(here, &["choose", "out", "--confirm", "50", "-o", "out/choice.json"]);
 
@@ -136,7 +136,7 @@ fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict()
     assert!(done(here, &["replay", "bag", "--into", "controller"]).contains(" 0 different"));
 
     done(here, &["report", "out", "-o", "report.html", "--bags", "bag"]);
-    let html = std::fs::read_to_string(here.join("report.html")).expect("it is written");
+    let html = text_in(here, "report.html");
     assert!(html.contains(r#""own_regions_m":{"1":[[["#), "a replay has what each class sees");
     for expected in [
         "<h1>Simulated runs and experiments: flockbot (class a), near_sighted (class b)</h1>",
@@ -146,7 +146,7 @@ fn classes_go_from_the_sweep_over_ros_2_in_lockstep_bit_for_bit_to_the_verdict()
     ] {
         assert!(html.contains(expected), "{expected}");
     }
-    let svg = std::fs::read_to_string(here.join("out/diagram.svg")).expect("it was drawn");
+    let svg = text_in(here, "out/diagram.svg");
     assert!(
         svg.contains("of a swarm that sorts itself: flockbot (class a), near_sighted (class b)")
     );
@@ -174,13 +174,13 @@ fn a_simulated_episode_has_the_label_of_its_bag_and_lids_in_the_colours_of_its_c
 
     assert_eq!(labelled["evidence"], episode["evidence"], "the bag has what the simulator saw");
     assert!(labelled["evidence"]["least_segregated"].is_f64(), "{labelled:#}");
-    let svg = std::fs::read_to_string(here.join("run.svg")).expect("it was drawn");
+    let svg = text_in(here, "run.svg");
     for (class, colour, robots) in [("a", "#56b4e9", 4), ("b", "#f0e442", 2)] {
         let found = svg.matches(&format!("fill=\"{colour}\"")).count();
         assert_eq!(found, robots + 1, "each robot of class {class}, and the legend");
         assert!(svg.contains(&format!("robots of class {class}")));
     }
-    let html = std::fs::read_to_string(here.join("report.html")).expect("it is written");
+    let html = text_in(here, "report.html");
     assert!(
         html.contains(r##""names":["a","b"],"lids":["#56b4e9","#f0e442"]"##),
         "in replays, too"
@@ -217,8 +217,7 @@ fn classes_that_are_nobodys_and_sensors_of_no_classes_are_refused_with_their_cur
         text.contains(expected) && text.contains("help: name a world with `classes:"),
         "{text}"
     );
-    let plain = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(plain, here.join("plain.yaml")).expect("it is shipped");
+    bring("profiles/flockbot.yaml", &here.join("plain.yaml"));
     let text = refused(
         &SWEEP
             .replace("profiles/flockbot.yaml", "plain.yaml")
@@ -321,7 +320,7 @@ fn of_a_mixed_swarm_the_robot_of_one_class_is_validated_by_that_classes_trials()
         .map(|robot| robot["robot"].as_str().expect("a name"))
         .collect();
     assert_eq!(robots, ["robot_2", "robot_4"]);
-    let svg = std::fs::read_to_string(here.join("out/diagram.svg")).expect("it was drawn");
+    let svg = text_in(here, "out/diagram.svg");
     assert!(svg.contains("trials inside the simulated 99 % reach (class b)"), "{svg}");
     let text = stderr(&mixed);
     let expected =

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use rsrs_ros::confine;
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{code, done, json, repository, rsrs, shipped, stderr, stdout, text_in};
 use crate::laboratory::{SPEEDS, write_sweep};
 
 /// A folder with the Flockbot's profile and a small sweep of it.
@@ -23,8 +23,7 @@ fn bytes(folder: &Path, file: &str) -> Vec<u8> {
 #[test]
 fn who_closes_the_pipe_has_read_enough_and_a_full_disk_is_an_error() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
-    let experiment = experiment.to_str().expect("the path is text");
+    let experiment = &shipped("experiments/flockbot_milling.yaml");
     let into = |stdout: Stdio, arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rsrs"));
         command.args(arguments).current_dir(place.path()).stdout(stdout);
@@ -149,21 +148,6 @@ fn a_simulated_run_does_not_start_where_it_is_not_clear_whether_it_is_to_be_secu
 }
 
 #[test]
-fn one_thread_and_two_threads_make_the_same_folder() {
-    let place = workplace();
-
-    let one = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "one", "--threads", "1"]);
-    let two = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "two", "--threads", "2"]);
-
-    assert_eq!((code(&one), code(&two)), (0, 0), "{}{}", stderr(&one), stderr(&two));
-    for file in ["sweep.yaml", "cells.csv", "replicates.parquet", "diagram.svg", "diagram.png"] {
-        let (left, right) =
-            (bytes(&place.path().join("one"), file), bytes(&place.path().join("two"), file));
-        assert!(left == right, "{file} differs");
-    }
-}
-
-#[test]
 fn the_same_sweep_is_not_computed_again_and_another_one_is_refused() {
     let place = workplace();
     rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
@@ -198,7 +182,7 @@ fn a_folder_of_something_else_is_refused_and_left_alone() {
 #[test]
 fn a_wrong_key_is_answered_with_file_line_column_and_the_nearest_key() {
     let place = workplace();
-    let text = std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it was written");
+    let text = text_in(place.path(), "sweep.yaml");
     let wrong = text.replace("duration_s:", "duration:");
     std::fs::write(place.path().join("wrong.yaml"), wrong).expect("the folder is writable");
 
@@ -232,68 +216,45 @@ fn a_picture_of_an_axis_that_was_not_swept_is_refused() {
 #[test]
 fn of_more_than_two_axes_a_picture_shows_all_slices_or_the_one_asked_for() {
     let folder = workplace();
-    let sweep = std::fs::read_to_string(folder.path().join("sweep.yaml")).expect("written above");
+    let sweep = text_in(folder.path(), "sweep.yaml");
     let sweep = sweep
         .replace("axes:\n", "axes:\n  robots: [5, 7, 9]\n")
         .replace("robots: 9, ", "")
         .replace("duration_s: 120", "duration_s: 61");
     std::fs::write(folder.path().join("sweep.yaml"), sweep).expect("the folder is writable");
 
-    let swept = rsrs(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-
-    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    done(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
     let svg = |file: &str| String::from_utf8(bytes(folder.path(), file)).expect("SVG is text");
     for slice in ["turning rate 0.25 rad/s</text>", "turning rate 0.75 rad/s</text>"] {
         assert!(svg("out/diagram.svg").contains(slice), "{slice}");
     }
     let at = ["--x", "speed_m_s", "--y", "turn_rate_rad_s", "--at", "robots=9"];
-    let drawn = rsrs(folder.path(), &[&["diagram", "out", "-o", "nine.svg"], &at[..]].concat());
-    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+    done(folder.path(), &[&["diagram", "out", "-o", "nine.svg"], &at[..]].concat());
     assert!(svg("nine.svg").contains("Slice at 9 robots"));
 }
 
 #[test]
-fn a_file_that_is_no_bag_is_not_labelled() {
+fn a_run_of_what_was_not_swept_is_refused_before_it_starts() {
     let place = workplace();
+    done(place.path(), &["sweep", "sweep.yaml", "-o", "swept"]);
+    let experiment = &shipped("experiments/flockbot_milling.yaml");
 
-    let output = rsrs(place.path(), &["label", "sweep.yaml"]);
+    for (cell, expected) in [
+        (
+            &["--cell", "speed_m_s=0.2,turn_rate_rad_s=0.75"][..],
+            "the nearest swept cell is speed_m_s=0.15,turn_rate_rad_s=0.75",
+        ),
+        (&[], "`rsrs choose swept -o swept/choice.json`"),
+        (
+            &["--cell", "speed_m_s=0.15,turn_rate_rad_s=0.75"],
+            "the placement radius is 0.825 m, expected 0.6 m",
+        ),
+    ] {
+        let run = rsrs(place.path(), &[&["run", experiment, "--from", "swept"], cell].concat());
 
-    assert_eq!(code(&output), 1);
-    assert!(stderr(&output).starts_with("error: "), "{}", stderr(&output));
-}
-
-#[test]
-fn a_run_of_a_cell_that_was_not_swept_names_the_nearest() {
-    let place = workplace();
-    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "swept"]);
-    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
-    let experiment = experiment.to_str().expect("the path is text");
-    let beside = "speed_m_s=0.2,turn_rate_rad_s=0.75";
-
-    let off = rsrs(place.path(), &["run", experiment, "--from", "swept", "--cell", beside]);
-    let unchosen = rsrs(place.path(), &["run", experiment, "--from", "swept"]);
-
-    assert_eq!((code(&swept), code(&off), code(&unchosen)), (0, 1, 1));
-    let errors = stderr(&off);
-    let nearest = "the nearest swept cell is speed_m_s=0.15,turn_rate_rad_s=0.75";
-    assert!(errors.contains(nearest), "{errors}");
-    let errors = stderr(&unchosen);
-    assert!(errors.contains("`rsrs choose swept -o swept/choice.json`"), "{errors}");
-}
-
-#[test]
-fn a_run_that_could_not_be_compared_with_its_sweep_is_refused_before_it_starts() {
-    let place = workplace();
-    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "swept"]);
-    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
-    let experiment = experiment.to_str().expect("the path is text");
-    let cell = "speed_m_s=0.15,turn_rate_rad_s=0.75";
-
-    let other = rsrs(place.path(), &["run", experiment, "--from", "swept", "--cell", cell]);
-
-    assert_eq!((code(&swept), code(&other)), (0, 1));
-    let errors = stderr(&other);
-    assert!(errors.contains("the placement radius is 0.825 m, expected 0.6 m"), "{errors}");
+        assert_eq!(code(&run), 1, "{cell:?}: {}", stdout(&run));
+        assert!(stderr(&run).contains(expected), "{cell:?}: {}", stderr(&run));
+    }
 }
 
 /// Writes a sweep file of the Flockbot with these lines about its cells and replicates; what they do
@@ -424,8 +385,7 @@ fn an_adaptive_sweep_has_as_many_replicates_as_each_cell_needs() {
 #[test]
 fn pyarrow_reads_a_row_for_each_replicate() {
     let place = workplace();
-    let sweep = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
+    done(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
     let python = rsrs_testing::python::python_with(&rsrs_testing::python::SCIENCE);
     let script = "import sys, pyarrow.parquet, pyarrow.compute as compute\n\
                   table = pyarrow.parquet.read_table(sys.argv[1])\n\
@@ -458,14 +418,13 @@ fn pyarrow_reads_a_row_for_each_replicate() {
 #[test]
 fn a_diagram_on_a_page_has_the_numbers_too() {
     let place = workplace();
-    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    done(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
 
     let page = rsrs(place.path(), &["diagram", "out", "-o", "diagram.html"]);
     let other = rsrs(place.path(), &["diagram", "out", "-o", "diagram.gif"]);
 
     assert_eq!(code(&page), 0, "{}", stderr(&page));
-    let html = std::fs::read_to_string(place.path().join("diagram.html")).expect("it was written");
+    let html = text_in(place.path(), "diagram.html");
     assert!(html.contains("<svg") && !html.contains("src="), "it needs no other file");
     assert_eq!(html.matches("<tr><td>").count(), 4, "one row for each cell");
     assert_eq!(code(&other), 2);
@@ -480,14 +439,10 @@ fn what_is_typed_wrong_ends_with_2() {
     let robot = ["init", "mine", "--robots", "9", "--radius", "0.07", "--speed", "0.2"];
     let robot = [&robot[..], &["--turn-rate", "2", "--range", "0.8", "--period", "0.1"]].concat();
     for (arguments, expected) in [
-        (vec!["film", "run", "-o", "run.gif", "--rate", "0"], "expected a positive number"),
-        (vec!["film", "run", "-o", "run.mov"], "ends in none of .gif"),
-        (vec!["draw", "run", "-o", "run.jpg"], "name the picture `-o run.svg`"),
         (vec!["compare", "out", "--bags", "run", "-o", "a.pdf"], "name the table `-o a.tex`"),
         (vec!["init", "mine", "--speed", "0.2"], "--name, --robots"),
         ([&robot[..], &["--name", "e-puck2", "--half-angle", "0.3"]].concat(), "`e_puck2`"),
         ([&robot[..], &["--name", "mine", "--half-angle", "17"]].concat(), "looks like degrees"),
-        (vec!["diagram", "out", "-o", "a.svg", "--y", "turn_rate"], "`turn_rate_rad_s`"),
         (vec!["stop", "--interface", "nowhere0"], "nowhere0"),
     ] {
         let output = rsrs(place.path(), &arguments);

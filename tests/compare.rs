@@ -1,10 +1,10 @@
 //! Reality against the simulator, as a person in the laboratory sees it: bags in, verdict out.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::bags_cli::implausible::{in_the_corner, millimetres};
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{code, copy, json, repository, rsrs, stderr, stdout};
 use crate::laboratory::{chosen, swept};
 use crate::simulated_bags::{Part, Run, cut_in_half, ended};
 use rsrs_core::comparison::fixed::FixedRun;
@@ -428,16 +428,6 @@ fn a_run_counts_once() {
         printed.contains("again: repeats two, a simulated run with the same seed, 2"),
         "{printed}"
     );
-}
-
-/// Copies a bag whose file keeps its name.
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir(to).expect("the folder is writable");
-    for entry in from.read_dir().expect("the bag is there") {
-        let path: PathBuf = entry.expect("it can be listed").path();
-        let name = path.file_name().expect("a file has a name");
-        std::fs::copy(&path, to.join(name)).expect("the folder is writable");
-    }
 }
 
 #[test]

@@ -1,45 +1,8 @@
 //! Controllers that are tables in files, through the whole program.
 
-use std::path::Path;
-
-use crate::command::{code, repository, rsrs as typed, stderr, stdout};
-use crate::fleet::experiment;
-use crate::processes::run_in_lockstep;
-use crate::recorded::{assert_commands_of_replicate, assert_digests_of_replicate, record_of};
-use rsrs_core::robot::controller::Controller;
+use crate::command::{code, repository, rsrs as typed, stderr, stdout, text_in};
 
 const TABLE: &str = "launch_configs/controllers/search_and_dwell.yaml";
-
-/// Writes an experiment of three robots with the shipped table of three states, and another time for one of them.
-fn files(folder: &Path, duration_s: u64) -> std::path::PathBuf {
-    std::fs::copy(repository().join(TABLE), folder.join("search.yaml")).expect("it is shipped");
-    let cell = "cell: {controller.dwell_s: 1.5, robots: 3}\ncontroller: ../search.yaml";
-    let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
-    experiment(folder, duration_s, &[(usual, cell)])
-}
-
-#[test]
-fn a_controller_with_states_over_ros_2_in_lockstep_is_the_replicate_to_the_bit() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = files(folder.path(), 62);
-    let path = folder.path().join("bag");
-    let output = run_in_lockstep(&file, &path);
-
-    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
-    let (bag, record) = record_of(&path);
-    let Controller::Machine(machine) = &record.conditions.controller else {
-        panic!("{:?}", record.conditions.controller);
-    };
-    assert_eq!(machine.states(), ["search", "dwell", "leave"]);
-    assert_eq!(machine.numbers["dwell_s"].to_bits(), 1.5_f64.to_bits());
-    assert!(bag.attachment("controller.yaml").is_some(), "the file is there, too");
-    assert_digests_of_replicate(&bag, &record);
-    assert_commands_of_replicate(&bag, &record);
-
-    let replay = typed(folder.path(), &["replay", "bag", "--into", "controller"]);
-    assert_eq!(code(&replay), 0, "{}{}", stdout(&replay), stderr(&replay));
-    assert!(stdout(&replay).contains(" 0 different"), "{}", stdout(&replay));
-}
 
 #[test]
 fn a_search_goes_through_the_numbers_of_a_table_and_leaves_sweeps_of_it() {
@@ -121,7 +84,7 @@ fn a_folder_is_not_gone_on_with_after_its_controller_or_behaviour_was_edited() {
             "behaviour.rules[0].when.clustered.at_least is 0.5 there, and 0.6 here",
         ),
     ] {
-        let before = std::fs::read_to_string(place.join(file)).expect("it was written");
+        let before = text_in(place, file);
         assert_ne!(before, edited, "{file}");
         write(file, &edited);
 

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rsrs_testing::environment::number;
 use serde_json::Value;
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{code, done, json, repository, rsrs, stderr, text_in};
 
 /// Few settings, among them good ones for robots like the Flockbot, scaled to the size of a body.
 fn sweep(folder: &Path, scale: f64) {
@@ -230,10 +230,8 @@ fn with_sound_robots_nothing_is_wrong_and_what_could_be_worse_is_reported() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     FLOCKBOT.write(folder.path());
 
-    let output = rsrs(folder.path(), &["diagnose", "sweep.yaml", "--confirm", "500"]);
-
-    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
-    let text = stdout(&output);
+    let output = done(folder.path(), &["diagnose", "sweep.yaml", "--confirm", "500"]);
+    let text = output;
     assert!(text.starts_with("robot: these robots mill; nothing is wrong\n"), "{text}");
     assert!(text.contains("false positive rate 0.05, "), "{text}");
 }
@@ -242,7 +240,7 @@ fn with_sound_robots_nothing_is_wrong_and_what_could_be_worse_is_reported() {
 fn what_cannot_be_diagnosed_is_refused_with_what_to_do() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     FLOCKBOT.write(folder.path());
-    let robot = std::fs::read_to_string(folder.path().join("robot.yaml")).expect("written above");
+    let robot = text_in(folder.path(), "robot.yaml");
     let contradictory = robot.replace("limits_m_s: [0.02, 0.3]", "limits_m_s: [0.3, 0.1]");
     std::fs::write(folder.path().join("contradictory.yaml"), contradictory).expect("writable");
     let slow = robot.replace("limits_m_s: [0.02, 0.3]", "limits_m_s: [0.02, 0.05]");
@@ -341,7 +339,7 @@ fn the_repositorys_robots_are_diagnosed_and_mill_when_mended() {
     assert!(first_set(&lta).contains(&"gust_m_s".to_owned()), "{lta:#}");
     // Made up with a bad sensor, and yet what keeps it from milling is how much its gains differ.
     assert_eq!(first_set(&smars), ["heterogeneity"], "{smars:#}");
-    let text = std::fs::read_to_string(profiles.join("smars.yaml")).expect("it is there");
+    let text = text_in(&profiles, "smars.yaml");
     let needed = smars["causes"][0]["needed"].as_f64().expect("a number");
     let mended = folder.path().join("mended.yaml");
     let text = text

@@ -1,6 +1,6 @@
 //! Recorded runs as pictures and films, and why they have their label.
 
-use crate::command::{code, json, rsrs, stderr, stdout};
+use crate::command::{code, json, rsrs, stderr, stdout, text_in};
 use crate::laboratory::{SPEEDS, swept};
 use crate::simulated_bags::{Part, Run};
 
@@ -18,7 +18,7 @@ fn a_recorded_run_is_drawn_and_filmed() {
     for output in [&drawn, &gif, &apng] {
         assert_eq!(code(output), 0, "{}", stderr(output));
     }
-    let svg = std::fs::read_to_string(here.join("run.svg")).expect("it was drawn");
+    let svg = text_in(here, "run.svg");
     for text in
         ["circliness (stable milling: 0.50 or more)", "s; stable milling", "ring: mean radius"]
     {
@@ -52,7 +52,7 @@ fn a_run_of_any_length_is_drawn_and_filmed_without_a_label() {
         let filmed = rsrs(here, &[&["film", name, "-o", &film], &small[..]].concat());
 
         assert_eq!((code(&drawn), code(&filmed)), (0, 0), "{}{}", stderr(&drawn), stderr(&filmed));
-        let svg = std::fs::read_to_string(here.join(&picture)).expect("it was drawn");
+        let svg = text_in(here, &picture);
         assert!(svg.contains(expected), "{name}: {svg}");
         assert!(here.join(&film).exists());
     }
@@ -66,7 +66,7 @@ fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
     Run { lacks: Some(Part::Poses), ..Run::new(2) }.record(here, "blind");
 
     for (arguments, status, expected) in [
-        (&["draw", "run", "-o", "run.jpg"][..], 2, "ends in none of .svg, .png and .pdf"),
+        (&["draw", "run", "-o", "run.jpg"][..], 2, "name the picture `-o run.svg`"),
         (&["draw", "missing", "-o", "run.svg"], 1, "missing"),
         (&["draw", "blind", "-o", "run.svg"], 1, "blind"),
         (&["film", "run", "-o", "run.mp4"], 2, "ends in none of .gif, .png and .apng"),
@@ -128,7 +128,7 @@ fn a_run_is_drawn_and_filmed_for_another_behaviour_and_states_which() {
     };
 
     assert_eq!((code(&drawn), code(&usual)), (0, 0), "{}", stderr(&drawn));
-    let text = |name: &str| std::fs::read_to_string(here.join(name)).expect("it was drawn");
+    let text = |name: &str| text_in(here, name);
     // A long line is broken where there is room.
     let drawn = text("run.svg");
     assert!(drawn.contains("stayed") && drawn.contains("judged for staying near"), "{drawn}");

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{
+    code, done, done_line, json, repository, rsrs, run_line, stderr, stdout, text_in,
+};
 
 fn profile() -> String {
     let profile = repository().join("launch_configs/profiles/flockbot.yaml");
@@ -46,7 +48,7 @@ fn milling_is_found_from_nothing() {
     let sweep = sweep.to_str().expect("a path in UTF-8");
     let swept = rsrs(place.path(), &["sweep", sweep, "-o", "swept"]);
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
-    let cells = std::fs::read_to_string(place.path().join("swept/cells.csv")).expect("it is there");
+    let cells = text_in(place.path(), "swept/cells.csv");
     assert!(cells.contains(",stable_milling,"), "{cells}");
 }
 
@@ -78,7 +80,7 @@ fn what_differs_is_found_and_has_names() {
             .contains(&entry["name"].as_str().expect("a name"));
         assert_eq!(entry["sweep"].is_string(), is_judged, "{entry:#}");
     }
-    let html = std::fs::read_to_string(place.path().join("all/gallery.html")).expect("it is there");
+    let html = text_in(place.path(), "all/gallery.html");
     assert_eq!(html.matches("<figure>").count(), entries.len());
     assert!(!html.contains("http://") || html.contains("http://www.w3.org/2000/svg"));
 }
@@ -88,16 +90,13 @@ fn a_fleet_beside_the_profile_has_its_own_number() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let init = "init mine --name epuck --robots 6 --radius 0.035 --speed 0.15 --turn-rate 5.6 \
                 --range 0.6 --half-angle 0.3 --period 0.1";
-    rsrs(place.path(), &init.split_whitespace().collect::<Vec<_>>());
+    run_line(place.path(), init);
     let explore = "explore mine/profile.yaml -o found --controllers 64 --replicates 4";
 
-    let explored = rsrs(place.path(), &explore.split_whitespace().collect::<Vec<_>>());
-
-    assert_eq!(code(&explored), 0, "{}", stderr(&explored));
+    let text = done_line(place.path(), explore);
     let settings = place.path().join("found/exploration.yaml");
     let settings = std::fs::read_to_string(settings).expect("it was written");
     assert!(settings.contains("robots: 6"), "{settings}");
-    let text = stdout(&explored);
     assert!(
         text.contains("no sweep: runs are judged for milling, aggregation, dispersal"),
         "{text}"
@@ -127,7 +126,8 @@ fn a_search_that_was_cut_short_goes_on_to_the_same_end() {
         let name = behaviour.last().copied().unwrap_or("all");
         let at_once = format!("{name}_at_once");
         let cut = format!("{name}_cut");
-        let with = |more: &[&'static str]| [behaviour, more].concat();
+        let few = ["--replicates", "4"];
+        let with = |more: &[&'static str]| [behaviour, &few, more].concat();
         let searched = explore(place, &at_once, &with(&["--controllers", "300"]));
         assert!([0, 3].contains(&code(&searched)), "{}", stderr(&searched));
 
@@ -168,7 +168,7 @@ fn a_search_is_refused_where_it_makes_no_sense() {
         assert_eq!(code(&refused), exit_code, "{more:?}: {}", stderr(&refused));
         assert!(stderr(&refused).contains(expected), "{more:?}: {}", stderr(&refused));
     }
-    assert_eq!(std::fs::read_to_string(place.join("mine/notes.txt")).expect("kept"), "keep me");
+    assert_eq!(text_in(place, "mine/notes.txt"), "keep me");
     assert!(!place.join("new").exists());
 }
 
@@ -237,7 +237,7 @@ fn what_is_found_is_run_in_other_worlds_however_far_robots_see() {
     let arguments =
         "explore far.yaml -o found --arena 4.5 --controllers 64 --replicates 2 --format json";
 
-    let found = rsrs(place.path(), &arguments.split_whitespace().collect::<Vec<_>>());
+    let found = run_line(place.path(), arguments);
 
     assert_eq!(code(&found), 0, "{}", stderr(&found));
     let found = json(&found);
@@ -281,13 +281,12 @@ fn a_search_begins_where_a_table_puts_the_robots() {
 
     assert!([0, 3].contains(&code(&found)), "{}", stderr(&found));
     let sweep = json(&found)["found"][0]["sweep"].as_str().expect("a path").to_owned();
-    let kept = std::fs::read_to_string(here.join("found/starts.csv")).expect("it is there");
+    let kept = text_in(here, "found/starts.csv");
     assert_eq!(kept, table);
     let text = std::fs::read_to_string(here.join("found").join(&sweep)).expect("it is there");
     assert!(text.contains("path: ../starts.csv") && !text.contains("placement_radius"), "{text}");
     // The sweep begins there, too.
-    let swept = rsrs(here, &["sweep", &format!("found/{sweep}"), "-o", "swept"]);
-    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    done(here, &["sweep", &format!("found/{sweep}"), "-o", "swept"]);
     // Other starts are another search.
     std::fs::write(here.join("starts.csv"), table.replace(",0.5", ",0.6")).expect("it is written");
     let other = explore("found", "starts.csv", "3");

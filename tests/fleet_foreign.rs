@@ -11,17 +11,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::command::{stderr, stdout};
-use crate::fleet::{ROBOTS, experiment};
-use crate::processes::{Process, rsrs, run_in_lockstep};
+use crate::fleet::{ROBOTS, experiment, start_run};
+use crate::processes::{Process, in_own_network, rsrs, run_in_lockstep};
+use crate::recorded::record_of;
 use rsrs_bags::Bag;
-use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
+use rsrs_fleet::record::{Backend, ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
-use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, session};
 
 const OURS: &str = ROBOTS[0];
 const FOREIGN: &str = ROBOTS[1];
@@ -167,9 +168,7 @@ impl Story<'_> {
         self.n_runs += 1;
         let bag = self.folder.join(format!("bag_{}", self.n_runs));
         let experiment = two_robots(self.folder, duration_s);
-        let mut command = rsrs();
-        command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-        (Process::start(command.arg(experiment).arg("-o").arg(&bag)), bag)
+        (start_run(&experiment, &bag), bag)
     }
 
     async fn until_both_move(&self) {
@@ -190,13 +189,6 @@ impl Story<'_> {
     }
 }
 
-/// Waits for the end of a program, while the bases live.
-async fn ended(mut process: Process) -> (i32, String) {
-    let waiting = tokio::task::spawn_blocking(move || process.wait(TIMEOUT));
-    let (status, printed) = waiting.await.expect("waiting does not panic");
-    (status.code().expect("nobody killed it"), printed)
-}
-
 async fn stop(more: &[&str]) -> Output {
     let mut command = rsrs();
     command.args(["stop", "--interface", "127.0.0.1"]).args(more);
@@ -206,22 +198,19 @@ async fn stop(more: &[&str]) -> Output {
 
 #[test]
 fn the_controller_of_a_robot_without_a_gate_holds_its_lease() {
-    in_own_network(
-        "fleet_foreign::the_controller_of_a_robot_without_a_gate_holds_its_lease",
-        async || {
-            let folder = tempfile::tempdir().expect("a temporary folder");
-            let session = session();
-            let bases = Bases::new(&session);
-            let (wheels, is_dead) = (bases.wheels.clone(), bases.is_dead.clone());
-            let story = Story { folder: folder.path(), wheels, is_dead, n_runs: 0 };
-            tokio::select! {
-                () = bases.live() => {}
-                () = play(story) => {}
-            }
-            drop(bases);
-            session.close().await;
-        },
-    );
+    in_own_network(async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let session = session();
+        let bases = Bases::new(&session);
+        let (wheels, is_dead) = (bases.wheels.clone(), bases.is_dead.clone());
+        let story = Story { folder: folder.path(), wheels, is_dead, n_runs: 0 };
+        tokio::select! {
+            () = bases.live() => {}
+            () = play(story) => {}
+        }
+        drop(bases);
+        session.close().await;
+    });
 }
 
 /// A folder with a fleet of one foreign robot that nobody has measured, and a plan of two trials.
@@ -246,7 +235,7 @@ fn unmeasured() -> tempfile::TempDir {
 
 #[test]
 fn a_trial_in_which_commands_paused_is_made_again() {
-    in_own_network("fleet_foreign::a_trial_in_which_commands_paused_is_made_again", async || {
+    in_own_network(async || {
         let folder = unmeasured();
         let session = session();
         let bases = Bases::new(&session);
@@ -270,9 +259,9 @@ async fn paused(folder: &Path, wheels: &Wheels, is_dead: &AtomicBool) {
     is_dead.store(true, Ordering::Relaxed);
     tokio::time::sleep(Duration::from_millis(600)).await;
     is_dead.store(false, Ordering::Relaxed);
-    let (code, printed) = ended(drive).await;
+    let (code, printed) = drive.ended(TIMEOUT).await;
 
-    assert_eq!(code, 0, "{printed}");
+    assert_eq!(code, Some(0), "{printed}");
     assert!(printed.contains("trials/speed.csv:2: commands paused for "), "{printed}");
     assert!(printed.contains("it is made again"), "{printed}");
     let limits = "robot_2 has no profile yet; its limits are those of the trials, 0.2 m/s";
@@ -296,8 +285,8 @@ async fn play(mut story: Story<'_>) {
     // Whoever forgets it is shown what to type.
     let careless = controller(&[]);
     let (run, _) = story.start_run(ENDLESS_S);
-    let (code, printed) = ended(run).await;
-    assert_eq!(code, 1, "{printed}");
+    let (code, printed) = run.ended(TIMEOUT).await;
+    assert_eq!(code, Some(1), "{printed}");
     assert!(printed.contains("robot_2: nobody holds its lease"), "{printed}");
     assert!(printed.contains("-p lease:=controller"), "{printed}");
     drop(careless);
@@ -320,7 +309,7 @@ async fn play(mut story: Story<'_>) {
     assert!(answer.status.success() && text.contains(FOREIGN), "{text}");
     let bound = Duration::from_secs(2) + SLACK;
     story.judge(stopped, bound, "after a stop");
-    let (_, printed) = ended(run).await;
+    let (_, printed) = run.ended(TIMEOUT).await;
     assert!(printed.contains("e-stop"), "{printed}");
     assert!(stop(&["--release"]).await.status.success());
 
@@ -328,9 +317,9 @@ async fn play(mut story: Story<'_>) {
     let (run, bag) = story.start_run(ENDLESS_S);
     story.until_both_move().await;
     story.is_dead.store(true, Ordering::Relaxed);
-    let (code, printed) = ended(run).await;
+    let (code, printed) = run.ended(TIMEOUT).await;
     story.is_dead.store(false, Ordering::Relaxed);
-    assert_eq!(code, 1, "{printed}");
+    assert_eq!(code, Some(1), "{printed}");
     assert!(
         printed.contains("lost robot_2") && printed.contains("no detection received"),
         "{printed}"
@@ -344,15 +333,12 @@ async fn play(mut story: Story<'_>) {
     // A run to its end states who held which lease, and so does its bag.
     let (run, bag) = story.start_run(4);
     story.until_both_move().await;
-    let (code, printed) = ended(run).await;
-    assert_eq!(code, 0, "{printed}");
+    let (code, printed) = run.ended(TIMEOUT).await;
+    assert_eq!(code, Some(0), "{printed}");
     story.judge(Instant::now(), SLACK, "after a run");
     assert!(printed.contains("lease: gate on robot_1"), "{printed}");
     assert!(printed.contains("robot_2: lease: controller only"), "{printed}");
-    let bag = Bag::open(&bag).expect("the run was recorded");
-    let record = bag.attachment(ATTACHMENT).expect("the run was one of ours");
-    let record = String::from_utf8(record.data.clone()).expect("it is JSON");
-    let record = ExperimentRecord::from_json(&record).expect("it reads");
+    let (_, record) = record_of(&bag);
     assert_eq!(
         (record.backend, record.controller_only),
         (Backend::Fleet, vec![FOREIGN.to_owned()])

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Duration;
 
-use crate::fleet::{ROBOTS, experiment};
-use crate::processes::{Process, rsrs};
+use crate::fleet::{ROBOTS, experiment, start_run};
+use crate::processes::{Process, in_own_network, rsrs};
 use rsrs_bags::Bag;
 use rsrs_fleet::parameters::{Value, gate};
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
@@ -21,7 +21,7 @@ use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Publisher, Received, Session, Subscription};
-use rsrs_testing::network::{TIMEOUT, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, session};
 
 /// Robots with gates of ours.
 const OURS: [&str; 3] = [ROBOTS[0], ROBOTS[1], ROBOTS[2]];
@@ -112,22 +112,12 @@ async fn live(session: &Session) {
     }
 }
 
-/// Runs the experiment while the bases live, and returns what it printed.
-async fn run(experiment: &Path, bag: &Path) -> String {
-    let mut command = rsrs();
-    command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-    command.arg(experiment).arg("-o").arg(bag);
-    let mut process = Process::start(&mut command);
-    let waiting = tokio::task::spawn_blocking(move || process.wait(TIMEOUT));
-    waiting.await.expect("waiting does not panic").1
-}
-
 async fn play(folder: &Path, session: &Session) {
     let of_three = files(folder, 3);
     let _sound = OURS[..2].iter().map(|robot| our_robot(folder, robot, &[])).collect::<Vec<_>>();
     let stale = our_robot(folder, OURS[2], &["-p", "detection_threshold:=0.6"]);
 
-    let refused = run(&of_three, &folder.join("refused")).await;
+    let refused = start_run(&of_three, &folder.join("refused")).ended(TIMEOUT).await.1;
 
     assert!(
         refused
@@ -144,7 +134,7 @@ async fn play(folder: &Path, session: &Session) {
     let _controllers = node(&["controller", "--robots", &FOREIGN.join(",")]);
     let bag = folder.join("with_foreign");
 
-    let printed = run(&of_five, &bag).await;
+    let printed = start_run(&of_five, &bag).ended(TIMEOUT).await.1;
 
     assert!(
         printed.contains("settings of the gates of robot_4, robot_5 are not known"),
@@ -170,16 +160,13 @@ async fn play(folder: &Path, session: &Session) {
 
 #[test]
 fn a_gate_with_another_threshold_is_named_and_all_settings_are_in_the_record() {
-    in_own_network(
-        "gates::a_gate_with_another_threshold_is_named_and_all_settings_are_in_the_record",
-        async || {
-            let folder = tempfile::tempdir().expect("a temporary folder");
-            let session = session();
-            tokio::select! {
-                () = live(&session) => {}
-                () = play(folder.path(), &session) => {}
-            }
-            session.close().await;
-        },
-    );
+    in_own_network(async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let session = session();
+        tokio::select! {
+            () = live(&session) => {}
+            () = play(folder.path(), &session) => {}
+        }
+        session.close().await;
+    });
 }

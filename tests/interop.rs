@@ -7,9 +7,8 @@ use std::process::{ChildStdout, Command};
 use std::time::Duration;
 
 use crate::fleet::{ROBOTS, experiment, node, signal};
-use crate::processes::{Process, confined_rsrs, rsrs};
+use crate::processes::{Process, confined_rsrs, in_own_network, rsrs};
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
-use rsrs_testing::network::in_own_network;
 use rsrs_testing::python::{BAGS, JAZZY, must_run, python_with};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -190,12 +189,10 @@ fn what_a_visitor_sees(python: &Path) -> [Value; 3] {
 
 #[test]
 fn rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections() {
-    let name =
-        "interop::rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections";
     // Outside the network namespace, where the package index can be reached.
     let python = python_with(&JAZZY);
 
-    in_own_network(name, async || {
+    in_own_network(async || {
         let [before, during, after] = what_a_visitor_sees(&python);
 
         check_before(&before);

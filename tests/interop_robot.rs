@@ -4,25 +4,21 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::fleet::{ROBOTS, experiment, node};
-use crate::processes::{Process, rsrs};
+use crate::command::repository;
+use crate::fleet::{ROBOTS, experiment, node, start_run};
+use crate::processes::{Process, in_own_network, rsrs};
 use crate::recorded::messages;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::{Point, PoseStamped, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
-use rsrs_testing::network::in_own_network;
 use rsrs_testing::python::{JAZZY, python_with};
 
 /// Far longer than anything here takes on a busy machine.
 const TIMEOUT: Duration = Duration::from_secs(90);
 const RUN_S: u64 = 8;
 const SPEED_M_S: f64 = 0.15;
-
-fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
 
 /// The fleet of the run: the first robot has the base driver in rclpy, the simulator moves the others.
 fn mixed_experiment(folder: &Path) -> PathBuf {
@@ -97,10 +93,7 @@ fn run_beside(
 
 /// Runs an experiment on the fleet that is there; its exit code, what it wrote, and the bag.
 pub fn run_on_fleet(experiment: &Path, bag: PathBuf) -> (Option<i32>, String, PathBuf) {
-    let mut command = rsrs();
-    command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-    let mut run = Process::start(command.arg(experiment).arg("-o").arg(&bag));
-    let (status, printed) = run.wait(TIMEOUT);
+    let (status, printed) = start_run(experiment, &bag).wait(TIMEOUT);
     (status.code(), printed, bag)
 }
 
@@ -108,16 +101,12 @@ pub fn run_on_fleet(experiment: &Path, bag: PathBuf) -> (Option<i32>, String, Pa
 fn a_robot_in_sixty_lines_of_rclpy_takes_part_beside_ours_and_is_recorded() {
     // Outside the network namespace, where the package index can be reached.
     let python = python();
-    let name =
-        "interop_robot::a_robot_in_sixty_lines_of_rclpy_takes_part_beside_ours_and_is_recorded";
-    in_own_network(name, async || takes_part(&python, (&[], "twist")));
+    in_own_network(async || takes_part(&python, (&[], "twist")));
 }
 
 #[test]
 fn a_robot_that_publishes_as_sensors_do_and_takes_stamped_commands_takes_part() {
     let python = python();
-    let name =
-        "interop_robot::a_robot_that_publishes_as_sensors_do_and_takes_stamped_commands_takes_part";
     let changes = [
         ("Range, \"hardware/range\", 10)", "Range, \"hardware/range\", qos_profile_sensor_data)"),
         ("Odometry, \"odom\", 10)", "Odometry, \"odom\", qos_profile_sensor_data)"),
@@ -127,14 +116,12 @@ fn a_robot_that_publishes_as_sensors_do_and_takes_stamped_commands_takes_part() 
         ("def obey(self, twist):\n", "def obey(self, stamped):\n        twist = stamped.twist\n"),
         ("import Node\n", "import Node\nfrom rclpy.qos import qos_profile_sensor_data\n"),
     ];
-    in_own_network(name, async || takes_part(&python, (&changes, "twist_stamped")));
+    in_own_network(async || takes_part(&python, (&changes, "twist_stamped")));
 }
 
 #[test]
 fn a_robot_that_keeps_what_it_publishes_takes_part_and_one_that_asks_for_that_is_named() {
     let python = python();
-    let name = "interop_robot::\
-        a_robot_that_keeps_what_it_publishes_takes_part_and_one_that_asks_for_that_is_named";
     let kept = "QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)";
     let import = "import Node\nfrom rclpy.qos import DurabilityPolicy, QoSProfile\n";
     let odom = format!("Odometry, \"odom\", {kept})");
@@ -146,7 +133,7 @@ fn a_robot_that_keeps_what_it_publishes_takes_part_and_one_that_asks_for_that_is
     ];
     let obeys = format!("self.obey, {kept})");
     let asks = [("import Node\n", import), ("self.obey, 1)", obeys.as_str())];
-    in_own_network(name, async || {
+    in_own_network(async || {
         takes_part(&python, (&publishes, "twist"));
 
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -278,9 +265,7 @@ pub fn controllers_with_leases(robots: &[&str], commands: &str) -> Process {
 #[test]
 fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_named() {
     let python = python();
-    let name = "interop_robot::\
-        rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_named";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let (code, printed, bag) = run_of_bases(&python, folder.path(), (&KINDS, "odom"));
         assert_eq!(code, Some(0), "{printed}");
@@ -320,9 +305,7 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
 #[test]
 fn rclpy_robots_with_odometry_and_a_tracker_are_judged_by_the_poses_of_the_fleet_file() {
     let python = python();
-    let name = "interop_robot::\
-        rclpy_robots_with_odometry_and_a_tracker_are_judged_by_the_poses_of_the_fleet_file";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let (code, printed, bag) = run_of_bases(&python, folder.path(), (&KINDS, "pose"));
         assert_eq!(code, Some(0), "{printed}");

@@ -16,9 +16,9 @@ use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::fleet::{ROBOTS, experiment, node, signal, track};
+use crate::fleet::{ROBOTS, experiment, node, signal, start_run, track};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, join_alone, rsrs};
+use crate::processes::{Process, in_own_network, join_alone, rsrs};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_bags::Bag;
@@ -27,7 +27,7 @@ use rsrs_ros::session::Session;
 #[cfg(feature = "security")]
 use rsrs_ros::session::SessionOptions;
 use rsrs_testing::environment::number;
-use rsrs_testing::network::{TIMEOUT, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, session};
 
 const KILLS: u64 = 20;
 /// Each kind of process once.
@@ -172,10 +172,7 @@ impl FleetUnderTest {
     fn start_run(&mut self) -> (Process, PathBuf) {
         self.n_runs += 1;
         let bag = self.folder.path().join(format!("bag_{}", self.n_runs));
-        let mut command = rsrs();
-        command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-        let run = Process::start(command.arg(&self.experiment).arg("-o").arg(&bag));
-        (run, bag)
+        (start_run(&self.experiment, &bag), bag)
     }
 
     /// Starts a run, and waits until the wheels of all robots turn. A machine that is too busy to keep
@@ -322,36 +319,24 @@ fn judge_bag(bag: &Path, victim: Victim, what: &str) {
 
 #[test]
 fn whoever_is_killed_at_whatever_moment_the_wheels_stand_and_the_next_run_moves_them() {
-    beside_a_tracker(
-        "kills::whoever_is_killed_at_whatever_moment_the_wheels_stand_and_the_next_run_moves_them",
-        kill_again_and_again,
-    );
+    in_own_network(async || tracking(session(), kill_again_and_again).await);
 }
 
 #[test]
 fn whoever_is_stopped_and_continued_ends_by_itself_and_started_again_takes_part() {
-    beside_a_tracker(
-        "kills::whoever_is_stopped_and_continued_ends_by_itself_and_started_again_takes_part",
-        freeze_again_and_again,
-    );
+    in_own_network(async || tracking(session(), freeze_again_and_again).await);
 }
 
 #[cfg(feature = "security")]
 #[test]
 fn whoever_is_stopped_in_a_secured_fleet_ends_by_itself_and_started_again_takes_part() {
-    let test =
-        "kills::whoever_is_stopped_in_a_secured_fleet_ends_by_itself_and_started_again_takes_part";
-    in_own_network(test, async || {
+    in_own_network(async || {
         let (_keys, enclave) = crate::secured_fleet::secure_this_test();
         let interfaces = vec![rsrs_ros::interfaces::LOOPBACK];
         let tracker = SessionOptions { domain_id: 42, interfaces, enclave };
         let session = Session::open(&tracker).expect("the enclave is well");
         tracking(session, freeze_again_and_again).await;
     });
-}
-
-fn beside_a_tracker(test: &str, body: fn()) {
-    in_own_network(test, async || tracking(session(), body).await);
 }
 
 async fn tracking(session: Session, body: fn()) {

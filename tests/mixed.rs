@@ -6,23 +6,23 @@
 //! other real robot, and a tracker on the ceiling, which sees nobody else.
 
 use std::path::{Path, PathBuf};
-use std::process::{Output, Stdio};
+use std::process::Stdio;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::fleet::{ROBOTS, experiment, node};
+use crate::command::{code, done, json, rsrs, stderr};
+use crate::fleet::{ROBOTS, experiment, node, start_run};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, is_starved, rsrs};
-use crate::recorded::messages;
-use rsrs_bags::Bag;
-use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
+use crate::processes::{Process, in_own_network, is_starved, rsrs as program};
+use crate::recorded::{messages, record_of};
+use rsrs_fleet::record::{Backend, ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, Session, Subscription};
-use rsrs_testing::network::{in_own_network, session};
+use rsrs_testing::network::session;
 
 /// The judge looks at a minute, and recording begins and ends in the middle of a period.
 const RUN_S: u64 = 62;
@@ -174,7 +174,7 @@ fn mixed_experiment(folder: &Path, port: &Path) -> PathBuf {
 
 /// A real robot's process: it finds its driver in the fleet file.
 fn robot_node(name: &str, folder: &Path) -> Process {
-    let mut command = rsrs();
+    let mut command = program();
     command.args(["node", "robot", "--interface", "127.0.0.1", "--robots", name, "--config"]);
     command.arg(folder.join("fleets/nine_virtual.yaml")).stdout(Stdio::null());
     Process(command.spawn().expect("the program was built for this test"))
@@ -182,9 +182,7 @@ fn robot_node(name: &str, folder: &Path) -> Process {
 
 #[test]
 fn real_robots_among_virtual_ones_make_a_run_that_is_labelled_and_never_compared() {
-    let name =
-        "mixed::real_robots_among_virtual_ones_make_a_run_that_is_labelled_and_never_compared";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let socket = Socket::new();
         let experiment = mixed_experiment(folder.path(), &socket.path());
@@ -202,7 +200,7 @@ fn real_robots_among_virtual_ones_make_a_run_that_is_labelled_and_never_compared
 
         check_bag(&bag);
         check_label(&bag);
-        check_comparison(folder.path(), &bag);
+        check_comparison(folder.path());
         drop(hardware);
         session.close().await;
     });
@@ -214,11 +212,7 @@ fn real_robots_among_virtual_ones_make_a_run_that_is_labelled_and_never_compared
 async fn run(folder: PathBuf, experiment: PathBuf) {
     let running = tokio::task::spawn_blocking(move || {
         for attempt in 0.. {
-            let mut command = rsrs();
-            command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-            let mut run =
-                Process::start(command.arg(&experiment).arg("-o").arg(folder.join("bag")));
-            let (status, printed) = run.wait(TIMEOUT);
+            let (status, printed) = start_run(&experiment, &folder.join("bag")).wait(TIMEOUT);
             if status.success() {
                 return;
             }
@@ -231,12 +225,10 @@ async fn run(folder: PathBuf, experiment: PathBuf) {
 }
 
 fn check_bag(bag: &Path) {
-    let bag = Bag::open(bag).expect("the run was recorded");
+    let (bag, record) = record_of(bag);
+    assert_eq!(record.backend, Backend::Mixed);
     let ending = bag.metadata(ENDING).and_then(Ending::from_pairs);
     assert_eq!(ending.map(|ending| ending.kind), Some(EndingKind::Completed));
-    let record = bag.attachment(ATTACHMENT).expect("the run was one of ours");
-    let record = String::from_utf8(record.data.clone()).expect("it is JSON");
-    assert_eq!(ExperimentRecord::from_json(&record).expect("it reads").backend, Backend::Mixed);
 
     let expected_m = SPEED_M_S * RUN_S as f64;
     for robot in &ROBOTS[..N_ROBOTS] {
@@ -268,40 +260,27 @@ fn distance_m(from: &PoseStamped, to: &PoseStamped) -> f64 {
     libm::hypot(to.x - from.x, to.y - from.y)
 }
 
-fn output(folder: &Path, arguments: &[&str]) -> Output {
-    rsrs()
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("the program was built for this test")
-}
-
 /// The judge takes the one source that has poses of all robots.
 fn check_label(bag: &Path) {
     let place = bag.parent().expect("it is in a folder");
-    let label = output(place, &["label", "bag", "--format", "json"]);
-    let text = String::from_utf8_lossy(&label.stdout).into_owned();
-    assert!(label.status.success(), "{}", String::from_utf8_lossy(&label.stderr));
-    let labels: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
-    assert_eq!((&labels[0]["n_robots"], &labels[0]["poses"]), (&N_ROBOTS.into(), &"pose".into()));
-    assert!(labels[0]["phase"].is_string(), "{text}");
+    let label = &json(&rsrs(place, &["label", "bag", "--format", "json"]))[0];
+    assert_eq!((&label["n_robots"], &label["poses"]), (&N_ROBOTS.into(), &"pose".into()));
+    assert!(label["phase"].is_string(), "{label}");
 }
 
 /// However well it milled, it is no evidence of reality.
-fn check_comparison(folder: &Path, bag: &Path) {
+fn check_comparison(folder: &Path) {
     let sweep = "profile: profiles/flockbot.yaml\n\
          axes: {speed_m_s: [0.15], turn_rate_rad_s: [0.75]}\n\
          fixed: {robots: 5, placement_radius_m: 0.6}\n\
          replicates: 16\nduration_s: 62\nseed: 7\n";
     std::fs::write(folder.join("sweep.yaml"), sweep).expect("the folder is writable");
-    let swept = output(folder, &["sweep", "sweep.yaml", "-o", "swept"]);
-    assert!(swept.status.success(), "{}", String::from_utf8_lossy(&swept.stderr));
+    done(folder, &["sweep", "sweep.yaml", "-o", "swept"]);
 
-    let bag = bag.to_str().expect("temporary folders have plain names");
-    let compared = output(folder, &["compare", "swept", "--bags", bag]);
+    let compared = rsrs(folder, &["compare", "swept", "--bags", "bag"]);
 
-    let printed = String::from_utf8_lossy(&compared.stderr).into_owned();
-    assert_eq!(compared.status.code(), Some(1), "{printed}");
+    let printed = stderr(&compared);
+    assert_eq!(code(&compared), 1, "{printed}");
     let reason = "at least some of its robots were simulated, so it is no evidence of reality";
     assert!(printed.contains(reason), "{printed}");
 }

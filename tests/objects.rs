@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command::{code, json, repository, rsrs as typed, stderr, stdout, write};
+use crate::command::{
+    bring, code, done, json, rsrs as typed, shipped, stderr, stdout, text_in, write,
+};
 use crate::fleet::{ROBOTS, experiment, rewrite, usual_sensing, without_gates};
 use crate::interop_robot::{controllers_with_leases, foreign_robots, python, run_on_fleet};
-use crate::processes::{confined_rsrs, run_in_lockstep};
+use crate::processes::{confined_rsrs, in_own_network, run_in_lockstep};
 use crate::recorded::{
     assert_commands_of_replicate, assert_digests_of_replicate, assert_objects_of_replicate,
     record_of, seed_of,
@@ -14,7 +16,6 @@ use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_sim::episode::run_episode;
-use rsrs_testing::network::in_own_network;
 
 /// One sensor that tells robots, objects and walls from each other, and one for goals.
 const SENSORS: &str = "\
@@ -60,8 +61,7 @@ otherwise: strewn
 
 /// A Flockbot with these sensors.
 fn profile() -> String {
-    let path = repository().join("launch_configs/profiles/flockbot.yaml");
-    let text = std::fs::read_to_string(path).expect("it is shipped");
+    let text = std::fs::read_to_string(shipped("profiles/flockbot.yaml")).expect("it is shipped");
     text.replace(&usual_sensing(), SENSORS)
 }
 
@@ -106,9 +106,8 @@ fn a_world_with_objects_over_ros_2_in_lockstep_is_the_replicate_to_the_bit() {
     let labelled = typed(folder.path(), &["label", "bag", "--format", "json"]);
     assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
     assert!(json(&labelled)[0]["evidence"]["objects_clustered"].is_f64(), "{}", stdout(&labelled));
-    let replay = typed(folder.path(), &["replay", "bag", "--into", "controller"]);
-    assert_eq!(code(&replay), 0, "{}{}", stdout(&replay), stderr(&replay));
-    assert!(stdout(&replay).contains(" 0 different"), "{}", stdout(&replay));
+    let replay = done(folder.path(), &["replay", "bag", "--into", "controller"]);
+    assert!(replay.contains(" 0 different"), "{replay}");
 }
 
 #[test]
@@ -134,9 +133,7 @@ fn objects_among_real_and_virtual_robots_are_refused_before_anything_moves() {
 #[test]
 fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_missing_ones_named() {
     let python = python();
-    let name = "objects::\
-        objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_missing_ones_named";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = files(folder.path(), "ros");
         let window = ("otherwise: strewn", "otherwise: strewn\nwindow: {last_s: 10}");
@@ -146,9 +143,8 @@ fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_mi
             &[("duration_s: 62", "duration_s: 12"), ("arena_m: 2.6", "arena_m: 12")],
         );
         let placed =
-            typed(folder.path(), &["place", file.to_str().expect("text"), "-o", "start.svg"]);
-        assert_eq!(code(&placed), 0, "{}", stderr(&placed));
-        assert!(stdout(&placed).contains("object_9   0.900   0.900"), "{}", stdout(&placed));
+            done(folder.path(), &["place", file.to_str().expect("text"), "-o", "start.svg"]);
+        assert!(placed.contains("object_9   0.900   0.900"), "{placed}");
         let _controllers = controllers_with_leases(&ROBOTS[..3], "twist_stamped");
         let robots = |n_objects: usize, frame: &str| {
             let of_robot = |robot: &&str| format!("{robot}:twist_stamped:default:default");
@@ -200,8 +196,7 @@ fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_mi
         let expected = "it is judged by objects, and poses of object_1 are in the frame `lab`, and those of \
                         robots in `map`";
         assert!(stderr(&labelled).contains(expected), "{}", stderr(&labelled));
-        let drawn = typed(folder.path(), &["draw", "elsewhere", "-o", "run.svg"]);
-        assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+        done(folder.path(), &["draw", "elsewhere", "-o", "run.svg"]);
     });
 }
 
@@ -229,8 +224,7 @@ fn swept() -> tempfile::TempDir {
             ("sweep.yaml", SWEEP),
         ],
     );
-    let output = typed(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    done(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
     folder
 }
 
@@ -238,24 +232,11 @@ fn swept() -> tempfile::TempDir {
 fn a_world_goes_from_the_sweep_to_a_labelled_and_drawn_episode() {
     let folder = swept();
     let here = folder.path();
-    let kept = std::fs::read_to_string(here.join("out/sweep.yaml")).expect("it is there");
+    let kept = text_in(here, "out/sweep.yaml");
     assert!(kept.contains("count: 8") && kept.contains("radius_m: 0.06"), "{kept}");
 
-    let episode = typed(
-        here,
-        &[
-            "episode",
-            "out",
-            "--cell",
-            "robots=3",
-            "--replicate",
-            "1",
-            "-o",
-            "run",
-            "--format",
-            "json",
-        ],
-    );
+    let episode = ["episode", "out", "--cell", "robots=3", "--replicate", "1", "-o", "run"];
+    let episode = typed(here, &[&episode[..], &["--format", "json"]].concat());
     assert_eq!(code(&episode), 0, "{}", stderr(&episode));
     let labelled = typed(here, &["label", "run", "--format", "json"]);
     assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
@@ -265,12 +246,11 @@ fn a_world_goes_from_the_sweep_to_a_labelled_and_drawn_episode() {
 
     let drawn = typed(here, &["draw", "run", "-o", "run.svg"]);
     assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
-    let svg = std::fs::read_to_string(here.join("run.svg")).expect("it was drawn");
+    let svg = text_in(here, "run.svg");
     assert!(svg.contains("judged for heaping; controller: a table of"), "{svg}");
     assert_eq!(svg.matches("fill=\"#e69f00\"").count(), 9 + 1, "each object, and the legend");
     assert_eq!(svg.matches("stroke-dasharray=\"5 3\"").count(), 1, "the goal");
-    let film = typed(here, &["film", "run", "-o", "run.gif", "--rate", "30", "--width", "120"]);
-    assert_eq!(code(&film), 0, "{}", stderr(&film));
+    done(here, &["film", "run", "-o", "run.gif", "--rate", "30", "--width", "120"]);
 }
 
 #[test]
@@ -289,7 +269,7 @@ fn the_only_cell_of_a_sweep_needs_no_name_and_its_only_run_does_not_settle_anyth
     assert_eq!((code(&swept), code(&only)), (0, 0), "{}{}", stderr(&swept), stderr(&only));
     assert_eq!(json(&only)["cell"]["robots"], 3.0);
     assert!(json(&only)["settling"].is_null(), "{}", stdout(&only));
-    let svg = std::fs::read_to_string(here.join("single/diagram.svg")).expect("it was drawn");
+    let svg = text_in(here, "single/diagram.svg");
     assert!(svg.contains("objects"), "what is in the world is stated: {svg}");
     assert_eq!(code(&of_two), 1);
     assert!(stderr(&of_two).contains("no cell is named"), "{}", stderr(&of_two));
@@ -319,8 +299,7 @@ fn another_world_is_another_sweep() {
 fn a_behaviour_over_objects_without_a_world_and_a_wrong_file_have_a_cure() {
     let folder = swept();
     let here = folder.path();
-    let plain = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(plain, here.join("plain.yaml")).expect("it is shipped");
+    bring("profiles/flockbot.yaml", &here.join("plain.yaml"));
     let without = SWEEP
         .replace("robots.yaml", "plain.yaml")
         .replace("controller: push.yaml\n", "")
@@ -438,7 +417,7 @@ fn a_search_has_a_world_and_a_report_shows_it() {
     assert_eq!(code(&without), 1);
     assert!(stderr(&without).contains("help: name a world with `"), "{}", stderr(&without));
     assert!([0, 3].contains(&code(&found)), "{}{}", stdout(&found), stderr(&found));
-    let read = |name: &str| std::fs::read_to_string(here.join(name)).expect("it is written");
+    let read = |name: &str| text_in(here, name);
     assert!(read("gallery/world.yaml").contains("count: 8"));
     let gallery = read("gallery/gallery.svg");
     assert!(gallery.contains("fill=\"#e69f00\""), "runs are drawn with their objects: {gallery}");

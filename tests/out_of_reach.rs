@@ -19,10 +19,10 @@ use std::time::{Duration, Instant};
 use crate::cables::{ip, ip_of, start_at_cable};
 use crate::fleet::{ROBOTS, experiment, signal, track};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, join_alone, rsrs};
+use crate::processes::{Process, in_own_network, join_alone, rsrs};
 use rsrs_ros::security::Enclave;
 use rsrs_ros::session::{Session, SessionOptions};
-use rsrs_testing::network::{TIMEOUT, in_own_network};
+use rsrs_testing::network::TIMEOUT;
 
 /// A cut that is longer than the leases of DDS (50 s), one that is shorter, and another address.
 const CUTS: &str = "cable:75,cable:20,address:5";
@@ -220,16 +220,13 @@ impl FleetUnderTest {
 
 #[test]
 fn a_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run() {
-    let test = "out_of_reach::a_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run";
-    in_own_network(test, async || cut_again_and_again(None).await);
+    in_own_network(async || cut_again_and_again(None).await);
 }
 
 #[cfg(feature = "security")]
 #[test]
 fn a_secured_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run() {
-    let test =
-        "out_of_reach::a_secured_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run";
-    in_own_network(test, async || {
+    in_own_network(async || {
         let (_keys, tracker) = crate::secured_fleet::secure_this_test();
         cut_again_and_again(tracker).await;
     });

@@ -4,22 +4,21 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Duration;
 
-use crate::command::{code, json, rsrs as typed, stderr, stdout};
-use crate::fleet::experiment;
+use crate::command::{code, done, json, rsrs as typed, stderr, stdout};
+use crate::fleet::{experiment, start_run};
 use crate::laboratory::chosen;
-use crate::processes::{Process, is_starved, rsrs, run_in_lockstep};
+use crate::processes::{Process, in_own_network, is_starved, rsrs, run_in_lockstep};
 use crate::recorded::{assert_digests_of_replicate, messages, record_of};
 use crate::simulated_bags::Run;
-use rsrs_bags::Bag;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::parameters::{Value, gate};
-use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
+use rsrs_fleet::record::ExperimentRecord;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::session::{Publisher, Received, Session, Subscription};
-use rsrs_testing::network::{TIMEOUT, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, session};
 
 /// The fleet: the second has a profile of its own, and is in a namespace.
 const ROBOTS: [&str; 3] = ["robot_1", "lab/robot_2", "robot_3"];
@@ -86,8 +85,7 @@ fn the_simulator_moves_each_robot_by_its_own_profile_and_in_its_own_namespace() 
     assert!(stdout(&label).contains(DIFFERS), "{}{}", stdout(&label), stderr(&label));
     let info = typed(folder.path(), &["bag", "info", "bag"]);
     assert!(stdout(&info).contains(DIFFERS), "{}", stdout(&info));
-    let drawn = typed(folder.path(), &["draw", "bag", "-o", "bag.svg"]);
-    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+    done(folder.path(), &["draw", "bag", "-o", "bag.svg"]);
 }
 
 /// Bases of all three: they stand, see nothing, and take what the gates let through.
@@ -133,15 +131,6 @@ fn gate_of(fleet: &Path, robot: &str) -> Process {
     Process(command.stdout(Stdio::null()).spawn().expect("the program was built for this test"))
 }
 
-async fn run(file: &Path, bag: &Path) -> String {
-    let mut command = rsrs();
-    command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-    command.arg(file).arg("-o").arg(bag);
-    let mut process = Process::start(&mut command);
-    let waiting = tokio::task::spawn_blocking(move || process.wait(TIMEOUT));
-    waiting.await.expect("waiting does not panic").1
-}
-
 /// Robots that answer a stop of everybody who is there.
 async fn stopped() -> String {
     let stopping = tokio::task::spawn_blocking(|| {
@@ -164,7 +153,7 @@ async fn play(folder: &Path) {
     std::fs::write(&before, text.replace("own.yaml", "flockbot.yaml")).expect("writable");
     let stale = gate_of(&before, OTHER);
 
-    let refused = run(&file, &folder.join("refused")).await;
+    let refused = start_run(&file, &folder.join("refused")).ended(TIMEOUT).await.1;
 
     let stale_limit = "lab/robot_2: `speed_max` is 0.3 m/s, expected 0.25 m/s by the fleet file";
     assert!(refused.contains(stale_limit), "{refused}");
@@ -174,7 +163,7 @@ async fn play(folder: &Path) {
 
     let _mended = gate_of(&fleet, OTHER);
     let bag = folder.join("bag");
-    let printed = run(&file, &bag).await;
+    let printed = start_run(&file, &bag).ended(TIMEOUT).await.1;
 
     let acknowledged = stopped().await;
     assert!(acknowledged.contains(OTHER), "{acknowledged}");
@@ -197,18 +186,15 @@ async fn play(folder: &Path) {
 
 #[test]
 fn a_fleet_has_a_robot_in_a_namespace_whose_gate_is_held_against_its_own_profile() {
-    in_own_network(
-        "own_robots::a_fleet_has_a_robot_in_a_namespace_whose_gate_is_held_against_its_own_profile",
-        async || {
-            let folder = tempfile::tempdir().expect("a temporary folder");
-            let session = session();
-            tokio::select! {
-                () = live(&session) => {}
-                () = play(folder.path()) => {}
-            }
-            session.close().await;
-        },
-    );
+    in_own_network(async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let session = session();
+        tokio::select! {
+            () = live(&session) => {}
+            () = play(folder.path()) => {}
+        }
+        session.close().await;
+    });
 }
 
 #[test]
@@ -245,13 +231,9 @@ fn a_profile_of_ones_own_that_is_missing_or_does_not_allow_the_cell_is_refused_b
 fn a_comparison_counts_runs_with_robots_of_their_own_profile_and_names_them() {
     let place = chosen();
     let alike = Run::new(1).record(place.path(), "alike");
-    let attached = |bag: &Path| {
-        let bag = Bag::open(bag).expect("a bag");
-        let data = &bag.attachment(ATTACHMENT).expect("it is attached").data;
-        String::from_utf8_lossy(data).into_owned()
-    };
+    let (_, record) = record_of(&alike);
     let mut record: serde_json::Value =
-        serde_json::from_str(&attached(&alike)).expect("a record is JSON");
+        serde_json::from_str(&record.to_json()).expect("a record is JSON");
     record["run_id"] = "own".into();
     let own = serde_json::json!({"digest": "3f", "differs": ["sensing.latency_steps 2 (fleet 0)"]});
     record["own_profiles"] = serde_json::json!({ "robot_3": own });

@@ -1,5 +1,6 @@
 //! The simulator and the controllers as processes over DDS, conducted by the test.
 
+use crate::processes::in_own_network;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -15,7 +16,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::episode_digests;
-use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, session};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 const ROBOTS: [&str; 9] = [
@@ -71,77 +72,72 @@ fn publisher<M: RosMessage>(session: &Session, node: &NodeHandle, topic: Topic) 
 
 #[test]
 fn a_lockstep_run_over_dds_passes_through_the_states_of_the_replicate() {
-    in_own_network(
-        "pipeline::a_lockstep_run_over_dds_passes_through_the_states_of_the_replicate",
-        lockstep_run,
-    );
-}
+    in_own_network(async || {
+        let conditions = conditions();
+        let expected = episode_digests(&conditions, SEED, DURATION_S).expect("the robots fit");
+        let _simulator = start("sim", &[]);
+        let _controllers = start(
+            "controller",
+            &["-p", "speed:=0.15", "-p", "turn_rate:=0.75", "-p", "stamp_from_clock:=true"],
+        );
+        let session = session();
+        let node = session.node("/", "conductor").expect("the name is allowed");
+        let (to_digests, mut digests) = unbounded_channel::<WorldDigest>();
+        let topic = topics::WORLD_DIGEST;
+        let _digests = session
+            .subscribe(&node, topic.name, topic.qos, move |sample| {
+                to_digests.send(sample.message).expect("the test listens to the end");
+            })
+            .expect("the topic is allowed");
+        let (to_statuses, mut statuses) = unbounded_channel();
+        let statuses_of_all = receive_robots(&session, &node, &to_statuses).await;
+        let options = ClientOptions { timeout: TIMEOUT, mapping: None };
+        let client = ParameterClient::new(&session, &node, options);
+        place(&client, &conditions, expected.len()).await;
 
-async fn lockstep_run() {
-    let conditions = conditions();
-    let expected = episode_digests(&conditions, SEED, DURATION_S).expect("the robots fit");
-    let _simulator = start("sim", &[]);
-    let _controllers = start(
-        "controller",
-        &["-p", "speed:=0.15", "-p", "turn_rate:=0.75", "-p", "stamp_from_clock:=true"],
-    );
-    let session = session();
-    let node = session.node("/", "conductor").expect("the name is allowed");
-    let (to_digests, mut digests) = unbounded_channel::<WorldDigest>();
-    let topic = topics::WORLD_DIGEST;
-    let _digests = session
-        .subscribe(&node, topic.name, topic.qos, move |sample| {
-            to_digests.send(sample.message).expect("the test listens to the end");
-        })
-        .expect("the topic is allowed");
-    let (to_statuses, mut statuses) = unbounded_channel();
-    let statuses_of_all = receive_robots(&session, &node, &to_statuses).await;
-    let options = ClientOptions { timeout: TIMEOUT, mapping: None };
-    let client = ParameterClient::new(&session, &node, options);
-    place(&client, &conditions, expected.len()).await;
-
-    let leases = publisher::<RunLease>(&session, &node, topics::LEASE);
-    let recorded = publisher::<Recorded>(&session, &node, topics::RECORDED);
-    session.wait_for_readers(topics::LEASE.name, 2, TIMEOUT).await.expect("nodes listen");
-    let mut lease = armed_lease(&conditions);
-    let mut states = [u8::from(RobotState::Idle); ROBOTS.len()];
-    let mut seen: Vec<WorldDigest> = Vec::new();
-    let mut beat = tokio::time::interval(Duration::from_millis(100));
-    let run = async {
-        while seen.len() < expected.len() {
-            tokio::select! {
-                Some((robot, status)) = statuses.recv() => {
-                    lease.echoed_counter[robot] = status.counter;
-                    states[robot] = status.state;
-                    if states.iter().all(|state| *state == RobotState::Armed) {
-                        lease.state = u8::from(LeaseState::Running);
+        let leases = publisher::<RunLease>(&session, &node, topics::LEASE);
+        let recorded = publisher::<Recorded>(&session, &node, topics::RECORDED);
+        session.wait_for_readers(topics::LEASE.name, 2, TIMEOUT).await.expect("nodes listen");
+        let mut lease = armed_lease(&conditions);
+        let mut states = [u8::from(RobotState::Idle); ROBOTS.len()];
+        let mut seen: Vec<WorldDigest> = Vec::new();
+        let mut beat = tokio::time::interval(Duration::from_millis(100));
+        let run = async {
+            while seen.len() < expected.len() {
+                tokio::select! {
+                    Some((robot, status)) = statuses.recv() => {
+                        lease.echoed_counter[robot] = status.counter;
+                        states[robot] = status.state;
+                        if states.iter().all(|state| *state == RobotState::Armed) {
+                            lease.state = u8::from(LeaseState::Running);
+                        }
                     }
+                    Some(digest) = digests.recv() => {
+                        seen.push(digest);
+                        recorded.publish(Recorded { step: digest.step }).await.expect("a healthy network");
+                    }
+                    _ = beat.tick() => leases.publish(lease.clone()).await.expect("a healthy network"),
                 }
-                Some(digest) = digests.recv() => {
-                    seen.push(digest);
-                    recorded.publish(Recorded { step: digest.step }).await.expect("a healthy network");
-                }
-                _ = beat.tick() => leases.publish(lease.clone()).await.expect("a healthy network"),
             }
-        }
-    };
-    tokio::time::timeout(TIMEOUT, run).await.expect("the run ends");
+        };
+        tokio::time::timeout(TIMEOUT, run).await.expect("the run ends");
 
-    let steps: Vec<u64> = seen.iter().map(|digest| digest.step).collect();
-    assert_eq!(steps, (1..=expected.len() as u64).collect::<Vec<_>>());
-    let bits: Vec<u64> = seen.iter().map(|digest| digest.digest).collect();
-    assert!(bits == expected, "the states differ from those of the replicate");
+        let steps: Vec<u64> = seen.iter().map(|digest| digest.step).collect();
+        assert_eq!(steps, (1..=expected.len() as u64).collect::<Vec<_>>());
+        let bits: Vec<u64> = seen.iter().map(|digest| digest.digest).collect();
+        assert!(bits == expected, "the states differ from those of the replicate");
 
-    // Without leases, every robot stands within the lease time.
-    let stands = || {
-        while let Ok((robot, status)) = statuses.try_recv() {
-            states[robot] = status.state;
-        }
-        states.iter().all(|state| *state == RobotState::Stopped)
-    };
-    eventually("all robots stand", stands).await;
-    drop(statuses_of_all);
-    session.close().await;
+        // Without leases, every robot stands within the lease time.
+        let stands = || {
+            while let Ok((robot, status)) = statuses.try_recv() {
+                states[robot] = status.state;
+            }
+            states.iter().all(|state| *state == RobotState::Stopped)
+        };
+        eventually("all robots stand", stands).await;
+        drop(statuses_of_all);
+        session.close().await;
+    });
 }
 
 /// Receives every robot's statuses, once every end of the lockstep has found its other end.

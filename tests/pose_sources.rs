@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{code, done, json, repository, rsrs, stderr, stdout, text_in};
 use crate::laboratory::chosen;
 use crate::simulated_bags::{Run, SeenBy};
 use rsrs_core::robot::pose_source::PoseSource;
@@ -69,17 +69,15 @@ fn every_command_judges_the_poses_that_the_run_went_by() {
     assert_eq!(judged(&compared(&["--poses", "odom"])), ["dispersion", "odom", "request"]);
 
     for (more, phase) in [(&[][..], "stable milling"), (&["--poses", "odom"], "dispersion")] {
-        let draw = rsrs(folder, &[&["draw", "run", "-o", "run.svg"], more].concat());
-        assert_eq!(code(&draw), 0, "{}", stderr(&draw));
-        let drawn = std::fs::read_to_string(folder.join("run.svg")).expect("it was drawn");
+        done(folder, &[&["draw", "run", "-o", "run.svg"], more].concat());
+        let drawn = text_in(folder, "run.svg");
         assert!(drawn.contains(&format!("s; {phase}")), "{more:?}");
         let film = ["film", "run", "-o", "run.gif", "--fps", "1", "--speed", "60"];
-        let film = rsrs(folder, &[&film, more].concat());
-        assert_eq!(code(&film), 0, "{}", stderr(&film));
+        done(folder, &[&film, more].concat());
         let report = ["report", "out", "-o", "report.html", "--bags", "run"];
         let report = rsrs(folder, &[&report, more].concat());
         assert_eq!(code(&report), 0, "{}", stderr(&report));
-        let page = std::fs::read_to_string(folder.join("report.html")).expect("it was written");
+        let page = text_in(folder, "report.html");
         assert!(page.contains(&format!("judge: {phase}")), "{more:?}");
     }
 

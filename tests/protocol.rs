@@ -4,13 +4,13 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::fleet::{ROBOTS, experiment, node, signal};
-use crate::processes::{Process, confined_rsrs, nodes_of, rsrs};
+use crate::processes::{Process, confined_rsrs, in_own_network, nodes_of, rsrs};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::rsrs::{Recorded, RobotState, RobotStatus};
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
-use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, session};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 /// So long that no run of a test comes to its end.
@@ -105,31 +105,26 @@ fn a_run_whose_simulator_dies_reports_it_and_closes_its_bag() {
 
 #[test]
 fn a_robot_that_rejects_its_parameters_is_named_and_nothing_is_recorded() {
-    in_own_network(
-        "protocol::a_robot_that_rejects_its_parameters_is_named_and_nothing_is_recorded",
-        slow_controllers,
-    );
-}
+    in_own_network(async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        // By their profile the robots may be that fast; their controllers were started with less.
+        let faster = [
+            ("speed_m_s: 0.15", "speed_m_s: 0.6"),
+            ("limits_m_s: [0.02, 0.30]", "limits_m_s: [0.02, 0.70]"),
+        ];
+        let experiment = experiment(folder.path(), ENDLESS_S, &faster);
+        let _simulator = node("sim", &ROBOTS);
+        let _controllers = node("controller", &ROBOTS);
+        let bag = folder.path().join("bag");
+        let mut runner = start_runner(&experiment, &bag);
 
-async fn slow_controllers() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    // By their profile the robots may be that fast; their controllers were started with less.
-    let faster = [
-        ("speed_m_s: 0.15", "speed_m_s: 0.6"),
-        ("limits_m_s: [0.02, 0.30]", "limits_m_s: [0.02, 0.70]"),
-    ];
-    let experiment = experiment(folder.path(), ENDLESS_S, &faster);
-    let _simulator = node("sim", &ROBOTS);
-    let _controllers = node("controller", &ROBOTS);
-    let bag = folder.path().join("bag");
-    let mut runner = start_runner(&experiment, &bag);
+        let (status, errors) = runner.wait(TIMEOUT);
 
-    let (status, errors) = runner.wait(TIMEOUT);
-
-    assert_eq!(status.code(), Some(1), "{errors}");
-    assert!(errors.contains("robot_9: parameters not set"), "{errors}");
-    assert!(errors.contains("must be between -0.3 and 0.3, found 0.6"), "{errors}");
-    assert!(!bag.exists());
+        assert_eq!(status.code(), Some(1), "{errors}");
+        assert!(errors.contains("robot_9: parameters not set"), "{errors}");
+        assert!(errors.contains("must be between -0.3 and 0.3, found 0.6"), "{errors}");
+        assert!(!bag.exists());
+    });
 }
 
 #[test]
@@ -147,24 +142,22 @@ fn a_bag_that_exists_is_refused_before_anything_starts() {
 
 #[test]
 fn a_robot_that_is_missing_is_named_at_preflight() {
-    in_own_network("protocol::a_robot_that_is_missing_is_named_at_preflight", missing_robot);
-}
+    in_own_network(async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let experiment = experiment(folder.path(), ENDLESS_S, &[]);
+        let _simulator = node("sim", &ROBOTS[..8]);
+        let _controllers = node("controller", &ROBOTS[..8]);
+        let bag = folder.path().join("bag");
+        let mut runner = start_runner(&experiment, &bag);
 
-async fn missing_robot() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let experiment = experiment(folder.path(), ENDLESS_S, &[]);
-    let _simulator = node("sim", &ROBOTS[..8]);
-    let _controllers = node("controller", &ROBOTS[..8]);
-    let bag = folder.path().join("bag");
-    let mut runner = start_runner(&experiment, &bag);
+        let (status, errors) = runner.wait(TIMEOUT);
 
-    let (status, errors) = runner.wait(TIMEOUT);
-
-    assert_eq!(status.code(), Some(1), "{errors}");
-    assert!(errors.contains("robot_9: no status received"), "{errors}");
-    assert!(errors.contains("robot_9: no status of its controller received"), "{errors}");
-    assert!(!errors.contains("robot_8"), "{errors}");
-    assert!(!bag.exists());
+        assert_eq!(status.code(), Some(1), "{errors}");
+        assert!(errors.contains("robot_9: no status received"), "{errors}");
+        assert!(errors.contains("robot_9: no status of its controller received"), "{errors}");
+        assert!(!errors.contains("robot_8"), "{errors}");
+        assert!(!bag.exists());
+    });
 }
 
 fn start_runner(experiment: &Path, bag: &Path) -> Process {
@@ -175,10 +168,7 @@ fn start_runner(experiment: &Path, bag: &Path) -> Process {
 
 #[test]
 fn without_its_runner_every_robot_stands_and_the_bag_reads_to_its_last_second() {
-    in_own_network(
-        "protocol::without_its_runner_every_robot_stands_and_the_bag_reads_to_its_last_second",
-        killed_runner,
-    );
+    in_own_network(killed_runner);
 }
 
 /// A robot stands 500 ms after the status that the last lease echoed; the rest is for the status to

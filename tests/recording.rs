@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, in_own_network, rsrs};
 use rsrs_bags::Bag;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_experiment_runner::plan::{Plan, Request};
@@ -13,7 +13,7 @@ use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{RawPublisher, Session, SessionOptions};
-use rsrs_testing::network::{in_own_network, in_own_network_with, session};
+use rsrs_testing::network::{in_own_network_with, session};
 
 const ROBOTS: &str = "robot_1,robot_2,robot_3";
 const BATTERY: &str = "lab_msgs/msg/Battery";
@@ -81,10 +81,7 @@ async fn conduct(place: &Path) -> (RunReport, PathBuf) {
 
 #[test]
 fn any_topic_is_recorded_as_it_was_sent_with_its_definition_and_quality_of_service() {
-    in_own_network(
-        "recording::any_topic_is_recorded_as_it_was_sent_with_its_definition_and_quality_of_service",
-        recorded,
-    );
+    in_own_network(recorded);
 }
 
 async fn recorded() {
@@ -201,26 +198,24 @@ async fn described_by_a_prefix() {
 
 #[test]
 fn what_cannot_be_described_is_refused_by_name_before_anything_moves() {
-    in_own_network(
-        "recording::what_cannot_be_described_is_refused_by_name_before_anything_moves",
-        refused,
-    );
-}
+    in_own_network(async || {
+        let place = place("{topics: [/battery, /nobody]}");
+        let (_simulator, _controllers) = (start("sim"), start("controller"));
+        let session = session();
+        let _battery = publish(&session, "/battery", BATTERY, Qos::best_effort(5));
 
-async fn refused() {
-    let place = place("{topics: [/battery, /nobody]}");
-    let (_simulator, _controllers) = (start("sim"), start("controller"));
-    let session = session();
-    let _battery = publish(&session, "/battery", BATTERY, Qos::best_effort(5));
+        let (report, bag) = conduct(place.path()).await;
 
-    let (report, bag) = conduct(place.path()).await;
-
-    assert_eq!(report.ending.kind, EndingKind::Failed);
-    let reason = report.ending.reason;
-    let described = "/battery: its type lab_msgs/msg/Battery is not defined: no file \
+        assert_eq!(report.ending.kind, EndingKind::Failed);
+        let reason = report.ending.reason;
+        let described = "/battery: its type lab_msgs/msg/Battery is not defined: no file \
                      lab_msgs/msg/Battery.msg in no folder at all";
-    assert!(reason.contains(described), "{reason}");
-    assert!(reason.contains("/nobody: it is to be recorded, and it has no publisher"), "{reason}");
-    assert!(!bag.exists(), "nothing was recorded");
-    session.close().await;
+        assert!(reason.contains(described), "{reason}");
+        assert!(
+            reason.contains("/nobody: it is to be recorded, and it has no publisher"),
+            "{reason}"
+        );
+        assert!(!bag.exists(), "nothing was recorded");
+        session.close().await;
+    });
 }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use crate::processes::{Process, rsrs};
+use crate::command::code;
+use crate::processes::{Process, in_own_network, rsrs};
 use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::quantity::Axis;
@@ -17,7 +18,7 @@ use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::topics;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::session::EndpointKind;
-use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, session};
 use rsrs_testing::record::fleet_record;
 use serde_json::Value;
 use tokio::sync::mpsc::unbounded_channel;
@@ -108,10 +109,6 @@ fn into_judge(bag: &Path, more: &[&str]) -> Output {
     let mut command = rsrs();
     command.arg("replay").arg(bag).args(["--into", "judge"]).args(more);
     command.output().expect("the binary was built for this test")
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("the program ended by itself")
 }
 
 #[test]
@@ -227,10 +224,7 @@ fn a_topic_that_is_not_in_the_bag_is_named_with_the_nearest() {
 
 #[test]
 fn what_was_recorded_is_published_at_its_pace_without_what_moves_robots() {
-    in_own_network(
-        "replay::what_was_recorded_is_published_at_its_pace_without_what_moves_robots",
-        published,
-    );
+    in_own_network(published);
 }
 
 async fn published() {
@@ -292,49 +286,45 @@ async fn published() {
 
 #[test]
 fn what_a_live_robot_publishes_is_left_out_unless_it_is_asked_for_by_name() {
-    in_own_network(
-        "replay::what_a_live_robot_publishes_is_left_out_unless_it_is_asked_for_by_name",
-        beside_a_live_robot,
-    );
-}
+    in_own_network(async || {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let run = bag(place.path(), "run", 2.0);
+        let session = session();
+        let robot = session.node("/robot_1", "robot").expect("the name is allowed");
+        let odom = session
+            .publish_on::<Odometry>(&robot, "/robot_1/odom", topics::ODOM.qos)
+            .expect("allowed");
+        let status = session
+            .publish_on::<RobotStatus>(&robot, "/robot_1/status", topics::STATUS.qos)
+            .expect("allowed");
+        let replay = |more: &'static [&'static str]| {
+            let mut command = rsrs();
+            command.arg("replay").arg(&run).args(["--interface", "127.0.0.1", "--format", "json"]);
+            command.args(more);
+            tokio::task::spawn_blocking(move || command.output().expect("the binary was built"))
+        };
 
-async fn beside_a_live_robot() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let run = bag(place.path(), "run", 2.0);
-    let session = session();
-    let robot = session.node("/robot_1", "robot").expect("the name is allowed");
-    let odom =
-        session.publish_on::<Odometry>(&robot, "/robot_1/odom", topics::ODOM.qos).expect("allowed");
-    let status = session
-        .publish_on::<RobotStatus>(&robot, "/robot_1/status", topics::STATUS.qos)
-        .expect("allowed");
-    let replay = |more: &'static [&'static str]| {
-        let mut command = rsrs();
-        command.arg("replay").arg(&run).args(["--interface", "127.0.0.1", "--format", "json"]);
-        command.args(more);
-        tokio::task::spawn_blocking(move || command.output().expect("the binary was built"))
-    };
+        let all = replay(&[]).await.expect("it ends");
+        let named = replay(&["--topics", "/robot_1/odom", "/clock"]).await.expect("it ends");
 
-    let all = replay(&[]).await.expect("it ends");
-    let named = replay(&["--topics", "/robot_1/odom", "/clock"]).await.expect("it ends");
-
-    let summary = |output: &Output| -> Value {
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(code(output), 0, "{errors}");
-        serde_json::from_slice(&output.stdout).expect("the summary is JSON")
-    };
-    let (all_printed, all) = (String::from_utf8_lossy(&all.stderr).into_owned(), summary(&all));
-    let left_out = all["left_out"].as_array().expect("a list");
-    for topic in ["/robot_1/odom", "/robot_1/detection", "/clock"] {
-        assert!(left_out.contains(&topic.into()), "{all}");
-    }
-    assert!(!left_out.contains(&"/robot_2/odom".into()), "{all}");
-    assert!(
-        all_printed.contains("left out /robot_1/odom: /robot_1/robot publishes it now"),
-        "{all_printed}"
-    );
-    assert!(all_printed.contains("the time is not published"), "{all_printed}");
-    assert_eq!(summary(&named)["n_topics"], 2);
-    drop((robot, odom, status));
-    session.close().await;
+        let summary = |output: &Output| -> Value {
+            let errors = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(code(output), 0, "{errors}");
+            serde_json::from_slice(&output.stdout).expect("the summary is JSON")
+        };
+        let (all_printed, all) = (String::from_utf8_lossy(&all.stderr).into_owned(), summary(&all));
+        let left_out = all["left_out"].as_array().expect("a list");
+        for topic in ["/robot_1/odom", "/robot_1/detection", "/clock"] {
+            assert!(left_out.contains(&topic.into()), "{all}");
+        }
+        assert!(!left_out.contains(&"/robot_2/odom".into()), "{all}");
+        assert!(
+            all_printed.contains("left out /robot_1/odom: /robot_1/robot publishes it now"),
+            "{all_printed}"
+        );
+        assert!(all_printed.contains("the time is not published"), "{all_printed}");
+        assert_eq!(summary(&named)["n_topics"], 2);
+        drop((robot, odom, status));
+        session.close().await;
+    });
 }

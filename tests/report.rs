@@ -2,7 +2,7 @@
 
 mod browser;
 
-use crate::command::{code, rsrs, stderr};
+use crate::command::{code, done, rsrs, stderr, text_in};
 use crate::simulated_bags::{Part, Run, ended};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::EndingKind;
@@ -26,7 +26,7 @@ fn a_sweep_without_runs_has_a_report_of_its_cells() {
     let report = rsrs(place.path(), &["report", "out", "-o", "report.html"]);
 
     assert_eq!(code(&report), 0, "{}", stderr(&report));
-    let html = std::fs::read_to_string(place.path().join("report.html")).expect("it was written");
+    let html = text_in(place.path(), "report.html");
     assert_well_formed(&html);
     assert_eq!(html.matches(" data-cell=").count(), 4, "the cells of the sweep");
     assert!(html.contains("Replicate 0 of seed 7") && !html.contains("Verdict"), "{html}");
@@ -56,14 +56,13 @@ fn assert_well_formed(html: &str) {
 fn a_report_has_the_diagram_every_run_and_the_comparison() {
     let place = laboratory();
     let here = place.path();
-    let label = rsrs(here, &["label", "one", "--as", "unformed", "--by", "ana", "--note", "<hm>"]);
-    assert_eq!(code(&label), 0, "{}", stderr(&label));
+    done(here, &["label", "one", "--as", "unformed", "--by", "ana", "--note", "<hm>"]);
 
     let arguments = ["report", "out", "-o", "report.html", "--bags", "one", "a<b>&c", "frozen"];
     let report = rsrs(here, &arguments);
 
     assert_eq!(code(&report), 0, "{}", stderr(&report));
-    let html = std::fs::read_to_string(here.join("report.html")).expect("it was written");
+    let html = text_in(here, "report.html");
     assert_well_formed(&html);
     assert_eq!(html.matches(" data-cell=").count(), 4, "the cells of the sweep");
     assert_eq!(html.matches("<article").count(), 2, "the runs that count");
@@ -96,10 +95,8 @@ fn real_runs_are_laid_over_a_diagram() {
     let place = laboratory();
 
     let draw = ["diagram", "out", "-o", "runs.svg", "--bags", "one", "frozen"];
-    let output = rsrs(place.path(), &draw);
-
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let svg = std::fs::read_to_string(place.path().join("runs.svg")).expect("it was drawn");
+    done(place.path(), &draw);
+    let svg = text_in(place.path(), "runs.svg");
     // The other one did not complete.
     assert!(svg.contains("Experiments") && svg.contains("stable milling: 1"), "{svg}");
 }
@@ -109,8 +106,7 @@ fn a_diagram_fits_a_column_of_a_journal_and_shows_both_worlds() {
     let place = laboratory();
     let here = place.path();
     let draw = |name: &str, more: &[&str]| {
-        let output = rsrs(here, &[&["diagram", "out", "-o", name], more].concat());
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        done(here, &[&["diagram", "out", "-o", name], more].concat());
         std::fs::read(here.join(name)).expect("it was drawn")
     };
 
@@ -134,9 +130,8 @@ fn for_a_paper_a_picture_has_neither_title_nor_facts_and_cells_and_verdict_are_t
     let place = laboratory();
     let here = place.path();
     let written = |name: &str, command: &[&str]| {
-        let output = rsrs(here, &[command, &["-o", name]].concat());
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        std::fs::read_to_string(here.join(name)).expect("it was written")
+        done(here, &[command, &["-o", name]].concat());
+        text_in(here, name)
     };
     let paper = ["--theme", "paper", "--width", "88mm"];
 
@@ -171,8 +166,7 @@ fn a_run_without_poses_is_in_the_report_by_its_label_by_hand() {
     let place = laboratory();
     let here = place.path();
     for bag in ["one", "blind"] {
-        let label = rsrs(here, &["label", bag, "--as", "dispersion", "--by", "ana"]);
-        assert_eq!(code(&label), 0, "{}", stderr(&label));
+        done(here, &["label", bag, "--as", "dispersion", "--by", "ana"]);
     }
 
     let by_ana = ["report", "out", "-o", "ana.html", "--labels", "human:ana", "--bags"];
@@ -182,9 +176,9 @@ fn a_run_without_poses_is_in_the_report_by_its_label_by_hand() {
 
     // Two runs that both dispersed, where simulated ones always mill, violate the claim.
     assert_eq!((code(&by_ana), code(&by_judge), code(&no_html)), (3, 3, 1), "{}", stderr(&by_ana));
-    let html = std::fs::read_to_string(here.join("ana.html")).expect("it was written");
+    let html = text_in(here, "ana.html");
     assert_well_formed(&html);
     assert!(html.contains("dispersion by ana") && html.contains("not drawn: blind: "), "{html}");
-    let html = std::fs::read_to_string(here.join("judge.html")).expect("it was written");
+    let html = text_in(here, "judge.html");
     assert!(html.contains("not labelled"), "{html}");
 }

@@ -12,7 +12,8 @@ use std::time::{Instant, SystemTime};
 
 use rsrs_testing::environment::number;
 
-use crate::work::{RSRS, SweepFolder, bytes, code, contents, stderr};
+use crate::command::{code, stderr};
+use crate::work::{RSRS, SweepFolder, bytes, contents};
 
 /// Moments at which sweeps are killed, where nothing else is asked for.
 const KILLS: usize = 20;
@@ -198,15 +199,8 @@ fn another_sweep_is_refused_with_the_first_difference_and_the_folder_left_alone(
         );
         assert_eq!(stderr(&other), expected);
     }
-    let adaptive = place.rsrs(&[
-        "sweep",
-        "sweep.yaml",
-        "-o",
-        "out",
-        "--adaptive",
-        "--most-replicates",
-        "9000",
-    ]);
+    let adaptive = ["sweep", "sweep.yaml", "-o", "out", "--adaptive", "--most-replicates", "9000"];
+    let adaptive = place.rsrs(&adaptive);
     let difference = "adaptive is not given there, and given here";
     assert!(stderr(&adaptive).contains(difference), "{}", stderr(&adaptive));
     assert!(contents(&place.path("out/unfinished")) == before);
@@ -245,7 +239,7 @@ fn two_processes_do_not_sweep_into_one_folder() {
 }
 
 #[test]
-fn a_file_that_cannot_grow_loses_nothing() {
+fn a_file_that_cannot_grow_and_a_full_disk_lose_nothing() {
     let place = SweepFolder::with_sweep(6000);
     place.sweep_into("whole");
 
@@ -277,6 +271,28 @@ fn a_file_that_cannot_grow_loses_nothing() {
     place.sweep_into("out");
 
     assert!(contents(&place.path("out")) == contents(&place.path("whole")));
+
+    // A disk of 1 MB, in a namespace of its own: five blocks fit. Then it gets larger.
+    let script = "set -e; mkdir disk seen; mount -t tmpfs -o size=1m tmpfs disk
+        \"$0\" sweep sweep.yaml -o disk/out --threads 1 2> seen/full && exit 9
+        ls disk/out/unfinished | grep -c '^block_' > seen/blocks
+        mount -o remount,size=100m disk
+        \"$0\" sweep sweep.yaml -o disk/out > seen/printed
+        cp -r disk/out seen/result";
+    let output = Command::new("unshare")
+        .args(["--map-root-user", "--mount", "--", "sh", "-c", script, RSRS])
+        .current_dir(place.folder())
+        .output()
+        .expect("unshare is there");
+
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let errors = String::from_utf8(bytes(&place.path("seen/full"))).expect("messages are UTF-8");
+    assert!(errors.contains("No space left on device"), "{errors}");
+    assert!(errors.contains("what is finished is kept"), "{errors}");
+    let blocks = String::from_utf8(bytes(&place.path("seen/blocks"))).expect("a number");
+    let n_blocks: usize = blocks.trim().parse().expect("a number");
+    assert!((3..12).contains(&n_blocks), "{n_blocks} blocks were kept");
+    assert!(contents(&place.path("seen/result")) == contents(&place.path("whole")));
 }
 
 #[test]
@@ -303,34 +319,6 @@ fn of_sweeps_that_start_into_one_new_folder_at_once_one_makes_it() {
         assert_eq!(place.entries(), ["flockbot.yaml", "out", "sweep.yaml", "whole"]);
         std::fs::remove_dir_all(place.path("out")).expect("the folder is there");
     }
-}
-
-#[test]
-fn a_full_disk_loses_nothing() {
-    let place = SweepFolder::with_sweep(6000);
-    place.sweep_into("whole");
-
-    // A disk of 1 MB, in a namespace of its own: five blocks fit. Then it gets larger.
-    let script = "set -e; mkdir disk out; mount -t tmpfs -o size=1m tmpfs disk
-        \"$0\" sweep sweep.yaml -o disk/out --threads 1 2> out/full && exit 9
-        ls disk/out/unfinished | grep -c '^block_' > out/blocks
-        mount -o remount,size=100m disk
-        \"$0\" sweep sweep.yaml -o disk/out > out/printed
-        cp -r disk/out out/result";
-    let output = Command::new("unshare")
-        .args(["--map-root-user", "--mount", "--", "sh", "-c", script, RSRS])
-        .current_dir(place.folder())
-        .output()
-        .expect("unshare is there");
-
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let errors = String::from_utf8(bytes(&place.path("out/full"))).expect("messages are UTF-8");
-    assert!(errors.contains("No space left on device"), "{errors}");
-    assert!(errors.contains("what is finished is kept"), "{errors}");
-    let blocks = String::from_utf8(bytes(&place.path("out/blocks"))).expect("a number");
-    let n_blocks: usize = blocks.trim().parse().expect("a number");
-    assert!((3..12).contains(&n_blocks), "{n_blocks} blocks were kept");
-    assert!(contents(&place.path("out/result")) == contents(&place.path("whole")));
 }
 
 #[test]

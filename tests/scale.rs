@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Duration;
 
-use crate::fleet::experiment;
-use crate::processes::{Process, is_starved, rsrs};
+use crate::fleet::{experiment, start_run};
+use crate::processes::{Process, in_own_network, is_starved, rsrs};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::Twist;
@@ -22,7 +22,7 @@ use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::session::{Publisher, Received, Session, Subscription};
 use rsrs_testing::environment::number;
-use rsrs_testing::network::{in_own_network, session};
+use rsrs_testing::network::session;
 
 const N_ROBOTS: usize = 6;
 /// Discovery grows with the square of the number of participants.
@@ -153,8 +153,7 @@ fn start_pose(robot: usize) -> Odometry {
 
 #[test]
 fn many_robot_processes_on_one_machine_start_match_and_run_an_experiment() {
-    let name = "scale::many_robot_processes_on_one_machine_start_match_and_run_an_experiment";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let changes = [
             ("time: lockstep", "time: real_time"),
@@ -213,10 +212,7 @@ async fn run(experiment: PathBuf, bag: PathBuf) {
     let running = tokio::task::spawn_blocking(move || {
         // A machine that gives the runner no processor for half a second ends the run, as it should.
         for attempt in 1..=3 {
-            let mut command = rsrs();
-            command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-            let mut run = Process::start(command.arg(&experiment).arg("-o").arg(&bag));
-            let (status, printed) = run.wait(TIMEOUT);
+            let (status, printed) = start_run(&experiment, &bag).wait(TIMEOUT);
             if status.success() {
                 return;
             }

@@ -13,13 +13,13 @@ use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::security::{Enclave, Member, SecurityRequest, Strategy};
 use rsrs_ros::session::{Session, SessionOptions};
 use rsrs_testing::environment::number;
-use rsrs_testing::network::{eventually, in_own_network};
+use rsrs_testing::network::eventually;
 use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::fleet::{ROBOTS, experiment, track};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, rsrs, secure, secure_all};
+use crate::processes::{Process, in_own_network, rsrs, secure, secure_all};
 use crate::terminal::Window;
 
 /// The domain of all processes of these tests.
@@ -80,8 +80,7 @@ fn start_robot(keystore: &Path, name: &str, socket: &Socket) -> Process {
 
 #[test]
 fn nine_secured_robots_and_a_runner_record_an_experiment_without_loss() {
-    let name = "secured_fleet::nine_secured_robots_and_a_runner_record_an_experiment_without_loss";
-    in_own_network(name, async || {
+    in_own_network(async || {
         for _ in 0..number("RSRS_SECURED_RUNS").unwrap_or(1) {
             record_an_experiment().await;
         }
@@ -153,9 +152,7 @@ async fn two_robots(keystore: &Path) -> Vec<(Process, Micro, Socket)> {
 
 #[test]
 fn a_secured_fleet_is_stopped_with_the_key_and_does_not_see_who_has_none() {
-    let name =
-        "secured_fleet::a_secured_fleet_is_stopped_with_the_key_and_does_not_see_who_has_none";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         keystore(folder.path());
         let robots = two_robots(folder.path()).await;
@@ -178,8 +175,7 @@ fn a_secured_fleet_is_stopped_with_the_key_and_does_not_see_who_has_none() {
 
 #[test]
 fn a_secured_fleet_is_watched_with_a_key_and_stopped_with_another() {
-    let name = "secured_fleet::a_secured_fleet_is_watched_with_a_key_and_stopped_with_another";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         keystore(folder.path());
         let robots = two_robots(folder.path()).await;

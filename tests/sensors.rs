@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command::{code, rsrs as typed, stderr, stdout};
+use crate::command::{done, stderr, stdout};
 use crate::fleet::{ROBOTS, experiment, usual_sensing, without_gates};
 use crate::interop_robot::{controllers_with_leases, foreign_robots, python, run_on_fleet};
-use crate::processes::run_in_lockstep;
+use crate::processes::{in_own_network, run_in_lockstep};
 use crate::recorded::{
     assert_commands_of_replicate, assert_digests_of_replicate, messages, record_of, seed_of,
 };
@@ -18,7 +18,6 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
-use rsrs_testing::network::in_own_network;
 
 /// One sensor that tells robots from walls, and a late one to the left.
 const SENSORS: &str = "\
@@ -38,11 +37,12 @@ sensors:
 
 /// Who meets a robot turns away from it for a while, to the side on which there is none.
 const TABLE: &str = "\
+numbers: {aside_rad_s: {value: 0.5, from: 0.1, to: 2}}
 rows:
   - {state: go, when: {wall: true}, command: {speed_m_s: 0.0, turn_rate_rad_s: 1.0}}
   - {state: go, when: {detection: true, left: true}, command: {speed_m_s: 0.0, turn_rate_rad_s: -1.0},
      next: {state: leave, probability: 0.3}}
-  - {state: go, when: {detection: true, left: false}, command: {speed_m_s: 0.0, turn_rate_rad_s: 1.5}}
+  - {state: go, when: {detection: true, left: false}, command: {speed_m_s: 0.0, turn_rate_rad_s: $aside_rad_s}}
   - {state: go, command: {speed_m_s: 0.2, turn_rate_rad_s: 0.0}}
   - {state: leave, command: {speed_m_s: 0.1, turn_rate_rad_s: -0.5}, next: {state: go, after_s: 1}}
 ";
@@ -52,7 +52,8 @@ fn files(folder: &Path, driver: &str) -> PathBuf {
     std::fs::write(folder.join("avoid.yaml"), TABLE).expect("the folder is writable");
     let sensing = usual_sensing();
     let usual = "cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}";
-    let cell = "cell: {robots: 3, arena_m: 2.4}\ncontroller: ../avoid.yaml";
+    let cell =
+        "cell: {robots: 3, arena_m: 2.4, controller.aside_rad_s: 1.5}\ncontroller: ../avoid.yaml";
     let driver = format!("kind: {driver}");
     let changes = [(usual, cell), (sensing.as_str(), SENSORS), ("kind: virtual", driver.as_str())];
     experiment(folder, 62, &changes)
@@ -71,6 +72,9 @@ fn several_sensors_over_ros_2_in_lockstep_are_the_replicate_to_the_bit() {
         panic!("{:?}", record.conditions.controller);
     };
     assert_eq!(machine.sensors.iter().collect::<Vec<_>>(), ["detection", "wall", "left"]);
+    assert_eq!(machine.states(), ["go", "leave"]);
+    assert_eq!(machine.numbers["aside_rad_s"].to_bits(), 1.5_f64.to_bits());
+    assert!(bag.attachment("controller.yaml").is_some(), "the file is there, too");
     assert_digests_of_replicate(&bag, &record);
     assert_commands_of_replicate(&bag, &record);
     let reported = reported(&record, seed_of(&record));
@@ -86,11 +90,9 @@ fn several_sensors_over_ros_2_in_lockstep_are_the_replicate_to_the_bit() {
         }
     }
 
-    let replay = typed(folder.path(), &["replay", "bag", "--into", "controller"]);
-    assert_eq!(code(&replay), 0, "{}{}", stdout(&replay), stderr(&replay));
-    assert!(stdout(&replay).contains(" 0 different"), "{}", stdout(&replay));
-    let labelled = typed(folder.path(), &["label", "bag", "--format", "json"]);
-    assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
+    let replay = done(folder.path(), &["replay", "bag", "--into", "controller"]);
+    assert!(replay.contains(" 0 different"), "{replay}");
+    done(folder.path(), &["label", "bag", "--format", "json"]);
 }
 
 /// What all robots report in each step.
@@ -113,9 +115,7 @@ fn reported(record: &ExperimentRecord, seed: Seed) -> Vec<Vec<Readings>> {
 #[test]
 fn real_robots_obey_each_of_their_sensors_and_one_that_nobody_publishes_is_named() {
     let python = python();
-    let name = "sensors::\
-        real_robots_obey_each_of_their_sensors_and_one_that_nobody_publishes_is_named";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = files(folder.path(), "ros");
         without_gates(

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::browser::browse;
-use crate::command::{code, repository, rsrs, stderr};
+use crate::command::{code, repository, rsrs, stderr, text_in};
 
 #[test]
 fn the_page_passes_through_the_states_of_the_program_and_its_sweep_file_gives_the_same_counts() {
@@ -18,8 +18,8 @@ fn the_page_passes_through_the_states_of_the_program_and_its_sweep_file_gives_th
     assert_eq!(found.matches("state as in the program").count(), 3, "{found}");
     let swept = rsrs(here, &["sweep", "copied.yaml", "-o", "out"]);
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
-    let cells = std::fs::read_to_string(here.join("out/cells.csv")).expect("it was swept");
-    let counted = std::fs::read_to_string(here.join("counts.csv")).expect("the script wrote it");
+    let cells = text_in(here, "out/cells.csv");
+    let counted = text_in(here, "counts.csv");
     assert_eq!(counted.lines().count(), 88);
     for (cell, counted) in cells.lines().skip(1).zip(counted.lines()) {
         assert!(cell.starts_with(&format!("{counted},")), "{cell}: {counted}");

@@ -2,49 +2,38 @@
 
 use std::time::Duration;
 
-use crate::command::{code, json, rsrs, stderr, stdout};
+use crate::command::{code, done, json, rsrs, stderr, stdout, text_in};
 use crate::processes::{Process, confined_rsrs};
 
 /// Far longer than it takes on a busy machine.
 const TIMEOUT: Duration = Duration::from_secs(300);
 
-const ROBOTS: [&str; 16] = [
-    "--name",
-    "turtlebot",
-    "--robots",
-    "4",
-    "--radius",
-    "0.1",
-    "--speed",
-    "0.2",
-    "--turn-rate",
-    "1.5",
-    "--range",
-    "0.9",
-    "--half-angle",
-    "0.25",
-    "--period",
-    "0.1",
-];
+const ROBOTS: &str = "--name turtlebot --robots 4 --radius 0.1 --speed 0.2 --turn-rate 1.5 --range 0.9 \
+                      --half-angle 0.25 --period 0.1";
+
+fn robots() -> Vec<&'static str> {
+    ROBOTS.split(' ').collect()
+}
 
 #[test]
 fn a_new_folder_is_swept_and_run_as_it_is() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let begun = rsrs(place.path(), &[&["init", "mine", "--format", "json"], &ROBOTS[..]].concat());
+    let begun =
+        rsrs(place.path(), &[&["init", "mine", "--format", "json"], &robots()[..]].concat());
     assert_eq!(code(&begun), 0, "{}", stderr(&begun));
     assert_eq!(json(&begun)["files"].as_array().map(Vec::len), Some(4));
     let mine = place.path().join("mine");
     // Fewer runs than a person would make.
-    let sweep = std::fs::read_to_string(mine.join("sweep.yaml")).expect("it was written");
+    let sweep = text_in(&mine, "sweep.yaml");
     let small = sweep.replace("replicates: 100", "replicates: 8");
     std::fs::write(mine.join("sweep.yaml"), small.replace("duration_s: 300", "duration_s: 120"))
         .expect("it is writable");
-    let experiment = std::fs::read_to_string(mine.join("experiment.yaml")).expect("it is there");
+    let experiment = text_in(&mine, "experiment.yaml");
     let experiment = experiment.replace("duration_s: 300", "duration_s: 120");
     std::fs::write(mine.join("experiment.yaml"), experiment).expect("it is writable");
 
     let swept = rsrs(&mine, &["sweep", "sweep.yaml", "-o", "results"]);
-    let cells = std::fs::read_to_string(mine.join("results/cells.csv")).expect("it was swept");
+    let cells = text_in(&mine, "results/cells.csv");
     let first = cells.lines().nth(1).expect("there are cells").split(',').take(2);
     let cell: Vec<&str> = first.collect();
     let cell = format!("speed_m_s={},turn_rate_rad_s={}", cell[0], cell[1]);
@@ -56,7 +45,7 @@ fn a_new_folder_is_swept_and_run_as_it_is() {
     assert!(status.success(), "{errors}");
 
     // The robots get a better sensor after the sweep.
-    let profile = std::fs::read_to_string(mine.join("profile.yaml")).expect("it is there");
+    let profile = text_in(&mine, "profile.yaml");
     let better = profile.replace("range_m: 0.9", "range_m: 1.1");
     assert_ne!(better, profile);
     std::fs::write(mine.join("profile.yaml"), better).expect("it is writable");
@@ -84,10 +73,9 @@ fn robots_that_are_faster_than_flockbots_go_from_the_first_sweep_to_the_verdict(
     let robots = "--name fast --robots 4 --radius 0.1 --speed 0.6 --turn-rate 3.5 --range 1.5 --half-angle 0.4 \
                   --period 0.1 --arena 30";
     let robots: Vec<&str> = robots.split_whitespace().collect();
-    let begun = rsrs(place.path(), &[&["init", "mine"], &robots[..]].concat());
-    assert_eq!(code(&begun), 0, "{}", stderr(&begun));
+    done(place.path(), &[&["init", "mine"], &robots[..]].concat());
     let mine = place.path().join("mine");
-    let sweep = std::fs::read_to_string(mine.join("sweep.yaml")).expect("it was written");
+    let sweep = text_in(&mine, "sweep.yaml");
     let axes = sweep.lines().filter(|line| line.contains("m_s: [") || line.contains("rad_s: ["));
     let small = axes.fold(sweep.clone(), |small, line| small.replace(line, ""));
     // All beyond the Flockbots' 0.3 m/s.
@@ -97,7 +85,7 @@ fn robots_that_are_faster_than_flockbots_go_from_the_first_sweep_to_the_verdict(
         small.replace("axes:", &format!("{fast}#")).replace("replicates: 100", "replicates: 40");
     std::fs::write(mine.join("sweep.yaml"), small.replace("duration_s: 300", "duration_s: 120"))
         .expect("it is writable");
-    let experiment = std::fs::read_to_string(mine.join("experiment.yaml")).expect("it is there");
+    let experiment = text_in(&mine, "experiment.yaml");
     let experiment = experiment.replace("duration_s: 300", "duration_s: 120");
     std::fs::write(mine.join("experiment.yaml"), experiment).expect("it is writable");
 
@@ -121,13 +109,13 @@ fn a_folder_that_would_not_work_is_not_written() {
     let place = tempfile::tempdir().expect("a temporary folder");
     std::fs::create_dir(place.path().join("there")).expect("writable");
     let with = |flag: &'static str, value: &'static str| {
-        let mut robots = ROBOTS;
+        let mut robots = robots();
         let index = robots.iter().position(|other| *other == flag).expect("it is one of them");
         robots[index + 1] = value;
-        robots.to_vec()
+        robots
     };
     for (folder, robots, expected) in [
-        ("there", ROBOTS.to_vec(), "there exists"),
+        ("there", robots(), "there exists"),
         ("new", with("--speed", "200"), "this looks like mm/s"),
         (
             "new",
@@ -154,8 +142,8 @@ fn a_folder_that_would_not_work_is_not_written() {
         ("new", with("--radius", "0,035"), "expected a number with a decimal point"),
         ("new", with("--speed", "inf"), "--speed: the speed is inf, expected a number above 0"),
         ("new", with("--speed", "-0.15"), "--speed: the speed is -0.15, expected a number above 0"),
-        ("new", [&ROBOTS[..], &["--arena", "0.1"]].concat(), "4 robots do not fit"),
-        ("new", ROBOTS[..4].to_vec(), "--radius, --speed, --turn-rate, --range, --half-angle"),
+        ("new", [&robots()[..], &["--arena", "0.1"]].concat(), "4 robots do not fit"),
+        ("new", robots()[..4].to_vec(), "--radius, --speed, --turn-rate, --range, --half-angle"),
     ] {
         let refused = rsrs(place.path(), &[&["init", folder], robots.as_slice()].concat());
 

@@ -3,10 +3,9 @@
 use std::path::Path;
 use std::time::Duration;
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{bring, code, done, json, repository, rsrs, stderr, stdout, text_in};
 use crate::processes::{Process, confined_rsrs};
-use rsrs_bags::Bag;
-use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
+use crate::recorded::record_of;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::episode_digests;
 
@@ -23,8 +22,7 @@ fn workplace(placement: &str) -> tempfile::TempDir {
     for file in ["fleets/nine_virtual.yaml", "profiles/flockbot.yaml"] {
         std::fs::copy(files.join(file), folder.path().join(file)).expect("it is shipped");
     }
-    let experiment = std::fs::read_to_string(files.join("experiments/flockbot_milling.yaml"))
-        .expect("it is shipped")
+    let experiment = text_in(&files, "experiments/flockbot_milling.yaml")
         .replace("{kind: disc_facing_out, radius_m: 0.825}", placement)
         .replace("duration_s: 300", "duration_s: 60");
     write(folder.path(), "experiments/given.yaml", &experiment);
@@ -58,13 +56,6 @@ fn ring(radius_m: f64, first: &str) -> String {
 const TABLE: &str = "{kind: file, path: ../starts.csv}";
 const HEADER: &str = "robot,x_m,y_m,heading_rad\n";
 
-fn record(bag: &Path) -> ExperimentRecord {
-    let bag = Bag::open(bag).expect("the bag is whole");
-    let record = bag.attachment(ATTACHMENT).expect("a bag of ours has a record");
-    let record = std::str::from_utf8(&record.data).expect("JSON is text");
-    ExperimentRecord::from_json(record).expect("the record reads back")
-}
-
 #[test]
 fn robots_start_where_a_table_puts_them_in_sweep_episode_run_and_on_the_floor() {
     let place = workplace(TABLE);
@@ -84,8 +75,7 @@ fn robots_start_where_a_table_puts_them_in_sweep_episode_run_and_on_the_floor() 
     assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
     // The folder of the sweep needs no other file.
     std::fs::remove_file(here.join("starts.csv")).expect("it is there");
-    let again = rsrs(here, &["sweep", "out/sweep.yaml", "-o", "again"]);
-    assert_eq!(code(&again), 0, "{}", stderr(&again));
+    done(here, &["sweep", "out/sweep.yaml", "-o", "again"]);
     assert_eq!(code(&episode), 0, "{}", stderr(&episode));
     assert_eq!(code(&placed), 0, "{}", stderr(&placed));
     let placed = json(&placed);
@@ -94,12 +84,11 @@ fn robots_start_where_a_table_puts_them_in_sweep_episode_run_and_on_the_floor() 
     assert_eq!((&first["robot"], &first["x_m"]), (&"robot_1".into(), &0.6.into()));
     assert!(status.success(), "{errors}");
     // The run over DDS passed through the states of the reference world from these poses.
-    let run = record(&here.join("run"));
+    let run = record_of(&here.join("run")).1;
     let seed = Seed { seed: run.seed, replicate: run.replicate };
     assert!(!episode_digests(&run.conditions, seed, 60.0).expect("they fit").is_empty());
-    assert_eq!(run.conditions.placement, record(&here.join("one")).conditions.placement);
-    let compared = rsrs(here, &["compare", "out", "--bags", "run"]);
-    assert_eq!(code(&compared), 0, "{}", stderr(&compared));
+    assert_eq!(run.conditions.placement, record_of(&here.join("one")).1.conditions.placement);
+    done(here, &["compare", "out", "--bags", "run"]);
 }
 
 #[test]
@@ -108,13 +97,11 @@ fn each_replicate_takes_its_own_set_of_poses() {
     let here = place.path();
     let sets = format!("{}{}", ring(0.6, "0,"), ring(0.9, "1,"));
     write(here, "starts.csv", &format!("replicate,{HEADER}{sets}"));
-    let sweep = rsrs(here, &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
+    done(here, &["sweep", "sweep.yaml", "-o", "out"]);
     let start_m = |replicate: &str, bag: &str| -> f64 {
         let cell = ["episode", "out", "--cell", "speed_m_s=0.15", "--replicate", replicate];
-        let output = rsrs(here, &[&cell[..], &["-o", bag]].concat());
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        let run = record(&here.join(bag));
+        done(here, &[&cell[..], &["-o", bag]].concat());
+        let run = record_of(&here.join(bag)).1;
         let seed = Seed { seed: run.seed, replicate: run.replicate };
         let episode = rsrs_sim::episode::run_episode(&run.conditions, seed, 1.0).expect("they fit");
         episode.poses[0].x_m
@@ -190,7 +177,7 @@ fn robots_in_a_box_face_out_of_it_and_a_disc_beside_it_is_refused() {
 
     let placed = rsrs(here, &["place", "experiments/given.yaml", "--format", "json"]);
     let sweep = rsrs(here, &["sweep", "sweep.yaml", "-o", "out"]);
-    let text = std::fs::read_to_string(here.join("sweep.yaml")).expect("it is there");
+    let text = text_in(here, "sweep.yaml");
     write(here, "both.yaml", &text.replace("robots: 9", "robots: 9, placement_radius_m: 0.6"));
     let both = rsrs(here, &["sweep", "both.yaml", "-o", "both"]);
 
@@ -211,8 +198,7 @@ fn robots_in_a_box_face_out_of_it_and_a_disc_beside_it_is_refused() {
 fn whether_cells_are_settled_is_reported_by_sweep_choose_and_episode() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let here = place.path();
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(profile, here.join("flockbot.yaml")).expect("it is shipped");
+    bring("profiles/flockbot.yaml", &here.join("flockbot.yaml"));
     // From far apart, a mill forms late: many are still forming after two minutes.
     let sweep = |radius_m: f64, duration_s: u32| {
         format!(
@@ -257,8 +243,7 @@ fn whether_cells_are_settled_is_reported_by_sweep_choose_and_episode() {
 fn where_robots_that_start_closer_together_would_mill_is_reported() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let here = place.path();
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(profile, here.join("flockbot.yaml")).expect("it is shipped");
+    bring("profiles/flockbot.yaml", &here.join("flockbot.yaml"));
     let sweep = "profile: flockbot.yaml\naxes: {turn_rate_rad_s: [0.75]}\n\
                  fixed: {speed_m_s: 0.15, robots: 9, placement_radius_m: 1.6, arena_m: 15}\n\
                  replicates: 50\nduration_s: 300\nseed: 7\n";

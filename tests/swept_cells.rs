@@ -5,13 +5,12 @@ use std::path::Path;
 use std::process::Output;
 use std::time::Duration;
 
-use crate::command::{code, repository, rsrs, stderr, stdout};
+use crate::command::{code, done, repository, rsrs, shipped, stderr, stdout, text_in};
 use crate::laboratory::{self, SPEEDS, chosen, swept, write_sweep};
 use crate::processes::{Process, confined_rsrs};
+use crate::recorded::record_of;
 use crate::simulated_bags::Run;
-use rsrs_bags::Bag;
 use rsrs_core::robot::region::Region;
-use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 
 /// Far longer than it takes on a busy machine.
 const TIMEOUT: Duration = Duration::from_secs(120);
@@ -30,8 +29,8 @@ fn refused(folder: &Path, lines: &str) -> String {
 #[test]
 fn a_cell_beside_an_experiment_file_with_a_sweep_is_refused_with_both_ways_out() {
     let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
-    let shipped = repository().join("launch_configs/experiments/flockbot_milling.yaml");
-    let text = std::fs::read_to_string(shipped).expect("it is shipped");
+    let text = std::fs::read_to_string(shipped("experiments/flockbot_milling.yaml"))
+        .expect("it is shipped");
     let text =
         text.replace("cell: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9}", "from: out");
     assert!(text.contains("\nfrom: out\n"), "{text}");
@@ -53,10 +52,9 @@ fn a_cell_beside_an_experiment_file_with_a_sweep_is_refused_with_both_ways_out()
 #[test]
 fn cells_beyond_the_robots_limits_are_refused_wherever_they_are_asked_for() {
     let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
-    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
-    let experiment = experiment.to_str().expect("the path is text");
+    let experiment = &shipped("experiments/flockbot_milling.yaml");
     let too_fast = "speed_m_s is 0.4, beyond the robots' limits: expected 0.02 to 0.3 m/s";
-    let slower = std::fs::read_to_string(place.path().join("flockbot.yaml")).expect("it is there");
+    let slower = text_in(place.path(), "flockbot.yaml");
     let slower = slower.replace("limits_m_s: [0.02, 0.30]", "limits_m_s: [0.02, 0.10]");
     std::fs::write(place.path().join("slow.yaml"), slower).expect("the folder is writable");
 
@@ -87,7 +85,7 @@ fn cells_beyond_the_robots_limits_are_refused_wherever_they_are_asked_for() {
         );
     }
     // Robots that are slower are not recommended the speed of others.
-    let sweep = std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it is there");
+    let sweep = text_in(place.path(), "sweep.yaml");
     let sweep = sweep.replace("flockbot.yaml", "slow.yaml");
     std::fs::write(place.path().join("slow_sweep.yaml"), sweep).expect("the folder is writable");
     let slow = rsrs(place.path(), &["sweep", "slow_sweep.yaml", "-o", "out"]);
@@ -98,7 +96,7 @@ fn cells_beyond_the_robots_limits_are_refused_wherever_they_are_asked_for() {
 #[test]
 fn cells_that_ask_too_much_of_a_wheel_are_refused_wherever_they_are_asked_for() {
     let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
-    let profile = std::fs::read_to_string(place.path().join("flockbot.yaml")).expect("it is there");
+    let profile = text_in(place.path(), "flockbot.yaml");
     let wheels = "actuation:\n  wheels: {base_m: 0.12, speed_max_m_s: 0.2}";
     let profile = profile.replace("actuation:", wheels);
     std::fs::write(place.path().join("flockbot.yaml"), profile).expect("the folder is writable");
@@ -118,10 +116,8 @@ fn cells_that_ask_too_much_of_a_wheel_are_refused_wherever_they_are_asked_for() 
 #[test]
 fn values_in_other_units_are_refused_wherever_a_person_types_them() {
     let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
-    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
-    let experiment = experiment.to_str().expect("the path is text");
-    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
-    let fleet = fleet.to_str().expect("the path is text");
+    let experiment = &shipped("experiments/flockbot_milling.yaml");
+    let fleet = &shipped("fleets/nine_virtual.yaml");
     let fixed = "turn_rate_rad_s: 0.75, robots: 9, placement_radius_m: 0.6";
     let millimetres = "this looks like mm/s, expected m/s";
     let degrees = "this looks like degrees per second, expected rad/s";
@@ -185,14 +181,6 @@ fn an_axis_that_is_swept_and_fixed_has_two_values_and_is_refused() {
     assert!(listed.contains("odd.yaml: `robots` is swept and fixed, expected one"), "{listed}");
 }
 
-/// The record of a bag.
-fn record(bag: &Path) -> ExperimentRecord {
-    let bag = Bag::open(bag).expect("the bag is whole");
-    let record = bag.attachment(ATTACHMENT).expect("a bag of ours has a record");
-    let record = std::str::from_utf8(&record.data).expect("JSON is text");
-    ExperimentRecord::from_json(record).expect("the record reads back")
-}
-
 #[test]
 fn a_cell_with_a_capability_is_run_with_robots_that_have_it_or_not_at_all() {
     let place = swept("range_m: [0.75, 2]", "speed_m_s: 0.15");
@@ -203,8 +191,7 @@ fn a_cell_with_a_capability_is_run_with_robots_that_have_it_or_not_at_all() {
     for file in ["fleets/nine_virtual.yaml", "profiles/flockbot.yaml"] {
         std::fs::copy(files.join(file), place.path().join(file)).expect("it is shipped");
     }
-    let text = std::fs::read_to_string(files.join("experiments/flockbot_milling.yaml"))
-        .expect("it is shipped")
+    let text = text_in(&files, "experiments/flockbot_milling.yaml")
         .replace("0.825", "0.60")
         .replace("duration_s: 300", "duration_s: 120");
     let write = |name: &str, text: &str| {
@@ -231,14 +218,13 @@ fn a_cell_with_a_capability_is_run_with_robots_that_have_it_or_not_at_all() {
         "{printed}"
     );
     assert!(status.success(), "{errors}");
-    let simulated = record(&place.path().join("far")).conditions.robot;
+    let simulated = record_of(&place.path().join("far")).1.conditions.robot;
     let Region::Cone { range_m, .. } = simulated.region else { panic!("{simulated:?}") };
     assert_eq!(range_m.to_bits(), 2.0_f64.to_bits());
     // Of the same robots as in the sweep, to the last number: the cell's own replicate.
     let episode = ["episode", "out", "--cell", cell, "--replicate", "0", "-o", "replicate"];
-    let episode = rsrs(place.path(), &episode);
-    assert_eq!(code(&episode), 0, "{}", stderr(&episode));
-    assert_eq!(record(&place.path().join("replicate")).conditions.robot, simulated);
+    done(place.path(), &episode);
+    assert_eq!(record_of(&place.path().join("replicate")).1.conditions.robot, simulated);
 }
 
 #[test]
@@ -250,14 +236,11 @@ fn a_choice_of_another_sweep_over_the_same_cells_is_refused() {
     let choice = place.path().join("out/choice.json");
     std::fs::copy(&choice, place.path().join("other/choice.json")).expect("both are there");
     Run::new(1).record(place.path(), "monday");
-    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
-    let experiment = experiment.to_str().expect("the path is text");
+    let experiment = &shipped("experiments/flockbot_milling.yaml");
 
     let compared = rsrs(place.path(), &["compare", "other", "--bags", "monday"]);
     let run = rsrs(place.path(), &["run", experiment, "--from", "other"]);
-    let own = rsrs(place.path(), &["compare", "out", "--bags", "monday"]);
-
-    assert_eq!(code(&own), 0, "{}", stderr(&own));
+    done(place.path(), &["compare", "out", "--bags", "monday"]);
     for output in [&compared, &run] {
         assert_eq!(code(output), 1, "{}", stdout(output));
         let printed = stderr(output);
@@ -282,20 +265,18 @@ fn a_choice_of_another_sweep_over_the_same_cells_is_refused() {
 /// One replicate of a sweep as a bag.
 fn episode(folder: &Path, sweep: &str, bag: &str) {
     let cell = "speed_m_s=0.15,turn_rate_rad_s=0.75";
-    let output = rsrs(folder, &["episode", sweep, "--cell", cell, "--replicate", "0", "-o", bag]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    done(folder, &["episode", sweep, "--cell", cell, "--replicate", "0", "-o", bag]);
 }
 
 #[test]
 fn a_sweep_is_not_compared_with_its_own_replicates() {
     let place = chosen();
-    let sweep = std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it is there");
+    let sweep = text_in(place.path(), "sweep.yaml");
     for seed in [8, 9] {
         let other = sweep.replace("seed: 7", &format!("seed: {seed}"));
         std::fs::write(place.path().join("other.yaml"), other).expect("the folder is writable");
         let folder = format!("seed_{seed}");
-        let output = rsrs(place.path(), &["sweep", "other.yaml", "-o", &folder]);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        done(place.path(), &["sweep", "other.yaml", "-o", &folder]);
         episode(place.path(), &folder, &format!("of_{seed}"));
     }
     episode(place.path(), "out", "own");
@@ -313,7 +294,7 @@ fn a_sweep_is_not_compared_with_its_own_replicates() {
     // Replicates 0 of sweeps that differ in their seed alone are two runs.
     assert_eq!(code(&others), 0, "{}", stderr(&others));
     assert!(stdout(&others).contains("of 2 runs milled"), "{}", stdout(&others));
-    let ids = ["of_8", "of_9"].map(|bag| record(&place.path().join(bag)).run_id);
+    let ids = ["of_8", "of_9"].map(|bag| record_of(&place.path().join(bag)).1.run_id);
     assert_ne!(ids[0], ids[1]);
     assert_eq!(code(&twice), 1);
     assert!(stderr(&twice).contains("of_8: is the same run as of_8"), "{}", stderr(&twice));

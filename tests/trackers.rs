@@ -9,11 +9,10 @@ use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use crate::fleet::experiment;
-use crate::processes::{Process, rsrs};
-use rsrs_bags::Bag;
+use crate::fleet::{experiment, start_run};
+use crate::processes::{Process, in_own_network, rsrs};
+use crate::recorded::record_of;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::{
     Point, Pose as Pose3, PoseStamped, Quaternion, Transform, TransformStamped, Twist,
     TwistStamped, Vector3,
@@ -25,7 +24,7 @@ use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Session, Subscription};
-use rsrs_testing::network::{in_own_network, session};
+use rsrs_testing::network::session;
 use rsrs_testing::python::{JAZZY, python_with};
 use serde_json::Value;
 
@@ -172,13 +171,6 @@ async fn track_by_name(session: &Session, floor: &Floor) {
     }
 }
 
-/// Runs the program to its end, while the floor lives.
-async fn ended(mut process: Process, timeout: Duration) -> (i32, String) {
-    let waiting = tokio::task::spawn_blocking(move || process.wait(timeout));
-    let (status, printed) = waiting.await.expect("waiting does not panic");
-    (status.code().expect("nobody killed it"), printed)
-}
-
 async fn output(arguments: &[&str], experiment: &Path) -> (Option<i32>, String, String) {
     let mut command = rsrs();
     command.args(arguments).arg(experiment).args(["--interface", "127.0.0.1"]);
@@ -212,9 +204,7 @@ fn assert_seen_at(places: &Value, expected: &[Pose], of_whom: &str) {
 
 #[test]
 fn robots_are_run_and_judged_by_a_tracker_with_y_up_in_millimetres_that_names_them() {
-    let name =
-        "trackers::robots_are_run_and_judged_by_a_tracker_with_y_up_in_millimetres_that_names_them";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let session = session();
         let floor = Floor::new(&session);
@@ -241,11 +231,9 @@ async fn run_and_judge(folder: &Path, floor: &Floor) {
     controllers.args(["--robots", &ROBOTS.join(","), "--ros-args", "-p", "lease:=controller"]);
     let _controllers = Process(controllers.stdout(Stdio::null()).spawn().expect("it was built"));
     let bag = folder.join("bag");
-    let mut run = rsrs();
-    run.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-    let run = Process::start(run.arg(&experiment).arg("-o").arg(&bag));
-    let (code, printed) = ended(run, Duration::from_secs(RUN_S + 90)).await;
-    assert_eq!(code, 0, "{printed}");
+    let run = start_run(&experiment, &bag);
+    let (code, printed) = run.ended(Duration::from_secs(RUN_S + 90)).await;
+    assert_eq!(code, Some(0), "{printed}");
 
     let labelled = rsrs().arg("label").arg(&bag).args(["--format", "json"]).output();
     let labelled = labelled.expect("it was built");
@@ -253,18 +241,11 @@ async fn run_and_judge(folder: &Path, floor: &Floor) {
     let labels: Value = serde_json::from_slice(&labelled.stdout).expect(&errors);
     assert_eq!(labels[0]["poses"], "named_poses", "{labels:#}");
     assert_eq!(labels[0]["phase"], "stable_milling", "{labels:#}");
-    let record = record(&bag);
+    let (_, record) = record_of(&bag);
     let tracker = record.tracker.expect("it is in the record");
     assert_eq!(tracker.body_of("robot_2"), "RigidBody 2");
     let drawn = rsrs().arg("draw").arg(&bag).arg("-o").arg(folder.join("run.svg")).output();
     assert!(drawn.expect("it was built").status.success());
-}
-
-fn record(bag: &Path) -> ExperimentRecord {
-    let bag = Bag::open(bag).expect("the run left a bag");
-    let attachment = bag.attachment(ATTACHMENT).expect("every bag of a run has it");
-    let text = String::from_utf8(attachment.data.clone()).expect("it is JSON");
-    ExperimentRecord::from_json(&text).expect("it is a record")
 }
 
 /// Sees every robot where it stands, as transforms and on topics of the tracker's own, of which two
@@ -308,8 +289,7 @@ async fn track_otherwise(session: &Session, floor: &Floor) {
 
 #[test]
 fn transforms_and_topics_of_two_machines_are_read_where_the_fleet_file_says() {
-    let name = "trackers::transforms_and_topics_of_two_machines_are_read_where_the_fleet_file_says";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let session = session();
         let floor = Floor::new(&session);
@@ -356,9 +336,7 @@ async fn check_both(folder: &Path, floor: &Floor) {
 fn poses_of_rclpy_are_read_as_an_array_as_odometry_and_as_poses_of_each_robot() {
     // Outside the network namespace, where the package index can be reached.
     let python = python_with(&JAZZY);
-    let name =
-        "trackers::poses_of_rclpy_are_read_as_an_array_as_odometry_and_as_poses_of_each_robot";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/interop/tracker.py");
         let mut tracker = Command::new(&python);
@@ -407,7 +385,7 @@ async fn check_kinds(folder: &Path) {
     let mut run = rsrs();
     run.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]).arg(&experiment);
     let run = Process::start(run.arg("-o").arg(folder.join("bag")));
-    let (code, printed) = ended(run, Duration::from_secs(90)).await;
-    assert_eq!(code, 1, "{printed}");
+    let (code, printed) = run.ended(Duration::from_secs(90)).await;
+    assert_eq!(code, Some(1), "{printed}");
     assert!(printed.contains(reason), "{printed}");
 }

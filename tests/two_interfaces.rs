@@ -4,8 +4,7 @@
 use std::path::Path;
 
 use crate::cables::{ip, start_at_cable};
-use crate::processes::{Process, rsrs};
-use rsrs_testing::network::in_own_network;
+use crate::processes::{Process, in_own_network, rsrs};
 use serde_json::Value;
 
 const ROBOTS: [&str; 2] = ["Alice", "robot_2"];
@@ -49,8 +48,7 @@ fn acknowledged(report: &Value) -> Vec<&str> {
 
 #[test]
 fn a_workstation_with_two_interfaces_reaches_robots_in_both_networks() {
-    let name = "two_interfaces::a_workstation_with_two_interfaces_reaches_robots_in_both_networks";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let fleet = folder.path().join("fleet.yaml");
         let text = "fileversion: 1\nall: {driver: {kind: ros}, profile: p.yaml}\n\

@@ -12,14 +12,14 @@ use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics;
 use rsrs_ros::session::{Endpoint, Publisher, Session};
 use rsrs_testing::conditions::flockbot_conditions;
-use rsrs_testing::network::{CYCLONE_ON_LOOPBACK, TIMEOUT, eventually, in_own_network, session};
+use rsrs_testing::network::{CYCLONE_ON_LOOPBACK, TIMEOUT, eventually, session};
 use rsrs_testing::python;
 use rsrs_testing::record::fleet_record;
 use serde_json::Value;
 
 use crate::command;
 use crate::fleet::{ROBOTS, signal};
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, in_own_network, rsrs};
 use crate::simulated_bags::Run;
 use crate::stopping::FleetUnderTest;
 use crate::terminal::Window;
@@ -32,56 +32,52 @@ fn watch(arguments: &[&str]) -> Command {
 
 #[test]
 fn a_fleet_that_runs_is_watched_and_stopped_with_a_key() {
-    let name = "watching::a_fleet_that_runs_is_watched_and_stopped_with_a_key";
-    in_own_network(name, watched_and_stopped);
-}
+    in_own_network(async || {
+        let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+        let mut window = Window::open(&watch(&["--interface", "127.0.0.1"]), (100, 30));
+        window.wait_until("nine robots without a run", |text| text.matches(" idle ").count() == 9);
+        assert!(window.text().contains("no run: no lease is received"), "{}", window.text());
 
-async fn watched_and_stopped() {
-    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
-    let mut window = Window::open(&watch(&["--interface", "127.0.0.1"]), (100, 30));
-    window.wait_until("nine robots without a run", |text| text.matches(" idle ").count() == 9);
-    assert!(window.text().contains("no run: no lease is received"), "{}", window.text());
+        let mut run = fleet.start_run("bag");
+        fleet.wait_until_all_move().await;
+        window.wait_until("nine robots that move", |text| text.matches(" moving ").count() == 9);
+        window.wait_for("RUNNING ");
+        window.wait_for("circliness");
+        for row in window.text().lines().filter(|row| row.starts_with("robot_")) {
+            let rates = row.split_whitespace().skip(3).take(3);
+            let is_rate = |rate: &str| rate.parse::<f64>().is_ok_and(|hz| hz > 1.0);
+            assert!(rates.clone().all(is_rate), "{row}\n{}", window.text());
+        }
+        window.resize((60, 20));
+        window.wait_until("a narrow screen", |text| {
+            text.lines().all(|row| row.chars().count() <= 60) && text.contains(" moving ")
+        });
 
-    let mut run = fleet.start_run("bag");
-    fleet.wait_until_all_move().await;
-    window.wait_until("nine robots that move", |text| text.matches(" moving ").count() == 9);
-    window.wait_for("RUNNING ");
-    window.wait_for("circliness");
-    for row in window.text().lines().filter(|row| row.starts_with("robot_")) {
-        let rates = row.split_whitespace().skip(3).take(3);
-        let is_rate = |rate: &str| rate.parse::<f64>().is_ok_and(|hz| hz > 1.0);
-        assert!(rates.clone().all(is_rate), "{row}\n{}", window.text());
-    }
-    window.resize((60, 20));
-    window.wait_until("a narrow screen", |text| {
-        text.lines().all(|row| row.chars().count() <= 60) && text.contains(" moving ")
+        window.press("s");
+        window.wait_for("9 of 9 robots stand");
+        window.wait_for("E-STOP holds 9 of 9");
+        // Which the test receives as well.
+        eventually("every robot stands", || {
+            fleet.watch.update();
+            fleet.watch.all_hold()
+        })
+        .await;
+
+        window.press("q");
+        assert_eq!(window.ended().code(), Some(0), "{}", window.text());
+        assert!(window.is_as_before());
+        window.wait_for("9 of 9 robots stand");
+        run.wait(TIMEOUT);
+        let bag = Bag::open(&fleet.bag("bag")).expect("the bag is whole");
+        let ending = Ending::from_pairs(bag.metadata(ENDING).expect("it was closed"));
+        assert_eq!(ending.expect("it is an ending").kind, EndingKind::Aborted);
+        fleet.close().await;
     });
-
-    window.press("s");
-    window.wait_for("9 of 9 robots stand");
-    window.wait_for("E-STOP holds 9 of 9");
-    // Which the test receives as well.
-    eventually("every robot stands", || {
-        fleet.watch.update();
-        fleet.watch.all_hold()
-    })
-    .await;
-
-    window.press("q");
-    assert_eq!(window.ended().code(), Some(0), "{}", window.text());
-    assert!(window.is_as_before());
-    window.wait_for("9 of 9 robots stand");
-    run.wait(TIMEOUT);
-    let bag = Bag::open(&fleet.bag("bag")).expect("the bag is whole");
-    let ending = Ending::from_pairs(bag.metadata(ENDING).expect("it was closed"));
-    assert_eq!(ending.expect("it is an ending").kind, EndingKind::Aborted);
-    fleet.close().await;
 }
 
 #[test]
 fn the_window_is_as_before_however_watching_ends() {
-    let name = "watching::the_window_is_as_before_however_watching_ends";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let opened = || {
             let mut window = Window::open(&watch(&["--interface", "127.0.0.1"]), (80, 24));
             window.wait_for("looking for robots");
@@ -240,11 +236,9 @@ impl Stranger {
 
 #[test]
 fn nothing_that_anybody_publishes_ends_watching_or_writes_over_what_a_stop_shows() {
-    let name = "watching::\
-                nothing_that_anybody_publishes_ends_watching_or_writes_over_what_a_stop_shows";
     // Installed outside of the network without a package index.
     python::python_with(&python::CYCLONE);
-    in_own_network(name, async || {
+    in_own_network(async || {
         let session = session();
         let stranger = Stranger::start(&session);
         let is_odd = |end: &Endpoint| end.topic.contains("my-robot");
@@ -316,10 +310,9 @@ fn a_client_of_the_foxglove_protocol_decodes_a_bag() {
 
 #[test]
 fn a_client_of_the_foxglove_protocol_decodes_a_fleet_that_runs() {
-    let name = "watching::a_client_of_the_foxglove_protocol_decodes_a_fleet_that_runs";
     // Installed outside of the network without a package index.
     python::python_with(&python::BAGS);
-    in_own_network(name, async || {
+    in_own_network(async || {
         let fleet = FleetUnderTest::new(&ROBOTS).await;
         let (server, url) = serving(watch(&["--interface", "127.0.0.1"]));
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{code, done, json, rsrs, shipped, stderr, stdout, text_in};
 use crate::laboratory::{SPEEDS, chosen, swept, workplace};
 use crate::simulated_bags::Run;
 use crate::terminal::Terminal;
@@ -154,8 +154,8 @@ fn the_next_experiment_names_the_files_that_are_there() {
     let compared = || stdout(&rsrs(here, &["compare", "out", "--bags", "monday"]));
 
     let without = compared();
-    let shipped = repository().join("launch_configs/experiments/flockbot_milling.yaml");
-    let shipped = std::fs::read_to_string(shipped).expect("it is shipped");
+    let shipped = std::fs::read_to_string(shipped("experiments/flockbot_milling.yaml"))
+        .expect("it is shipped");
     let write = |text: &str| std::fs::write(here.join("experiment.yaml"), text);
     write(&shipped).expect("the folder is writable");
     let other = compared();
@@ -211,12 +211,8 @@ fn a_label_near_another_one_is_marked_wherever_it_is_shown() {
     let place = chosen();
     let here = place.path();
     let near = borderline(here);
-    let read = |file: &str| std::fs::read_to_string(here.join(file)).expect("it was written");
-    let printed = |arguments: &[&str]| {
-        let output = rsrs(here, arguments);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        stdout(&output)
-    };
+    let read = |file: &str| text_in(here, file);
+    let printed = |arguments: &[&str]| done(here, arguments);
 
     let label = printed(&["label", &near]);
     let compared = printed(&["compare", "out", "--bags", &near]);

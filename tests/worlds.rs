@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{bring, code, done, json, repository, rsrs, stderr, stdout};
 use crate::laboratory::{SPEEDS, swept};
 
 fn text(path: &Path) -> String {
@@ -16,8 +16,7 @@ fn a_sweep_holds_both_worlds_and_a_diagram_states_which_it_shows() {
 
     let header = text(&here.join("out/cells.csv")).lines().next().expect("a header").to_owned();
     let draw = |world: &str, file: &str| {
-        let output = rsrs(here, &["diagram", "out", "--world", world, "-o", file]);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        done(here, &["diagram", "out", "--world", world, "-o", file]);
         text(&here.join(file))
     };
     let (worse, measured) = (draw("harsher", "worse.svg"), draw("as-measured", "measured.svg"));
@@ -65,8 +64,7 @@ fn more_replicates_never_make_the_choice_fail() {
     let shipped = text(&repository().join("launch_configs/sweeps/flockbot_speed_turn.yaml"));
     let place = tempfile::tempdir().expect("a temporary folder");
     let here = place.path();
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(profile, here.join("flockbot.yaml")).expect("the profile is there");
+    bring("profiles/flockbot.yaml", &here.join("flockbot.yaml"));
 
     for (seed, replicates) in [(1, 16), (2, 16), (3, 50), (4, 200)] {
         let sweep = shipped
@@ -75,8 +73,7 @@ fn more_replicates_never_make_the_choice_fail() {
             .replace("seed: 1 ", &format!("seed: {seed} "));
         let (file, folder) = (format!("{seed}.yaml"), format!("out_{seed}"));
         std::fs::write(here.join(&file), sweep).expect("the folder is writable");
-        let swept = rsrs(here, &["sweep", &file, "-o", &folder]);
-        assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+        done(here, &["sweep", &file, "-o", &folder]);
 
         let output = rsrs(here, &["choose", &folder, "--format", "json"]);
 

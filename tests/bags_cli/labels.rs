@@ -1,7 +1,7 @@
 //! Labels by people, beside those of the judge.
 
 use super::{place, read};
-use crate::command::{code, json, rsrs, stderr, stdout};
+use crate::command::{code, done, json, rsrs, stderr, stdout};
 use crate::laboratory::{SPEEDS, swept};
 use crate::simulated_bags::{Part, Run};
 
@@ -45,9 +45,7 @@ fn a_single_file_has_its_labels_beside_it() {
     let file = bag.join("run_0.mcap");
     let file = file.to_str().expect("the path is text");
 
-    let label = rsrs(place.path(), &["label", file, "--as", "dispersion", "--by", "ana"]);
-
-    assert_eq!(code(&label), 0, "{}", stderr(&label));
+    done(place.path(), &["label", file, "--as", "dispersion", "--by", "ana"]);
     assert!(bag.join("run_0.labels.yaml").exists() && !bag.join("labels.yaml").exists());
 }
 
@@ -88,8 +86,7 @@ fn agreement_counts_who_labels_alike_and_lists_where_they_differ() {
     Run::new(2).record(here, "two");
     Run { lacks: Some(Part::Poses), ..Run::new(3) }.record(here, "blind");
     let label = |bag: &str, phase: &str, by: &str| {
-        let output = rsrs(here, &["label", bag, "--as", phase, "--by", by]);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        done(here, &["label", bag, "--as", phase, "--by", by]);
     };
 
     let nobody = rsrs(here, &["label", "--agreement", "one", "two"]);

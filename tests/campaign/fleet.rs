@@ -9,8 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use rsrs_bags::Bag;
-use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord};
+use rsrs_fleet::record::Backend;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist};
 use rsrs_msgs::sensor_msgs::Range;
@@ -20,9 +19,10 @@ use rsrs_ros::session::{Publisher, Session, Subscription};
 use serde_json::Value;
 
 use super::{TIMEOUT, manifest, wait_for, write};
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, in_own_network, rsrs};
+use crate::recorded::record_of;
 use crate::terminal::Terminal;
-use rsrs_testing::network::{in_own_network, session};
+use rsrs_testing::network::session;
 
 const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
 const EXPERIMENTS: [&str; 3] = ["001_short", "002_short", "003_short"];
@@ -265,9 +265,7 @@ impl Console {
 
 #[test]
 fn a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end() {
-    let name =
-        "campaign::fleet::a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end";
-    in_own_network(name, async || with_live_robots(conduct).await);
+    in_own_network(async || with_live_robots(conduct).await);
 }
 
 /// Runs the nodes of robots and their hardware while something is done with them.
@@ -392,17 +390,12 @@ fn conduct_placed(bodies: &Bodies) {
 
 #[test]
 fn a_program_places_the_robots_of_a_campaign_and_stops_it_when_it_cannot() {
-    let name = "campaign::fleet::\
-        a_program_places_the_robots_of_a_campaign_and_stops_it_when_it_cannot";
-    in_own_network(name, async || with_live_robots(conduct_placed).await);
+    in_own_network(async || with_live_robots(conduct_placed).await);
 }
 
 /// The bag of a run of the fleet, in which every robot began where it was to begin, and drove.
 fn check_bag(path: &Path, seed: u64) {
-    let bag = Bag::open(path).expect("it is a bag");
-    let record = bag.attachment(ATTACHMENT).expect("a bag of ours has a record");
-    let record = std::str::from_utf8(&record.data).expect("JSON is text");
-    let record = ExperimentRecord::from_json(record).expect("the record reads back");
+    let (bag, record) = record_of(path);
     assert_eq!((record.backend, record.seed), (Backend::Fleet, seed));
     assert!(bag.damage().is_empty());
     for name in ROBOTS {

@@ -13,6 +13,11 @@ pub fn rsrs(folder: &Path, arguments: &[&str]) -> Output {
         .expect("the binary was built for this test")
 }
 
+/// Types a line in a folder; its words are without spaces.
+pub fn run_line(folder: &Path, line: &str) -> Output {
+    rsrs(folder, &line.split_whitespace().collect::<Vec<_>>())
+}
+
 /// How the program ended.
 pub fn code(output: &Output) -> i32 {
     output.status.code().expect("the program ended by itself")
@@ -51,4 +56,45 @@ pub fn done(folder: &Path, arguments: &[&str]) -> String {
 /// The root of the repository, with its example files.
 pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Copies a folder with all that is in it.
+pub fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("it is writable");
+    for entry in from.read_dir().expect("the folder is there") {
+        let path = entry.expect("it can be listed").path();
+        let target = to.join(path.file_name().expect("it has a name"));
+        if path.is_dir() {
+            copy(&path, &target);
+        } else {
+            std::fs::copy(&path, &target).expect("it is writable");
+        }
+    }
+}
+
+/// What a command that must succeed answers to another program.
+pub fn answer(folder: &Path, arguments: &[&str]) -> serde_json::Value {
+    serde_json::from_str(&done(folder, arguments)).expect("answers are JSON")
+}
+
+/// The text of a file in a folder.
+pub fn text_in(folder: &Path, name: &str) -> String {
+    let path = folder.join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The path of a shipped example file.
+pub fn shipped(file: &str) -> String {
+    let path = repository().join("launch_configs").join(file);
+    path.to_str().expect("the path is text").to_owned()
+}
+
+/// Copies a shipped example file to a path.
+pub fn bring(file: &str, to: &Path) {
+    std::fs::copy(shipped(file), to).expect("it is shipped");
+}
+
+/// Types a line that must succeed, and returns what it prints.
+pub fn done_line(folder: &Path, line: &str) -> String {
+    done(folder, &line.split_whitespace().collect::<Vec<_>>())
 }

@@ -9,7 +9,7 @@ use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, Session};
 
-use crate::command::repository;
+use crate::command::{shipped, text_in};
 use crate::processes::{Process, rsrs};
 
 /// Names of the robots of the shipped fleet.
@@ -25,7 +25,7 @@ pub fn experiment(folder: &Path, duration_s: u64, changes: &[(&str, &str)]) -> P
     for file in
         ["profiles/flockbot.yaml", "fleets/nine_virtual.yaml", "experiments/flockbot_milling.yaml"]
     {
-        let text = std::fs::read_to_string(shipped.join(file)).expect("the file is shipped");
+        let text = text_in(&shipped, file);
         let mut text = text.replace("duration_s: 300", &format!("duration_s: {duration_s}"));
         for (from, to) in changes {
             text = text.replace(from, to);
@@ -58,8 +58,7 @@ pub fn without_gates(folder: &Path, changes: &[(&str, &str)]) {
 
 /// The sensor in the profile of the shipped fleet's robots, for changes that put others in its place.
 pub fn usual_sensing() -> String {
-    let path = repository().join("launch_configs/profiles/flockbot.yaml");
-    let text = std::fs::read_to_string(path).expect("it is shipped");
+    let text = std::fs::read_to_string(shipped("profiles/flockbot.yaml")).expect("it is shipped");
     let sensing = text.find("sensing:").expect("it has a sensor");
     let end = text.find("computation:").expect("it has a period");
     text[sensing..end].to_owned()
@@ -71,6 +70,13 @@ pub fn node(node: &str, robots: &[&str]) -> Process {
     command.args(["node", node, "--interface", "127.0.0.1", "--robots", &robots.join(",")]);
     command.stdout(Stdio::null());
     Process(command.spawn().expect("the program was built for this test"))
+}
+
+/// Starts a run of the fleet that is there.
+pub fn start_run(experiment: &Path, bag: &Path) -> Process {
+    let mut command = rsrs();
+    command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
+    Process::start(command.arg(experiment).arg("-o").arg(bag))
 }
 
 /// Sends a process a signal, by its name.

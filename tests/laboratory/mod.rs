@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use crate::command::{code, repository, rsrs, stderr, stdout};
+use crate::command::{bring, done};
 
 /// Two speeds, one of them far too fast to mill.
 pub const SPEEDS: &str = "speed_m_s: [0.15, 0.30]";
@@ -11,8 +11,7 @@ pub const SPEEDS: &str = "speed_m_s: [0.15, 0.30]";
 /// A folder with the Flockbot's profile and a sweep of it, not yet run.
 pub fn workplace(axis: &str, fixed: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(profile, folder.path().join("flockbot.yaml")).expect("the profile is there");
+    bring("profiles/flockbot.yaml", &folder.path().join("flockbot.yaml"));
     write_sweep(folder.path(), "sweep.yaml", axis, fixed);
     folder
 }
@@ -31,16 +30,13 @@ pub fn write_sweep(folder: &Path, name: &str, axis: &str, fixed: &str) {
 /// The folder with the sweep run into `out`.
 pub fn swept(axis: &str, fixed: &str) -> tempfile::TempDir {
     let folder = workplace(axis, fixed);
-    let sweep = rsrs(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
+    done(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
     folder
 }
 
 /// The folder with the cell that mills chosen and confirmed.
 pub fn chosen() -> tempfile::TempDir {
     let folder = swept(SPEEDS, "true_positive: 0.8");
-    let choose =
-        rsrs(folder.path(), &["choose", "out", "--confirm", "200", "-o", "out/choice.json"]);
-    assert_eq!(code(&choose), 0, "{}{}", stdout(&choose), stderr(&choose));
+    done(folder.path(), &["choose", "out", "--confirm", "200", "-o", "out/choice.json"]);
     folder
 }

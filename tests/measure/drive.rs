@@ -5,13 +5,12 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 use super::{number, read, trials, write};
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{code, done, json, repository, rsrs, run_line, shipped, stderr, stdout};
 use crate::processes::Process;
 
 /// One trial of one virtual robot; the command goes into a network of its own.
 fn drive(folder: &Path, robot: &str, rest: &[&str]) -> Output {
-    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
-    let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
+    let fleet = shipped("fleets/nine_virtual.yaml");
     rsrs(folder, &[&["measure", "drive", &fleet, "--robot", robot], rest].concat())
 }
 
@@ -24,8 +23,7 @@ struct Planned {
 }
 
 fn planned(folder: &Path) -> Planned {
-    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
-    let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
+    let fleet = shipped("fleets/nine_virtual.yaml");
     let options =
         ["--robots", "3", "--commands", "1", "--speed", "0.05,0.15", "--turn-rate", "0.5,1.0"];
     let rest = ["--precision", "0.032", "--format", "json"];
@@ -94,8 +92,7 @@ fn nearly_holds(rate: &serde_json::Value, truth: f64) -> bool {
 
 /// Fills in the detection trials of a plan on a coarse grid, over DDS.
 fn detections(folder: &Path) {
-    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
-    let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
+    let fleet = shipped("fleets/nine_virtual.yaml");
     let planned = rsrs(folder, &["measure", "plan", &fleet, "--robots", "2", "-o", "planned"]);
     assert_eq!(code(&planned), 0, "{}", stderr(&planned));
     write(folder, "detection.csv", coarse(&read(folder, "planned/detection.csv")));
@@ -148,23 +145,9 @@ fn a_virtual_fleet_gives_back_the_profile_that_it_was_simulated_with() {
     arguments.extend(["--format", "json", "--bags"]);
     arguments.extend(bags.iter().map(String::as_str));
     let from_bags = rsrs(place.path(), &arguments);
-    let from_tables = rsrs(
-        place.path(),
-        &[
-            "measure",
-            "fit",
-            "--speed",
-            "driven_straight.csv",
-            "--turn",
-            "driven_turn.csv",
-            "--detection",
-            "detection.csv",
-            "--name",
-            "virtual",
-            "--format",
-            "json",
-        ],
-    );
+    let line = "measure fit --speed driven_straight.csv --turn driven_turn.csv --detection detection.csv \
+                --name virtual --format json";
+    let from_tables = run_line(place.path(), line);
 
     assert_eq!(code(&from_bags), 0, "{}", stderr(&from_bags));
     assert_eq!(code(&from_tables), 0, "{}", stderr(&from_tables));
@@ -211,13 +194,11 @@ fn n_done(table: &str, column: usize) -> usize {
 #[test]
 fn a_plan_that_is_killed_goes_on_with_the_rows_that_are_left() {
     let place = trials();
-    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
-    let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
+    let fleet = shipped("fleets/nine_virtual.yaml");
     let plan = ["measure", "plan", &fleet, "--robots", "2", "--commands", "1", "--track", "1"];
     let coarse = ["--speed", "0.1,0.2", "--turn-rate", "0.5,1.5", "--precision", "0.05"];
     let grid = ["--distances", "4", "--bearings", "3", "--rate-precision", "0.2", "-o", "trials"];
-    let planned = rsrs(place.path(), &[&plan[..], &coarse, &grid].concat());
-    assert_eq!(code(&planned), 0, "{}", stderr(&planned));
+    done(place.path(), &[&plan[..], &coarse, &grid].concat());
     let arguments =
         ["measure", "drive", &fleet, "--plan", "trials", "--backend", "sim", "--seed", "3"];
     let speed = || read(place.path(), "trials/speed.csv");
@@ -233,10 +214,8 @@ fn a_plan_that_is_killed_goes_on_with_the_rows_that_are_left() {
     killed.0.kill().expect("it is our child");
     killed.0.wait().expect("it is our child");
     let before = speed();
-    let output = rsrs(place.path(), &arguments);
-
-    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
-    assert!(stdout(&output).contains(" rows filled in, 0 left"), "{}", stdout(&output));
+    let output = done(place.path(), &arguments);
+    assert!(output.contains(" rows filled in, 0 left"), "{output}");
     let done = |row: &&str| row.split(',').nth(3).is_some_and(|field| !field.is_empty());
     for row in before.lines().filter(done) {
         assert!(speed().contains(row), "{row} was measured again:\n{}", speed());
@@ -310,8 +289,7 @@ fn a_detection_trial_that_cannot_be_is_refused_before_anything_is_placed() {
     let place = trials();
     let header = "robot,distance_m,bearing_rad,samples,detections\n";
     write(place.path(), "near.csv", format!("{header}robot_1,0.3,0,70,\nrobot_1,0.1,0,70,\n"));
-    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
-    let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
+    let fleet = shipped("fleets/nine_virtual.yaml");
 
     let fill = ["measure", "drive", &fleet, "--backend", "sim", "--template"];
 
@@ -448,8 +426,7 @@ fn trials_of_the_simulator_are_not_added_to_those_of_robots() {
     let (by_hand, by_sim) = ("robot_1,0.3,0,70,60", "robot_1,0.3,0,70,60,sim");
     write(place.path(), "hand.csv", format!("{header}\n{by_hand}\nrobot_1,0.4,0,70,\n"));
     write(place.path(), "sim.csv", format!("{header},backend\n{by_sim}\nrobot_1,0.4,0,70,,\n"));
-    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
-    let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
+    let fleet = shipped("fleets/nine_virtual.yaml");
     let real = "fileversion: 1\nall: {driver: {kind: ros}}\nrobots: {robot_1: {enabled: true}}\n";
     write(place.path(), "fleet.yaml", real);
     let alone = ["--distance", "0.4", "--bearing", "0", "--backend", "sim", "--table", "hand.csv"];

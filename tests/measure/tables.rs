@@ -4,20 +4,12 @@ use std::path::Path;
 use std::process::Output;
 
 use super::{number, read, trials, write};
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{bring, code, done, json, rsrs, shipped, stderr, stdout};
 
 fn fit(folder: &Path, rest: &[&str]) -> Output {
-    let tables = [
-        "--speed",
-        "speed.csv",
-        "--turn",
-        "turn.csv",
-        "--detection",
-        "detection.csv",
-        "--name",
-        "flockbot",
-    ];
-    rsrs(folder, &[&["measure", "fit"], &tables[..], rest].concat())
+    let line =
+        "measure fit --speed speed.csv --turn turn.csv --detection detection.csv --name flockbot";
+    rsrs(folder, &[&line.split(' ').collect::<Vec<_>>()[..], rest].concat())
 }
 
 #[test]
@@ -173,8 +165,7 @@ fn one_trial_and_one_speed_are_fitted_and_called_few() {
 #[test]
 fn a_sensor_that_ten_times_as_many_misses_would_blind_gets_factors_that_leave_it_most_detections() {
     let place = trials();
-    let smars = repository().join("launch_configs/profiles/smars_trials/detection.csv");
-    std::fs::copy(smars, place.path().join("detection.csv")).expect("the trials are there");
+    bring("profiles/smars_trials/detection.csv", &place.path().join("detection.csv"));
 
     let output = fit(place.path(), &[]);
 
@@ -201,10 +192,8 @@ fn the_detection_grid_is_that_of_the_robots_that_are_measured() {
     let robot = ["--range", "1.0", "--radius", "0.1", "--half-angle", "0.8", "--period", "0.1"];
     let arguments = [&["measure", "plan", "--format", "json"][..], &robot].concat();
 
-    let planned = rsrs(place.path(), &arguments);
-
-    assert_eq!(code(&planned), 0, "{}", stderr(&planned));
-    let plan: serde_json::Value = serde_json::from_str(&stdout(&planned)).expect("it is JSON");
+    let planned = done(place.path(), &arguments);
+    let plan: serde_json::Value = serde_json::from_str(&planned).expect("it is JSON");
     let ends = |key: &str| {
         let values = plan[key].as_array().expect("a list");
         [&values[0], &values[values.len() - 1]].map(ToString::to_string)
@@ -216,8 +205,7 @@ fn the_detection_grid_is_that_of_the_robots_that_are_measured() {
 #[test]
 fn a_plan_is_a_sheet_and_tables_that_are_not_overwritten() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
-    let fleet = fleet.to_str().expect("the path is UTF-8");
+    let fleet = &shipped("fleets/nine_virtual.yaml");
     let arguments =
         ["measure", "plan", fleet, "--speed", "0.05,0.15", "--commands", "2", "-o", "trials"];
 

@@ -8,7 +8,7 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::{ActuationGain, Pose, step};
 
 use super::{number, read, write};
-use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::command::{bring, code, json, rsrs, shipped, stderr, stdout};
 
 /// What is different about some robots.
 struct Robots {
@@ -52,8 +52,7 @@ fn trajectories(robots: &Robots) -> String {
 /// A folder with the Flockbot's profile and a small sweep of it.
 fn workplace() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(profile, folder.path().join("flockbot.yaml")).expect("the profile is there");
+    bring("profiles/flockbot.yaml", &folder.path().join("flockbot.yaml"));
     write_sweep(folder.path(), "robots: 9");
     folder
 }
@@ -340,8 +339,8 @@ fn a_sensor_that_misses_more_than_the_simulated_one_is_found_out() {
     let place = workplace();
     let robots = Robots { command: CURVE, faster: [1.0; 5], bias_rad_s: 0.0 };
     write(place.path(), "driven.csv", trajectories(&robots));
-    let trials = repository().join("launch_configs/profiles/flockbot_trials/detection.csv");
-    let good = std::fs::read_to_string(trials).expect("the trials are there");
+    let good = std::fs::read_to_string(shipped("profiles/flockbot_trials/detection.csv"))
+        .expect("the trials are there");
     write(place.path(), "good.csv", &good);
     let blind = format!("{good}made_up_1,0.300,0.000,400,40\n");
     write(place.path(), "blind.csv", blind);

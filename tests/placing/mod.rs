@@ -2,9 +2,8 @@
 
 use std::process::Command;
 
-use rsrs_testing::network::in_own_network;
-
-use crate::command::{code, repository, rsrs, stderr, stdout};
+use crate::command::{code, done, repository, rsrs, stderr, stdout, text_in};
+use crate::processes::in_own_network;
 
 const EXPERIMENT: &str = "launch_configs/experiments/flockbot_milling.yaml";
 
@@ -13,9 +12,8 @@ fn start_poses_are_the_same_for_a_seed_and_come_with_a_picture() {
     let folder = tempfile::tempdir().unwrap();
     let (svg, png) = (folder.path().join("start.svg"), folder.path().join("start.png"));
     let place = |more: &[&str]| {
-        let output = rsrs(&repository(), &[&["place", EXPERIMENT], more].concat());
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        stdout(&output)
+        let output = done(&repository(), &[&["place", EXPERIMENT], more].concat());
+        output
     };
 
     let first = place(&["--format", "json", "-o", &svg.display().to_string()]);
@@ -54,8 +52,7 @@ fn robots_that_do_not_fit_are_refused_with_what_to_do() {
 
 #[test]
 fn a_program_that_does_not_place_the_robots_of_a_run_keeps_it_from_starting() {
-    let name = "placing::a_program_that_does_not_place_the_robots_of_a_run_keeps_it_from_starting";
-    in_own_network(name, async || {
+    in_own_network(async || {
         let folder = tempfile::tempdir().unwrap();
         let fleet = repository().join("launch_configs/fleets/nine_flockbots.yaml");
         let text = std::fs::read_to_string(repository().join(EXPERIMENT)).unwrap();
@@ -77,7 +74,7 @@ fn a_program_that_does_not_place_the_robots_of_a_run_keeps_it_from_starting() {
         assert!(printed.contains("did not place the robots (exit status: 7)"), "{printed}");
         assert!(printed.contains("stuck"), "{printed}");
         assert!(!folder.path().join("run_7").exists(), "nothing was run");
-        let wanted = std::fs::read_to_string(folder.path().join("wanted.json")).unwrap();
+        let wanted = text_in(folder.path(), "wanted.json");
         let wanted: serde_json::Value = serde_json::from_str(&wanted).unwrap();
         let arguments = ["place", "milling.yaml", "--seed", "7", "--format", "json"];
         let shown = stdout(&rsrs(folder.path(), &arguments));

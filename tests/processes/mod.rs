@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use rsrs_ros::confine;
+use rsrs_testing::network;
 
 use crate::command::stdout;
 
@@ -67,6 +68,12 @@ pub fn confined_rsrs() -> Command {
     command
 }
 
+/// Runs the body of the test whose thread this is in a process and a network of their own.
+pub fn in_own_network(body: impl AsyncFnOnce()) {
+    let thread = std::thread::current();
+    network::in_own_network(thread.name().expect("a test's thread has the test's name"), body);
+}
+
 /// Runs an experiment in a network of its own into a bag, and again what a busy machine has frozen, as
 /// `rsrs dry-run` does.
 pub fn run_in_lockstep(experiment: &Path, bag: &Path) -> Output {
@@ -118,6 +125,13 @@ impl Process {
             stderr.read_to_string(&mut errors).expect("errors are text");
         }
         (status, errors)
+    }
+
+    /// As [`Self::wait`], while the test goes on: its exit code, and what it wrote to standard error.
+    pub async fn ended(mut self, timeout: Duration) -> (Option<i32>, String) {
+        let waiting = tokio::task::spawn_blocking(move || self.wait(timeout));
+        let (status, errors) = waiting.await.expect("waiting does not panic");
+        (status.code(), errors)
     }
 }
 

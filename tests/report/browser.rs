@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::browser::browse;
-use crate::command::{code, repository, rsrs, stderr};
+use crate::command::{bring, code, done, rsrs, stderr, text_in};
 use crate::laboratory::workplace;
 use crate::simulated_bags::Run;
 use rsrs_core::conditions::Conditions;
@@ -13,15 +13,13 @@ use rsrs_pipeline::sweep::source::ResolvedSweep;
 fn a_report_of_a_hundred_robots_opens_and_draws_its_frames() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let here = place.path();
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(profile, here.join("flockbot.yaml")).expect("the profile is there");
+    bring("profiles/flockbot.yaml", &here.join("flockbot.yaml"));
     let sweep = "profile: flockbot.yaml\n\
                  axes:\n  speed_m_s: [0.15]\n  turn_rate_rad_s: [0.75]\n\
                  fixed: {robots: 100, placement_radius_m: 2.0, arena_m: 15}\n\
                  replicates: 2\nduration_s: 64\nseed: 7\n";
     std::fs::write(here.join("sweep.yaml"), sweep).expect("the folder is writable");
-    let swept = rsrs(here, &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    done(here, &["sweep", "sweep.yaml", "-o", "out"]);
     let run = Run { duration_s: 64.0, recorded_s: 64.0, ..Run::new(1) };
     Run { robots: 100, placement_radius_m: 2.0, ..run }.record(here, "run");
     let report = rsrs(here, &["report", "out", "-o", "report.html", "--bags", "run"]);
@@ -36,7 +34,7 @@ fn a_report_of_a_hundred_robots_opens_and_draws_its_frames() {
 fn a_report_of_nine_runs_is_small_responds_moves_and_prints_in_a_browser() {
     let place = workplace("speed_m_s: {from: 0.05, to: 0.30, steps: 11}", "true_positive: 0.8");
     let here = place.path();
-    let sweep = std::fs::read_to_string(here.join("sweep.yaml")).expect("it was written");
+    let sweep = text_in(here, "sweep.yaml");
     let sweep = sweep
         .replace("[0.25, 0.75]", "[0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2]")
         .replace("replicates: 16", "replicates: 3")
@@ -56,7 +54,7 @@ fn a_report_of_nine_runs_is_small_responds_moves_and_prints_in_a_browser() {
 
     let n_bytes = here.join("report.html").metadata().expect("it was written").len();
     assert!(n_bytes < 2_500_000, "{n_bytes} bytes");
-    let html = std::fs::read_to_string(here.join("report.html")).expect("it was written");
+    let html = text_in(here, "report.html");
     for name in &names {
         let mut titles = html.split("<title>").skip(1).filter_map(|it| it.split("</title>").next());
         assert!(titles.any(|title| title.contains(name)), "no mark of {name}");

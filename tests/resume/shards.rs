@@ -1,6 +1,7 @@
 //! Sweeps that several machines share.
 
-use crate::work::{SweepFolder, bytes, code, contents, stderr};
+use crate::command::{code, stderr};
+use crate::work::{SweepFolder, bytes, contents};
 
 /// A sweep of 16 blocks, done whole and in two shards.
 fn shared() -> SweepFolder {

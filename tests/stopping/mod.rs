@@ -18,9 +18,9 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use crate::fleet::{ROBOTS, experiment, node, signal};
-use crate::processes::{Process, rsrs};
-use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
+use crate::fleet::{ROBOTS, experiment, node, signal, start_run};
+use crate::processes::{Process, in_own_network, rsrs};
+use rsrs_testing::network::{TIMEOUT, eventually, session};
 
 /// A robot stands at once when it receives the e-stop; the rest is for the status to arrive on a busy
 /// machine.
@@ -101,9 +101,7 @@ impl FleetUnderTest {
 
     /// Runs the experiment on these robots as if they were real.
     pub fn start_run(&self, bag: &str) -> Process {
-        let mut command = rsrs();
-        command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-        Process::start(command.arg(&self.experiment).arg("-o").arg(self.bag(bag)))
+        start_run(&self.experiment, &self.bag(bag))
     }
 
     pub async fn wait_until_all_move(&mut self) {
@@ -215,134 +213,126 @@ fn ending_of(bag: &Path) -> Ending {
 
 #[test]
 fn a_stop_in_the_middle_of_a_run_stops_the_fleet_until_it_is_released() {
-    in_own_network(
-        "stopping::a_stop_in_the_middle_of_a_run_stops_the_fleet_until_it_is_released",
-        stop_and_release,
-    );
-}
+    in_own_network(async || {
+        let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+        let run = fleet.start_run("bag");
+        fleet.wait_until_all_move().await;
 
-async fn stop_and_release() {
-    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
-    let run = fleet.start_run("bag");
-    fleet.wait_until_all_move().await;
+        let (code, table, errors) = stop(&["--fleet", &fleet_file(&fleet.experiment)]).await;
+        fleet.watch.update();
 
-    let (code, table, errors) = stop(&["--fleet", &fleet_file(&fleet.experiment)]).await;
-    fleet.watch.update();
+        assert_eq!(code, Some(0), "{table}\n{errors}");
+        let rows: Vec<_> = table.lines().filter(|line| line.contains("stopped: e-stop")).collect();
+        assert_eq!(rows.len(), 9, "{table}");
+        let (engaged, stood) = (fleet.watch.engaged, fleet.watch.stood);
+        let engaged = engaged.expect("`rsrs stop` engages the e-stop");
+        let stood = stood.expect("every robot has acknowledged");
+        let stood_after = stood.saturating_duration_since(engaged);
+        assert!(stood_after <= STANDS_WITHIN, "after {stood_after:?}");
+        let (code, _, errors) = ended(run).await;
+        assert_eq!(code, Some(1), "{errors}");
+        for expected in [
+            "all 9 robots stand where they should start",
+            "the robots move in 3 s",
+            "the robots move in 1 s",
+            "run aborted: e-stop",
+            "rsrs stop --release",
+        ] {
+            assert!(errors.contains(expected), "no `{expected}` in:\n{errors}");
+        }
+        let expected = Ending {
+            kind: EndingKind::Aborted,
+            reason: "e-stop".to_owned(),
+            ..Ending::completed()
+        };
+        assert_eq!(ending_of(&fleet.bag("bag")), expected);
+        // Whoever engaged it has left long ago, and still they stand.
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        fleet.watch.update();
+        assert!(fleet.watch.all_hold(), "{:?}", fleet.watch.robots);
 
-    assert_eq!(code, Some(0), "{table}\n{errors}");
-    let rows: Vec<_> = table.lines().filter(|line| line.contains("stopped: e-stop")).collect();
-    assert_eq!(rows.len(), 9, "{table}");
-    let (engaged, stood) = (fleet.watch.engaged, fleet.watch.stood);
-    let engaged = engaged.expect("`rsrs stop` engages the e-stop");
-    let stood = stood.expect("every robot has acknowledged");
-    let stood_after = stood.saturating_duration_since(engaged);
-    assert!(stood_after <= STANDS_WITHIN, "after {stood_after:?}");
-    let (code, _, errors) = ended(run).await;
-    assert_eq!(code, Some(1), "{errors}");
-    for expected in [
-        "all 9 robots stand where they should start",
-        "the robots move in 3 s",
-        "the robots move in 1 s",
-        "run aborted: e-stop",
-        "rsrs stop --release",
-    ] {
-        assert!(errors.contains(expected), "no `{expected}` in:\n{errors}");
-    }
-    let expected =
-        Ending { kind: EndingKind::Aborted, reason: "e-stop".to_owned(), ..Ending::completed() };
-    assert_eq!(ending_of(&fleet.bag("bag")), expected);
-    // Whoever engaged it has left long ago, and still they stand.
-    tokio::time::sleep(Duration::from_secs(1)).await;
-    fleet.watch.update();
-    assert!(fleet.watch.all_hold(), "{:?}", fleet.watch.robots);
+        let (code, table, errors) = stop(&["--release"]).await;
+        assert_eq!(code, Some(0), "{table}\n{errors}");
+        let run = fleet.start_run("next_bag");
+        fleet.wait_until_all_move().await;
 
-    let (code, table, errors) = stop(&["--release"]).await;
-    assert_eq!(code, Some(0), "{table}\n{errors}");
-    let run = fleet.start_run("next_bag");
-    fleet.wait_until_all_move().await;
-
-    let (code, _, errors) = stop(&["--release"]).await;
-    assert_eq!(
-        (code, errors.trim()),
-        (Some(3), "robots are in a run: nothing was published to them")
-    );
-    signal(&run, "INT");
-    fleet.close().await;
+        let (code, _, errors) = stop(&["--release"]).await;
+        assert_eq!(
+            (code, errors.trim()),
+            (Some(3), "robots are in a run: nothing was published to them")
+        );
+        signal(&run, "INT");
+        fleet.close().await;
+    });
 }
 
 #[test]
 fn a_stop_works_when_everything_else_is_killed() {
-    in_own_network("stopping::a_stop_works_when_everything_else_is_killed", stop_alone);
-}
+    in_own_network(async || {
+        let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+        let run = fleet.start_run("bag");
+        fleet.wait_until_all_move().await;
 
-async fn stop_alone() {
-    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
-    let run = fleet.start_run("bag");
-    fleet.wait_until_all_move().await;
+        signal(&run, "KILL");
+        signal(&fleet.controllers, "KILL");
+        let (code, table, errors) = stop(&["--format", "json"]).await;
 
-    signal(&run, "KILL");
-    signal(&fleet.controllers, "KILL");
-    let (code, table, errors) = stop(&["--format", "json"]).await;
-
-    assert_eq!(code, Some(0), "{table}\n{errors}");
-    let report: serde_json::Value = serde_json::from_str(&table).expect("it is JSON");
-    assert_eq!(report["acknowledged"], true);
-    assert_eq!(report["robots"].as_array().map(Vec::len), Some(9));
-    let watch = &mut fleet.watch;
-    eventually("what the stop received is received here, too", || {
-        watch.update();
-        watch.all_hold()
-    })
-    .await;
-    fleet.close().await;
+        assert_eq!(code, Some(0), "{table}\n{errors}");
+        let report: serde_json::Value = serde_json::from_str(&table).expect("it is JSON");
+        assert_eq!(report["acknowledged"], true);
+        assert_eq!(report["robots"].as_array().map(Vec::len), Some(9));
+        let watch = &mut fleet.watch;
+        eventually("what the stop received is received here, too", || {
+            watch.update();
+            watch.all_hold()
+        })
+        .await;
+        fleet.close().await;
+    });
 }
 
 #[test]
 fn a_robot_that_does_not_acknowledge_is_named() {
-    in_own_network("stopping::a_robot_that_does_not_acknowledge_is_named", stop_without_one);
-}
+    in_own_network(async || {
+        let fleet = FleetUnderTest::new(&ROBOTS[..8]).await;
 
-async fn stop_without_one() {
-    let fleet = FleetUnderTest::new(&ROBOTS[..8]).await;
+        let (code, table, errors) = stop(&["--fleet", &fleet_file(&fleet.experiment)]).await;
 
-    let (code, table, errors) = stop(&["--fleet", &fleet_file(&fleet.experiment)]).await;
-
-    assert_eq!(code, Some(3), "{table}\n{errors}");
-    assert!(table.contains("robot_9  NO             -  no status received"), "{table}");
-    assert!(errors.contains("by 1 of 9 robots, go and look: robot_9"), "{errors}");
-    assert_eq!(table.matches("stopped: e-stop").count(), 8, "{table}");
-    fleet.close().await;
+        assert_eq!(code, Some(3), "{table}\n{errors}");
+        assert!(table.contains("robot_9  NO             -  no status received"), "{table}");
+        assert!(errors.contains("by 1 of 9 robots, go and look: robot_9"), "{errors}");
+        assert_eq!(table.matches("stopped: e-stop").count(), 8, "{table}");
+        fleet.close().await;
+    });
 }
 
 #[test]
 fn an_interrupted_countdown_moves_no_robot() {
-    in_own_network("stopping::an_interrupted_countdown_moves_no_robot", interrupted_countdown);
-}
+    in_own_network(async || {
+        let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+        let run = fleet.start_run("bag");
+        let watch = &mut fleet.watch;
+        eventually("all robots are armed", || {
+            watch.update();
+            watch.robots.iter().all(|status| status.state == RobotState::Armed)
+        })
+        .await;
 
-async fn interrupted_countdown() {
-    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
-    let run = fleet.start_run("bag");
-    let watch = &mut fleet.watch;
-    eventually("all robots are armed", || {
-        watch.update();
-        watch.robots.iter().all(|status| status.state == RobotState::Armed)
-    })
-    .await;
+        signal(&run, "INT");
+        let (code, _, errors) = ended(run).await;
+        fleet.watch.update();
 
-    signal(&run, "INT");
-    let (code, _, errors) = ended(run).await;
-    fleet.watch.update();
-
-    assert_eq!(code, Some(130), "{errors}");
-    assert!(errors.contains("run aborted: interrupted"), "{errors}");
-    assert!(!fleet.watch.has_moved);
-    assert!(fleet.watch.robots.iter().all(|status| status.state == RobotState::Stopped));
-    fleet.close().await;
+        assert_eq!(code, Some(130), "{errors}");
+        assert!(errors.contains("run aborted: interrupted"), "{errors}");
+        assert!(!fleet.watch.has_moved);
+        assert!(fleet.watch.robots.iter().all(|status| status.state == RobotState::Stopped));
+        fleet.close().await;
+    });
 }
 
 #[test]
 fn a_stop_with_nobody_there_reports_it() {
-    in_own_network("stopping::a_stop_with_nobody_there_reports_it", async || {
+    in_own_network(async || {
         let (code, table, errors) = stop(&[]).await;
 
         assert_eq!((code, table.trim()), (Some(3), "no robot found"));
@@ -373,31 +363,26 @@ async fn publish_nonsense(publisher: &Publisher<RunLease>) {
 
 #[test]
 fn nobody_undoes_the_stop_of_another_and_a_release_names_who_still_holds() {
-    in_own_network(
-        "stopping::nobody_undoes_the_stop_of_another_and_a_release_names_who_still_holds",
-        two_sources,
-    );
-}
-
-async fn two_sources() {
-    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
-    let session = session();
-    let node = session.node("/panel", "button").expect("the name is allowed");
-    let topic = topics::E_STOP;
-    let button = session.publish_on(&node, topic.name, topic.qos).expect("it is allowed");
-    let topic = topics::LEASE;
-    let nonsense = session.publish_on(&node, topic.name, topic.qos).expect("it is allowed");
-    let engaged = AtomicBool::new(false);
-    let others = async {
-        tokio::join!(publish_all_the_time(&button, &engaged), publish_nonsense(&nonsense));
-    };
-    tokio::select! {
-        () = others => {}
-        () = stop_among_others(&mut fleet, &engaged) => {}
-    }
-    drop((button, nonsense));
-    session.close().await;
-    fleet.close().await;
+    in_own_network(async || {
+        let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+        let session = session();
+        let node = session.node("/panel", "button").expect("the name is allowed");
+        let topic = topics::E_STOP;
+        let button = session.publish_on(&node, topic.name, topic.qos).expect("it is allowed");
+        let topic = topics::LEASE;
+        let nonsense = session.publish_on(&node, topic.name, topic.qos).expect("it is allowed");
+        let engaged = AtomicBool::new(false);
+        let others = async {
+            tokio::join!(publish_all_the_time(&button, &engaged), publish_nonsense(&nonsense));
+        };
+        tokio::select! {
+            () = others => {}
+            () = stop_among_others(&mut fleet, &engaged) => {}
+        }
+        drop((button, nonsense));
+        session.close().await;
+        fleet.close().await;
+    });
 }
 
 async fn stop_among_others(fleet: &mut FleetUnderTest, engaged: &AtomicBool) {
@@ -423,26 +408,25 @@ async fn stop_among_others(fleet: &mut FleetUnderTest, engaged: &AtomicBool) {
 
 #[test]
 fn a_stranger_who_steers_a_robot_ends_the_run_and_is_named() {
-    in_own_network("stopping::a_stranger_who_steers_a_robot_ends_the_run_and_is_named", stranger);
-}
+    in_own_network(async || {
+        let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+        let run = fleet.start_run("bag");
+        fleet.wait_until_all_move().await;
 
-async fn stranger() {
-    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
-    let run = fleet.start_run("bag");
-    fleet.wait_until_all_move().await;
+        let session = session();
+        let node = session.node("/", "teleop").expect("the name is allowed");
+        let topic = topics::CMD_VEL;
+        let teleop: Publisher<TwistStamped> = session
+            .publish_on(&node, &topic.for_robot("robot_3"), topic.qos)
+            .expect("it is allowed");
+        let (code, _, errors) = ended(run).await;
+        drop(teleop);
+        session.close().await;
 
-    let session = session();
-    let node = session.node("/", "teleop").expect("the name is allowed");
-    let topic = topics::CMD_VEL;
-    let teleop: Publisher<TwistStamped> =
-        session.publish_on(&node, &topic.for_robot("robot_3"), topic.qos).expect("it is allowed");
-    let (code, _, errors) = ended(run).await;
-    drop(teleop);
-    session.close().await;
-
-    assert_eq!(code, Some(1), "{errors}");
-    let expected = "run aborted: a second publisher of /robot_3/cmd_vel: node /teleop";
-    assert!(errors.contains(expected), "{errors}");
-    assert_eq!(ending_of(&fleet.bag("bag")).kind, EndingKind::Aborted);
-    fleet.close().await;
+        assert_eq!(code, Some(1), "{errors}");
+        let expected = "run aborted: a second publisher of /robot_3/cmd_vel: node /teleop";
+        assert!(errors.contains(expected), "{errors}");
+        assert_eq!(ending_of(&fleet.bag("bag")).kind, EndingKind::Aborted);
+        fleet.close().await;
+    });
 }

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::command::{bring, done, rsrs};
+
 /// The program.
 pub const RSRS: &str = env!("CARGO_BIN_EXE_rsrs");
 
@@ -17,9 +19,7 @@ impl SweepFolder {
     /// Four cells in two worlds with so many replicates of 60 s: 2,048 are a block.
     pub fn with_sweep(replicates: u64) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let profile = root.join("launch_configs/profiles/flockbot.yaml");
-        std::fs::copy(profile, folder.path().join("flockbot.yaml")).expect("the profile is there");
+        bring("profiles/flockbot.yaml", &folder.path().join("flockbot.yaml"));
         let sweep = format!(
             "profile: flockbot.yaml\n\
              axes:\n  speed_m_s: [0.15, 0.30]\n  turn_rate_rad_s: [0.25, 0.75]\n\
@@ -53,9 +53,7 @@ impl SweepFolder {
 
     /// Runs the program to its end.
     pub fn rsrs(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(RSRS);
-        command.args(arguments).current_dir(self.folder());
-        command.output().expect("the binary was built for this test")
+        rsrs(self.folder(), arguments)
     }
 
     /// Starts the program.
@@ -71,8 +69,7 @@ impl SweepFolder {
 
     /// Runs the sweep to its end.
     pub fn sweep_into(&self, folder: &str) {
-        let output = self.rsrs(&["sweep", "sweep.yaml", "-o", folder]);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        done(self.folder(), &["sweep", "sweep.yaml", "-o", folder]);
     }
 
     /// Starts the sweep and kills it as soon as it has kept so many blocks.
@@ -128,14 +125,4 @@ pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 /// The bytes of a file.
 pub fn bytes(path: &Path) -> Vec<u8> {
     std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-/// How the program ended.
-pub fn code(output: &Output) -> i32 {
-    output.status.code().expect("the program ended by itself")
-}
-
-/// What the program printed on standard error.
-pub fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
 }
