@@ -1,7 +1,6 @@
 //! Cohen's kappa and its interval are those of statsmodels on the same labels.
 
 use std::path::Path;
-use std::process::Command;
 
 use rsrs_core::judge::agreement::Agreement;
 use rsrs_core::judge::phase::Phase;
@@ -35,13 +34,9 @@ fn kappa_and_its_interval_agree_with_statsmodels() {
     let cases: Vec<Value> = (0..40)
         .map(|index: usize| case(index as u64, 5 + 7 * index, 0.1 * (index % 11) as f64))
         .collect();
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("agreement_oracle.json");
-    let text = serde_json::to_string(&cases).expect("plain data");
-    std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/agreement_oracle.py");
-
-    let python = python::python_with(&python::SCIENCE);
-    let printed = python::must_run(Command::new(python).arg(script).arg(&file));
+    let text = json!(cases).to_string();
+    let printed = python::answer(&script, env!("CARGO_TARGET_TMPDIR"), &text);
 
     assert_eq!(printed.trim(), "40 cases agree");
 }

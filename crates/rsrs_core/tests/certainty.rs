@@ -4,31 +4,15 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::{Certainty, Parameter};
 use rsrs_core::judge::phase::{Phase, Verdict, label};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
-use rsrs_core::robot::controller::Command;
-use rsrs_core::robot::unicycle::Pose;
 
-use crate::judge::FLOCKBOT;
-
-const PERIOD_S: f64 = 0.13;
+use crate::judge::{FLOCKBOT, on_circle, run, spacing_rad};
 
 /// Nine robots on a ring, each at a radius of its own that is a function of robot and time.
 fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory {
-    let mut trajectory = Trajectory::new(PERIOD_S, 9);
-    for time_s in (0..600).map(|sample| f64::from(sample) * PERIOD_S) {
-        trajectory.poses.extend((0..9).map(|robot| {
-            let radius_m = radius_m(robot, time_s);
-            let bearing_rad =
-                std::f64::consts::TAU * robot as f64 / 9.0 + orbits_at_m_s / 0.7 * time_s;
-            let (sine, cosine) = libm::sincos(bearing_rad);
-            Pose {
-                x_m: radius_m * cosine,
-                y_m: radius_m * sine,
-                heading_rad: bearing_rad + std::f64::consts::FRAC_PI_2,
-            }
-        }));
-        trajectory.commands.extend([Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 }; 9]);
-    }
-    trajectory
+    run(78.0, |robot, time_s| {
+        let bearing_rad = spacing_rad(robot, 9) + orbits_at_m_s / 0.7 * time_s;
+        on_circle(0.0, radius_m(robot, time_s), bearing_rad)
+    })
 }
 
 fn judged(trajectory: &Trajectory, bodies: &Bodies) -> (Verdict, Certainty) {

@@ -1,7 +1,6 @@
 //! The evidence of comparisons is that of scipy's optimisers and distributions.
 
 use std::path::Path;
-use std::process::Command;
 
 use rsrs_core::comparison::enough;
 use rsrs_core::statistics::e_value::TestedCell;
@@ -49,13 +48,9 @@ fn pooled_evidence_agrees_with_scipy() {
         case(&[[(30, 30), (16, 16)]], 0.1),
         case(&[[(5, 9), (1000, 1000)], [(1, 2), (0, 16)]], 0.1),
     ];
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("comparison_oracle.json");
-    let text = serde_json::to_string(&cases).expect("plain data");
-    std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/comparison_oracle.py");
-
-    let python = python::python_with(&python::SCIENCE);
-    let printed = python::must_run(Command::new(python).arg(script).arg(&file));
+    let text = json!(cases).to_string();
+    let printed = python::answer(&script, env!("CARGO_TARGET_TMPDIR"), &text);
 
     assert_eq!(printed.trim(), "9 cases agree");
 }

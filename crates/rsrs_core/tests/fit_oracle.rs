@@ -1,15 +1,14 @@
 //! The statistics of a fit are those of scipy and statsmodels on the same data.
 
 use std::path::Path;
-use std::process::Command;
 
-use rsrs_core::trials::fit::{Fit, Tables, Unmeasured, fit};
-use rsrs_core::trials::trial::{
-    MovedBy, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
-};
+use rsrs_core::trials::fit::{Fit, Unmeasured, fit};
+use rsrs_core::trials::trial::{PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials};
 use rsrs_testing::draw::Draw;
 use rsrs_testing::python;
 use serde_json::{Value, json};
+
+use crate::tables::{tables, trials};
 
 const DETECTION: &str = "robot,distance_m,bearing_rad,samples,detections\n\
     a,0.3,-0.2,40,38\na,0.3,0,40,40\na,0.3,0.2,40,39\n\
@@ -50,13 +49,7 @@ fn case(design: Design) -> Value {
     // One trial that is not like the others.
     rows[0].duration_s *= 1.07;
     let names: Vec<String> = (0..design.n_robots).map(|robot| format!("robot_{robot}")).collect();
-    let speed = Trials {
-        file: "speed.csv".to_owned(),
-        robots: names.clone(),
-        rows,
-        paused: Vec::new(),
-        moved_by: MovedBy::default(),
-    };
+    let speed = trials("speed.csv", names.clone(), rows);
     let periods = (0..12)
         .map(|line| PeriodTrial {
             robot: line % design.n_robots,
@@ -64,13 +57,7 @@ fn case(design: Design) -> Value {
             period_s: draw.normal(0.13, 0.004),
         })
         .collect();
-    let period = Trials {
-        file: "period.csv".to_owned(),
-        robots: names,
-        rows: periods,
-        paused: Vec::new(),
-        moved_by: MovedBy::default(),
-    };
+    let period = trials("period.csv", names, periods);
     let fitted = fitted(&speed, &period);
     json!({
         "trials": speed.rows.iter().map(|trial| json!({
@@ -94,24 +81,9 @@ fn fitted(speed: &Trials<SpeedTrial>, period: &Trials<PeriodTrial>) -> Fit {
         angle_rad: std::f64::consts::TAU,
         duration_s: 8.6,
     };
-    let turn = Trials {
-        file: "turn.csv".to_owned(),
-        robots: vec!["robot_0".to_owned()],
-        rows: vec![turn],
-        paused: Vec::new(),
-        moved_by: MovedBy::default(),
-    };
+    let turn = trials("turn.csv", vec!["robot_0".to_owned()], vec![turn]);
     let detection = detection_trials("detection.csv", DETECTION).expect("valid");
-    let tables = Tables {
-        speed,
-        turn: &turn,
-        detection: &detection,
-        period: Some(period),
-        driven: &[],
-        arc: None,
-        from_rest: &[],
-        moved_by: MovedBy::default(),
-    };
+    let tables = tables(speed, &turn, &detection, Some(period));
     fit(tables, &Unmeasured::default()).expect("there is a region")
 }
 
@@ -128,13 +100,9 @@ fn intervals_variance_components_and_outliers_agree_with_scipy_and_statsmodels()
     ]
     .map(case)
     .into();
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fit_oracle.json");
-    let text = serde_json::to_string(&cases).expect("plain data");
-    std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fit_oracle.py");
-
-    let python = python::python_with(&python::SCIENCE);
-    let printed = python::must_run(Command::new(python).arg(script).arg(&file));
+    let text = json!(cases).to_string();
+    let printed = python::answer(&script, env!("CARGO_TARGET_TMPDIR"), &text);
 
     assert_eq!(printed.trim(), "6 cases agree");
 }

@@ -36,6 +36,17 @@ fn a_profile_with_an_impossible_number_is_refused_by_the_key() {
 
         assert!(error.contains(key) && error.contains(found), "{to}: {error}");
     }
+    for (wheels, expected) in [
+        ("{base_m: 0, speed_max_m_s: 0.3}", "actuation.wheels.base_m is 0"),
+        ("{base_m: 0.1, speed_max_m_s: -1}", "actuation.wheels.speed_max_m_s is -1"),
+        ("{base_m: 0.1}", "speed_max_m_s"),
+        ("{base_m: .inf, speed_max_m_s: 1}", "actuation.wheels.base_m is inf"),
+    ] {
+        let error =
+            refusal(&flockbot_but("actuation:", &format!("actuation:\n  wheels: {wheels}")));
+
+        assert!(error.contains(expected), "{error}");
+    }
 }
 
 #[test]

@@ -21,6 +21,7 @@ mod order;
 mod plan;
 mod recovery;
 mod sensors;
+mod tables;
 mod trials;
 mod windows;
 mod world_file;

@@ -5,14 +5,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_core::trials::fit::{Fit, FitError, Tables, Unmeasured, fit, sensor_map};
-use rsrs_core::trials::trial::{
-    MovedBy, detection_trials, period_trials, speed_trials, turn_trials,
-};
+use rsrs_core::trials::fit::{Fit, FitError, Unmeasured, fit, sensor_map};
+use rsrs_core::trials::trial::{detection_trials, period_trials, speed_trials, turn_trials};
 use serde_json::Value;
 
 use crate::generate;
 use crate::numbers::numbers;
+use crate::tables::tables;
 
 const SPEED: &str = include_str!("../../../launch_configs/profiles/flockbot_trials/speed.csv");
 const TURN: &str = include_str!("../../../launch_configs/profiles/flockbot_trials/turn.csv");
@@ -25,17 +24,11 @@ fn flockbot() -> Fit {
 }
 
 fn fit_texts([speed, turn, detection, period]: [&str; 4]) -> Result<Fit, FitError> {
-    let tables = Tables {
-        speed: &speed_trials("speed.csv", speed).expect("valid"),
-        turn: &turn_trials("turn.csv", turn).expect("valid"),
-        detection: &detection_trials("detection.csv", detection).expect("valid"),
-        period: Some(&period_trials("period.csv", period).expect("valid")),
-        driven: &[],
-        arc: None,
-        from_rest: &[],
-        moved_by: MovedBy::default(),
-    };
-    fit(tables, &Unmeasured::default())
+    let speed = speed_trials("speed.csv", speed).expect("valid");
+    let turn = turn_trials("turn.csv", turn).expect("valid");
+    let detection = detection_trials("detection.csv", detection).expect("valid");
+    let period = period_trials("period.csv", period).expect("valid");
+    fit(tables(&speed, &turn, &detection, Some(&period)), &Unmeasured::default())
 }
 
 #[test]
@@ -81,48 +74,22 @@ fn the_flockbots_trials_give_the_gains_of_the_papers_table() {
 fn the_report_has_the_keys_of_the_contract() {
     let report = serde_json::to_value(flockbot()).unwrap();
 
-    let keys = |value: &Value| -> Vec<String> {
-        let object = value.as_object().expect("an object");
-        object.keys().cloned().collect::<BTreeSet<_>>().into_iter().collect()
+    let keys = |value: &Value| {
+        let keys: BTreeSet<String> =
+            value.as_object().expect("an object").keys().cloned().collect();
+        keys.into_iter().collect::<Vec<_>>().join(" ")
     };
-    assert_eq!(keys(&report), ["period_s", "sensor", "speed", "turn"]);
-    assert_eq!(
-        keys(&report["speed"][0]),
-        [
-            "commanded_m_s",
-            "gain",
-            "gain_high",
-            "gain_low",
-            "mean_m_s",
-            "n_trials",
-            "robot",
-            "sd_m_s"
-        ]
-    );
-    assert_eq!(
-        keys(&report["turn"][0]),
-        [
-            "commanded_rad_s",
-            "gain",
-            "gain_high",
-            "gain_low",
-            "mean_rad_s",
-            "n_trials",
-            "robot",
-            "sd_rad_s"
-        ]
-    );
+    let of_motion = |unit: &str| {
+        format!("commanded_{unit} gain gain_high gain_low mean_{unit} n_trials robot sd_{unit}")
+    };
+
+    assert_eq!(keys(&report), "period_s sensor speed turn");
+    assert_eq!(keys(&report["speed"][0]), of_motion("m_s"));
+    assert_eq!(keys(&report["turn"][0]), of_motion("rad_s"));
     assert_eq!(
         keys(&report["sensor"]),
-        [
-            "false_positive",
-            "false_positive_high",
-            "false_positive_low",
-            "polygon_m",
-            "true_positive",
-            "true_positive_high",
-            "true_positive_low"
-        ]
+        "false_positive false_positive_high false_positive_low polygon_m true_positive \
+         true_positive_high true_positive_low"
     );
     assert!(report["period_s"].as_f64().is_some_and(|period_s| (period_s - 0.13).abs() < 0.005));
 }
@@ -291,16 +258,7 @@ fn trajectories_without_turns_are_refused() {
     let mut turn = turn_trials("turn.csv", TURN).expect("valid");
     turn.rows.clear();
     let detection = detection_trials("detection.csv", DETECTION).expect("valid");
-    let tables = Tables {
-        speed: &speed,
-        turn: &turn,
-        detection: &detection,
-        period: None,
-        driven: &[],
-        arc: None,
-        from_rest: &[],
-        moved_by: MovedBy::default(),
-    };
+    let tables = tables(&speed, &turn, &detection, None);
 
     let error = fit(tables, &Unmeasured::default()).expect_err("there is nothing to fit");
 

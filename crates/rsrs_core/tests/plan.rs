@@ -1,7 +1,7 @@
 //! Which trials are worth running, and whether they are enough.
 
 use rsrs_core::statistics::variance::Estimate;
-use rsrs_core::trials::plan::{Plan, PlanError, PlanRequest, repetitions_for, samples_for};
+use rsrs_core::trials::plan::{Plan, PlanError, PlanRequest, repetitions_for};
 use rsrs_core::trials::trial::{
     arc_trials, detection_trials, period_trials, speed_trials, turn_trials,
 };
@@ -86,16 +86,6 @@ fn the_repetitions_give_the_precision_that_was_asked_for() {
         // No waste either: twice as many repetitions would give less than 0.7 of the half-width.
         assert!(mean <= half_width && mean > 0.7 * half_width, "{sd} {half_width}: {mean}");
     }
-}
-
-#[test]
-fn the_robots_are_spread_over_the_fleet_and_the_grid_goes_beyond_the_sensor() {
-    let plan = Plan::new(request()).unwrap();
-
-    assert_eq!(plan.robots, ["robot_1", "robot_2", "robot_4", "robot_6", "robot_8"]);
-    assert_eq!((plan.distances_m[0], plan.bearings_rad[4]), (0.15, 0.0));
-    assert!(*plan.distances_m.last().unwrap() > 0.9 && plan.bearings_rad[8] > 0.5);
-    assert_eq!(samples_for(0.8, 0.1), 70);
 }
 
 #[test]

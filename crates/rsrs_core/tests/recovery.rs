@@ -7,11 +7,13 @@
 use std::fmt::Write as _;
 
 use rsrs_core::statistics::variance::Estimate;
-use rsrs_core::trials::fit::{Fit, Rate, SensorMap, Tables, Unmeasured, fit, sensor_map};
+use rsrs_core::trials::fit::{Fit, Rate, SensorMap, Unmeasured, fit, sensor_map};
 use rsrs_core::trials::trial::{
-    DetectionTrial, MovedBy, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
+    DetectionTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
 };
 use rsrs_testing::draw::Draw;
+
+use crate::tables::{tables, trials};
 
 const N_POPULATIONS: u64 = 2000;
 
@@ -74,13 +76,7 @@ fn speeds(truth: &Truth, draw: &mut Draw) -> Trials<SpeedTrial> {
             }
         }
     }
-    Trials {
-        file: "speed.csv".to_owned(),
-        robots: names(truth.n_robots),
-        rows,
-        paused: Vec::new(),
-        moved_by: MovedBy::default(),
-    }
+    trials("speed.csv", names(truth.n_robots), rows)
 }
 
 fn turns() -> Trials<TurnTrial> {
@@ -91,13 +87,7 @@ fn turns() -> Trials<TurnTrial> {
         angle_rad: std::f64::consts::TAU,
         duration_s,
     };
-    Trials {
-        file: "turn.csv".to_owned(),
-        robots: names(1),
-        rows: vec![turn(8.6), turn(8.7)],
-        paused: Vec::new(),
-        moved_by: MovedBy::default(),
-    }
+    trials("turn.csv", names(1), vec![turn(8.6), turn(8.7)])
 }
 
 /// The least that makes a sensor, where it does not matter.
@@ -169,27 +159,14 @@ impl Coverage {
 fn fitted(truth: &Truth, population: u64) -> Fit {
     let mut draw = Draw::new(population);
     let speed = speeds(truth, &mut draw);
-    let detection = any_detections();
-    let tables = Tables {
-        speed: &speed,
-        turn: &turns(),
-        detection: &detection,
-        period: None,
-        driven: &[],
-        arc: None,
-        from_rest: &[],
-        moved_by: MovedBy::default(),
-    };
+    let (turn, detection) = (turns(), any_detections());
+    let tables = tables(&speed, &turn, &detection, None);
     fit(tables, &Unmeasured { period_s: PERIOD_S, ..Unmeasured::default() })
         .expect("it was measured")
 }
 
 /// Fits many populations and checks every interval of their motion.
-fn check(name: &str, truth: &Truth) {
-    check_all(name, |_| *truth);
-}
-
-fn check_all(name: &str, truth: impl Fn(&mut Draw) -> Truth) {
+fn check(name: &str, truth: impl Fn(&mut Draw) -> Truth) {
     let [mut mean, mut robots, mut trials, mut bias, mut noise] =
         [(); 5].map(|()| Coverage::default());
     for population in 0..N_POPULATIONS {
@@ -214,28 +191,20 @@ fn check_all(name: &str, truth: impl Fn(&mut Draw) -> Truth) {
 }
 
 #[test]
-fn five_robots_that_differ_alike_at_every_command_are_recovered() {
-    check("paper", &PAPER);
-}
-
-#[test]
-fn robots_that_differ_anew_at_every_command_are_recovered() {
-    check("anew", &Truth { common_share: 0.0, n_commands: 3, ..PAPER });
-}
-
-#[test]
-fn robots_that_differ_in_both_ways_are_recovered() {
-    check("both", &Truth { common_share: 0.5, n_commands: 3, n_trials: 3, ..PAPER });
-}
-
-#[test]
-fn robots_that_hardly_differ_are_recovered() {
-    check("alike", &Truth { robot_sd: 0.006, n_commands: 1, n_robots: 8, ..PAPER });
+fn robots_are_recovered_however_they_differ() {
+    for (name, truth) in [
+        ("alike at every command", PAPER),
+        ("anew at every command", Truth { common_share: 0.0, n_commands: 3, ..PAPER }),
+        ("in both ways", Truth { common_share: 0.5, n_commands: 3, n_trials: 3, ..PAPER }),
+        ("hardly", Truth { robot_sd: 0.006, n_commands: 1, n_robots: 8, ..PAPER }),
+    ] {
+        check(name, |_| truth);
+    }
 }
 
 #[test]
 fn populations_of_any_means_and_spreads_are_recovered() {
-    check_all("any", |draw| {
+    check("any", |draw| {
         let count = |draw: &mut Draw, low: usize, high: usize| {
             let steps = draw.uniform() * (high - low + 1) as f64;
             low + (1..=high - low).filter(|step| *step as f64 <= steps).count()
@@ -391,25 +360,10 @@ fn the_period_is_recovered() {
                 rows.push(PeriodTrial { robot, line: rows.len() as u64 + 2, period_s });
             }
         }
-        let period = Trials {
-            file: "period.csv".to_owned(),
-            robots: names(4),
-            rows,
-            paused: Vec::new(),
-            moved_by: MovedBy::default(),
-        };
+        let period = trials("period.csv", names(4), rows);
         let speed = speeds(&PAPER, &mut draw);
-        let detection = any_detections();
-        let tables = Tables {
-            speed: &speed,
-            turn: &turns(),
-            detection: &detection,
-            period: Some(&period),
-            driven: &[],
-            arc: None,
-            from_rest: &[],
-            moved_by: MovedBy::default(),
-        };
+        let (turn, detection) = (turns(), any_detections());
+        let tables = tables(&speed, &turn, &detection, Some(&period));
         let found = fit(tables, &Unmeasured::default()).unwrap().details.period.unwrap();
         mean.count_estimate(found.period_s, PERIOD_S);
         jitter.count_estimate(found.jitter_s.unwrap(), 0.004);

@@ -146,13 +146,21 @@ fn a_world_that_cannot_be_is_refused_with_line_reason_and_cure() {
             "give a length in metres",
         ),
     ] {
-        assert!(WORLD.contains(from), "{from}");
-        let error =
-            WorldFile::parse("world.yaml", &WORLD.replace(from, to), &[3.0], &[3]).unwrap_err();
-
-        assert!(error.to_string().starts_with(expected), "{error}");
-        assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
+        assert_refused(&edited(WORLD, from, to), (&[3.0], &[3]), expected, cure);
     }
+}
+
+fn edited(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "{from}");
+    text.replacen(from, to, 1)
+}
+
+/// Holds how a file is refused where the sides of the arenas, in metres, and the numbers of robots are these.
+fn assert_refused(text: &str, (arenas_m, robots): (&[f64], &[usize]), expected: &str, cure: &str) {
+    let error = WorldFile::parse("world.yaml", text, arenas_m, robots).unwrap_err();
+
+    assert!(error.to_string().starts_with(expected), "{error}");
+    assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
 }
 
 #[test]
@@ -375,12 +383,7 @@ fn classes_that_cannot_be_are_refused_with_line_reason_and_cure() {
             "take fewer classes, or more `robots`",
         ),
     ] {
-        assert!(CLASSES.contains(from), "{from}");
-        let text = CLASSES.replace(from, to);
-        let error = WorldFile::parse("world.yaml", &text, &[3.0], &[5, 4]).unwrap_err();
-
-        assert!(error.to_string().starts_with(expected), "{error}");
-        assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
+        assert_refused(&edited(CLASSES, from, to), (&[3.0], &[5, 4]), expected, cure);
     }
 }
 
@@ -576,11 +579,7 @@ fn arenas_and_obstacles_that_cannot_be_are_refused_with_line_reason_and_cure() {
             "move it",
         ),
     ] {
-        assert!(ROOM.contains(from), "{from}");
-        let error = WorldFile::parse("world.yaml", &ROOM.replace(from, to), &[], &[]).unwrap_err();
-
-        assert!(error.to_string().starts_with(expected), "{error}");
-        assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
+        assert_refused(&edited(ROOM, from, to), (&[], &[]), expected, cure);
     }
 }
 
@@ -729,10 +728,6 @@ fn failures_that_cannot_be_are_refused_with_line_reason_and_cure() {
         ),
         ("robot: 3", "robot: 1", 1, "world.yaml:3: 2 robots fail, and there are 1", "lower it"),
     ] {
-        let text = FAILURES.replacen(from, to, 1);
-        let error = WorldFile::parse("world.yaml", &text, &[], &[robots]).unwrap_err();
-
-        assert!(error.to_string().starts_with(expected), "{error}");
-        assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
+        assert_refused(&edited(FAILURES, from, to), (&[], &[robots]), expected, cure);
     }
 }

@@ -468,6 +468,10 @@ mod tests {
              "next":[{"state":"turn","probability":1.0,"after_periods":2}]},
             {"state":"turn","command":{"speed_m_s":0.0,"turn_rate_rad_s":1.0},
              "next":[{"state":"drive","probability":1.0,"after_periods":0}]}]}"#;
+        of_machine(json, stamp)
+    }
+
+    fn of_machine(json: &str, stamp: Stamp) -> Controller {
         let machine = StateMachine::from_json(json).unwrap();
         let settings = controller(stamp).settings().clone();
         let controller = controller::Controller::Machine(machine);
@@ -553,10 +557,7 @@ mod tests {
             {"state":"go","when":{"wall":true},"command":{"speed_m_s":0.0,"turn_rate_rad_s":2.0}},
             {"state":"go","when":{"detection":true},"command":{"speed_m_s":0.0,"turn_rate_rad_s":-1.0}},
             {"state":"go","command":{"speed_m_s":0.2,"turn_rate_rad_s":0.0}}]}"#;
-        let machine = StateMachine::from_json(json).unwrap();
-        let settings = controller(stamp).settings().clone();
-        let controller = controller::Controller::Machine(machine);
-        Controller::new("robot_1", Settings { controller, ..settings })
+        of_machine(json, stamp)
     }
 
     #[test]

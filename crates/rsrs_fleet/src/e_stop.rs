@@ -152,35 +152,8 @@ impl EStop {
 mod tests {
     use super::*;
     use crate::wire;
-
-    const A: Source = Source([1; 16]);
-    const B: Source = Source([2; 16]);
-
     fn ms(milliseconds: u64) -> Duration {
         Duration::from_millis(milliseconds)
-    }
-
-    #[test]
-    fn a_source_undoes_its_own_lock_and_no_other() {
-        let mut e_stop = EStop::default();
-        e_stop.receive((A, true), ms(0));
-
-        e_stop.receive((B, false), ms(10));
-        assert!(e_stop.is_engaged());
-        e_stop.receive((A, false), ms(20));
-
-        assert!(!e_stop.is_engaged());
-    }
-
-    #[test]
-    fn a_release_ends_the_locks_that_it_names() {
-        let mut e_stop = EStop::default();
-        e_stop.receive((A, true), ms(0));
-        e_stop.receive((B, true), ms(0));
-
-        e_stop.release(&[A].into());
-
-        assert_eq!(e_stop.locks(), Locks([(B, LockCause::Engaged)].into()));
     }
 
     #[test]

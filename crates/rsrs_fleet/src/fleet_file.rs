@@ -629,14 +629,4 @@ robots:
         assert_eq!((&foreign.driver, foreign.lease), (&Driver::Ros, LeaseHolder::Controller));
         assert_eq!(simulated.driver, Driver::Virtual);
     }
-
-    #[test]
-    fn the_shipped_fleet_has_nine_virtual_robots() {
-        let text = include_str!("../../../launch_configs/fleets/nine_virtual.yaml");
-
-        let fleet = FleetFile::parse("nine_virtual.yaml", text).unwrap();
-
-        assert_eq!(fleet.enabled().len(), 9);
-        assert!(fleet.robots.iter().all(|robot| robot.driver == Driver::Virtual));
-    }
 }

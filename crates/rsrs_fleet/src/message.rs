@@ -166,8 +166,22 @@ impl Status {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+
+    /// The first status of a robot that belongs to no run.
+    pub(crate) fn status(state: RobotState, stop_cause: StopCause) -> Status {
+        Status {
+            counter: 1,
+            epoch: 0,
+            run_id: String::new(),
+            parameter_digest: 0,
+            state,
+            stop_cause,
+            stop_reason: String::new(),
+            battery_v: f32::NAN,
+        }
+    }
 
     #[test]
     fn the_lease_of_each_robot_has_its_own_echo_and_no_other() {
@@ -219,18 +233,7 @@ mod tests {
     /// One that was late has not moved: the start may still be on its way to it.
     #[test]
     fn a_robot_that_lost_its_lease_before_it_moved_does_not_stand_for_good() {
-        let status = |stop_cause| Status {
-            counter: 1,
-            epoch: 1,
-            run_id: "run".to_owned(),
-            parameter_digest: 0,
-            state: RobotState::Stopped,
-            stop_cause,
-            stop_reason: String::new(),
-            battery_v: f32::NAN,
-        };
-
-        let may_yet_move = |stop_cause| status(stop_cause).may_yet_move();
+        let may_yet_move = |stop_cause| status(RobotState::Stopped, stop_cause).may_yet_move();
 
         assert!(may_yet_move(StopCause::Lease) && may_yet_move(StopCause::Controller));
         for latched in [StopCause::Latched, StopCause::EStop, StopCause::NotArmed] {

@@ -216,20 +216,14 @@ mod tests {
     }
 
     #[test]
-    fn only_a_touching_neighbour_in_front_blocks() {
-        let front_rad = 70_f64.to_radians();
+    fn only_a_touching_neighbour_in_front_blocks_and_the_front_may_reach_behind() {
+        for front_deg in [70.0_f64, 120.0] {
+            let front_rad = front_deg.to_radians();
 
-        assert!(blocks_at(front_rad, 69_f64.to_radians(), 0.149));
-        assert!(!blocks_at(front_rad, 71_f64.to_radians(), 0.149));
-        assert!(!blocks_at(front_rad, 0.0, 0.151));
-    }
-
-    #[test]
-    fn a_front_sector_may_reach_behind_the_robot() {
-        let front_rad = 120_f64.to_radians();
-
-        assert!(blocks_at(front_rad, 119_f64.to_radians(), 0.149));
-        assert!(!blocks_at(front_rad, 121_f64.to_radians(), 0.149));
+            assert!(blocks_at(front_rad, (front_deg - 1.0).to_radians(), 0.149), "{front_deg}");
+            assert!(!blocks_at(front_rad, (front_deg + 1.0).to_radians(), 0.149), "{front_deg}");
+            assert!(!blocks_at(front_rad, 0.0, 0.151), "{front_deg}");
+        }
     }
 
     #[test]

@@ -379,73 +379,51 @@ mod tests {
     }
 
     #[test]
-    fn a_start_in_a_box_is_uniform_and_faces_out() {
-        let placement = Placement::BoxFacingOut(Sides { width_m: 2.0, height_m: 0.5 });
-        let conditions = Conditions { robots: 1, placement, ..flockbot_conditions() };
+    fn a_start_in_a_box_is_uniform_and_faces_out_or_heads_anywhere_uniformly() {
+        let (width_m, height_m) = (2.0, 0.5);
+        for placement in [
+            Placement::BoxFacingOut(Sides { width_m, height_m }),
+            Placement::BoxFacingAnyWay(Sides { width_m, height_m }),
+        ] {
+            let faces_out = matches!(placement, Placement::BoxFacingOut { .. });
+            let conditions = Conditions { robots: 1, placement, ..flockbot_conditions() };
+            let (mut right, mut upper, mut backward, mut out) = (0, 0, 0, 0);
+            for replicate in 0..10_000 {
+                let pose = place(&conditions, run(replicate)).unwrap()[0];
+                assert!(pose.x_m.abs() <= 1.0 && pose.y_m.abs() <= 0.25, "{pose:?}");
+                let away_rad = libm::atan2(pose.y_m, pose.x_m) - pose.heading_rad;
+                assert!(!faces_out || away_rad.abs() < 1e-9, "{pose:?}");
+                right += u32::from(pose.x_m > 0.5);
+                upper += u32::from(pose.y_m > 0.125);
+                backward += u32::from(libm::cos(pose.heading_rad) < -0.5_f64.sqrt());
+                out += u32::from(libm::cos(away_rad) > 0.5_f64.sqrt());
+            }
 
-        let poses = (0..10_000).map(|replicate| place(&conditions, run(replicate)).unwrap()[0]);
-        let (mut right, mut upper) = (0, 0);
-        for pose in poses {
-            assert!(pose.x_m.abs() <= 1.0 && pose.y_m.abs() <= 0.25, "{pose:?}");
-            let away = libm::atan2(pose.y_m, pose.x_m) - pose.heading_rad;
-            assert!(away.abs() < 1e-9, "{pose:?}");
-            right += u32::from(pose.x_m > 0.5);
-            upper += u32::from(pose.y_m > 0.125);
+            let headings = if faces_out { vec![] } else { vec![backward, out] };
+            // A quarter of each, within four standard errors.
+            for share in [right, upper].into_iter().chain(headings).map(f64::from) {
+                assert!((share / 10_000.0 - 0.25).abs() < 0.018, "{faces_out}: {share}");
+            }
         }
-
-        // A quarter of each, within four standard errors.
-        for share in [right, upper].map(|n| f64::from(n) / 10_000.0) {
-            assert!((share - 0.25).abs() < 0.018, "{share}");
-        }
-    }
-
-    #[test]
-    fn a_start_in_a_box_may_head_anywhere_uniformly() {
-        let placement = Placement::BoxFacingAnyWay(Sides { width_m: 2.0, height_m: 0.5 });
-        let conditions = Conditions { robots: 1, placement, ..flockbot_conditions() };
-
-        let poses = (0..10_000).map(|replicate| place(&conditions, run(replicate)).unwrap()[0]);
-        let (mut right, mut backward, mut out) = (0, 0, 0);
-        for pose in poses {
-            assert!(pose.x_m.abs() <= 1.0 && pose.y_m.abs() <= 0.25, "{pose:?}");
-            right += u32::from(pose.x_m > 0.5);
-            backward += u32::from(libm::cos(pose.heading_rad) < -0.5_f64.sqrt());
-            let away_rad = libm::atan2(pose.y_m, pose.x_m) - pose.heading_rad;
-            out += u32::from(libm::cos(away_rad) > 0.5_f64.sqrt());
-        }
-
-        // A quarter of each, within four standard errors.
-        for share in [right, backward, out].map(|n| f64::from(n) / 10_000.0) {
-            assert!((share - 0.25).abs() < 0.018, "{share}");
-        }
-    }
-
-    #[test]
-    fn too_many_robots_for_a_box_are_refused_with_how_many_fit() {
-        let placement = Placement::BoxFacingOut(Sides { width_m: 1.0, height_m: 0.5 });
-        let conditions = Conditions { robots: 200, placement, ..flockbot_conditions() };
-
-        let error = place(&conditions, run(0)).unwrap_err();
-
-        assert!(
-            error.to_string().contains("do not fit into a box of 1.000 m by 0.500 m"),
-            "{error}"
-        );
-        let help = error.help().unwrap();
-        assert!(help.contains("widen the box of `placement`"), "{help}");
     }
 
     #[test]
     fn too_many_robots_are_refused_with_how_many_fit() {
-        let conditions = Conditions { robots: 200, ..flockbot_conditions() };
-
-        let error = place(&conditions, run(0)).unwrap_err();
+        let refused = |placement| {
+            let conditions = Conditions { robots: 200, placement, ..flockbot_conditions() };
+            place(&conditions, run(0)).unwrap_err()
+        };
 
         assert_eq!(
-            error.to_string(),
+            refused(flockbot_conditions().placement).to_string(),
             "200 robots do not fit into a disc of radius 0.825 m, 0.165 m apart and within the \
              walls: at most 109 ever fit"
         );
+        let error = refused(Placement::BoxFacingOut(Sides { width_m: 1.0, height_m: 0.5 }));
+        let text = error.to_string();
+        assert!(text.contains("do not fit into a box of 1.000 m by 0.500 m"), "{text}");
+        let help = error.help().unwrap();
+        assert!(help.contains("widen the box of `placement`"), "{help}");
     }
 
     #[test]

@@ -115,7 +115,7 @@ fn cross(one: [f64; 2], other: [f64; 2]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
 
     /// Points of a wall, a tenth of a millimetre apart or less.
@@ -134,10 +134,11 @@ mod tests {
         }
     }
 
-    fn is_in(region: &Region, [x, y]: [f64; 2]) -> bool {
+    /// Whether a point is in a region, by its definition.
+    pub fn is_in(region: &Region, [x, y]: [f64; 2]) -> bool {
         match region {
             Region::Cone { half_angle_rad, range_m } => {
-                libm::hypot(x, y) <= *range_m && libm::atan2(y, x).abs() <= *half_angle_rad
+                libm::hypot(x, y) <= *range_m && libm::atan2(y, x).abs() <= *half_angle_rad + 1e-9
             }
             Region::Polygon { corners_m } => {
                 let n = corners_m.len();

@@ -97,25 +97,14 @@ impl WallView {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wall_sight::tests::is_in;
 
     /// The nearest point of a wall in a region by its definition: of many points of the wall, those in the region.
     fn by_definition(region: &Region, normal: (f64, f64), gap_m: f64) -> Option<f64> {
-        let is_in = |x: f64, y: f64| match region {
-            Region::Cone { half_angle_rad, range_m } => {
-                libm::hypot(x, y) <= *range_m && libm::atan2(y, x).abs() <= *half_angle_rad + 1e-9
-            }
-            Region::Polygon { corners_m } => {
-                let n = corners_m.len();
-                (0..n).all(|side| {
-                    let ([ax, ay], [bx, by]) = (corners_m[side], corners_m[(side + 1) % n]);
-                    (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= 0.0
-                })
-            }
-        };
         let points = (-40_000..=40_000).map(|step| f64::from(step) * 1e-4);
         points
             .map(|at| (gap_m * normal.0 - at * normal.1, gap_m * normal.1 + at * normal.0))
-            .filter(|(x, y)| is_in(*x, *y))
+            .filter(|(x, y)| is_in(region, [*x, *y]))
             .map(|(x, y)| libm::hypot(x, y))
             .min_by(f64::total_cmp)
     }

@@ -13,6 +13,7 @@ use rsrs_core::world::{ObjectGroup, WorldFile};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::reachable_set::{ReachError, ReachOptions, smallest_factors, validate};
 use rsrs_sim::world::World;
+use rsrs_testing::conditions::objects_anywhere;
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 
@@ -39,15 +40,36 @@ fn held_against(robot: &RobotProfile, trials: &[DrivenTrial]) -> Validation {
     validate(robot, &Settings::default(), trials, &options()).expect("it can be simulated")
 }
 
-/// Trials of robots that are drawn from a profile: each drives straight and a curve, twice each.
-fn drawn(profile: &RobotProfile, n_robots: u64, seed: u64) -> Vec<DrivenTrial> {
+/// One robot of a profile under a command, without walls.
+fn alone(profile: &RobotProfile, command: Command) -> Conditions {
     let values = vec![
-        (Axis::Speed, STRAIGHT.speed_m_s),
-        (Axis::TurnRate, CURVE.turn_rate_rad_s),
+        (Axis::Speed, command.speed_m_s),
+        (Axis::TurnRate, command.turn_rate_rad_s),
         (Axis::Robots, 1.0),
     ];
     let settings = Settings { values, walls: Walls::None, ..Settings::default() };
-    let conditions = Conditions::resolve(profile, &settings).expect("it can be simulated");
+    Conditions::resolve(profile, &settings).expect("it can be simulated")
+}
+
+fn advance(world: &mut World, command: Command) {
+    world.sense();
+    world.advance(&[command]);
+}
+
+/// Samples of the robot of a world under a command, whose heading goes on from one to the next.
+fn followed(world: &mut World, command: Command, period_s: f64) -> Vec<DrivenSample> {
+    driven(command, period_s, |pose: &mut Pose| {
+        let now = world.poses().next().expect("one robot");
+        let turns = (now.heading_rad - pose.heading_rad) / std::f64::consts::TAU;
+        *pose = now;
+        pose.heading_rad -= turns.round() * std::f64::consts::TAU;
+        advance(world, command);
+    })
+}
+
+/// Trials of robots that are drawn from a profile: each drives straight and a curve, twice each.
+fn drawn(profile: &RobotProfile, n_robots: u64, seed: u64) -> Vec<DrivenTrial> {
+    let conditions = alone(profile, CURVE);
     let mut trials = Vec::new();
     for replicate in 0..n_robots {
         // Far from the seed with which reach is simulated.
@@ -58,14 +80,7 @@ fn drawn(profile: &RobotProfile, n_robots: u64, seed: u64) -> Vec<DrivenTrial> {
                 robot: format!("robot_{replicate}"),
                 trial: trial.to_string(),
                 going_s: 0.0,
-                samples: driven(command, conditions.period_s, |pose: &mut Pose| {
-                    let now = world.poses().next().expect("one robot");
-                    let turns = (now.heading_rad - pose.heading_rad) / std::f64::consts::TAU;
-                    *pose = now;
-                    pose.heading_rad -= turns.round() * std::f64::consts::TAU;
-                    world.sense();
-                    world.advance(&[command]);
-                }),
+                samples: followed(&mut world, command, conditions.period_s),
             });
         }
     }
@@ -75,28 +90,12 @@ fn drawn(profile: &RobotProfile, n_robots: u64, seed: u64) -> Vec<DrivenTrial> {
 /// Robots whose turning rate lags, on a curve, seen from some steps after they began on; one trial each.
 fn going(profile: &RobotProfile, n_steps_before: u32, n_robots: u64) -> Vec<DrivenTrial> {
     let command = Command { speed_m_s: 0.05, turn_rate_rad_s: 0.75 };
-    let values = vec![
-        (Axis::Speed, command.speed_m_s),
-        (Axis::TurnRate, command.turn_rate_rad_s),
-        (Axis::Robots, 1.0),
-    ];
-    let settings = Settings { values, walls: Walls::None, ..Settings::default() };
-    let conditions = Conditions::resolve(profile, &settings).expect("it can be simulated");
-    let advance = |world: &mut World| {
-        world.sense();
-        world.advance(&[command]);
-    };
+    let conditions = alone(profile, command);
     let trial = |replicate| {
         let seed = Seed { seed: 1_000_000, replicate };
         let mut world = World::new(&conditions, seed).expect("one robot has room");
-        (0..n_steps_before).for_each(|_| advance(&mut world));
-        let mut samples = driven(command, conditions.period_s, |pose: &mut Pose| {
-            let now = world.poses().next().expect("one robot");
-            let turns = (now.heading_rad - pose.heading_rad) / std::f64::consts::TAU;
-            *pose = now;
-            pose.heading_rad -= turns.round() * std::f64::consts::TAU;
-            advance(&mut world);
-        });
+        (0..n_steps_before).for_each(|_| advance(&mut world, command));
+        let mut samples = followed(&mut world, command, conditions.period_s);
         samples.truncate(41);
         DrivenTrial {
             robot: format!("robot_{replicate}"),
@@ -263,8 +262,7 @@ fn at_an_object(n_robots: usize, then_m: impl Fn(f64) -> f64) -> Vec<DrivenTrial
 
 /// A world with some objects of this weight.
 fn with_objects(weight: f64) -> Settings {
-    let group =
-        ObjectGroup { count: Some(3), places_m: None, radius_m: 0.05, friction: 0.0, weight };
+    let group = ObjectGroup { weight, ..objects_anywhere(3, 0.05, 0.0) };
     Settings {
         world: WorldFile { objects: vec![group], ..WorldFile::NOTHING },
         ..Settings::default()

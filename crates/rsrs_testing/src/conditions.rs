@@ -1,8 +1,21 @@
-//! Conditions that tests and benchmarks share: nine harsher Flockbots at (0.15 m/s, 0.75 rad/s).
+//! Conditions that tests and benchmarks share: nine harsher Flockbots at (0.15 m/s, 0.75 rad/s), and parts of others.
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::robot::sensor::{Detects, Reading};
+use rsrs_core::world::ObjectGroup;
 
 /// Nine harsher Flockbots: detection 0.80, false positives 0.08, gain sd 0.05.
 pub fn flockbot_conditions() -> Conditions {
     Conditions::flockbots(9)
+}
+
+/// Objects anywhere: how many, their radius in metres and their friction.
+pub fn objects_anywhere(count: usize, radius_m: f64, friction: f64) -> ObjectGroup {
+    ObjectGroup { count: Some(count), places_m: None, radius_m, friction, weight: 1.0 }
+}
+
+/// One of several kinds that a sensor tells from each other without ever being wrong.
+pub fn exact_reading(name: &str, detects: Detects) -> Reading {
+    let (name, taken_for) = (name.to_owned(), [].into());
+    Reading { name, detects, true_positive: 1.0, false_positive: 0.0, taken_for }
 }

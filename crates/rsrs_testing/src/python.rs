@@ -150,3 +150,16 @@ pub fn must_run(command: &mut Command) -> String {
     );
     String::from_utf8(output.stdout).expect("the scripts print text")
 }
+
+/// What a script prints about a text, of which it gets the path of a file in `folder`, the
+/// `CARGO_TARGET_TMPDIR` of a crate.
+///
+/// # Panics
+///
+/// As [`python_with`] and [`must_run`].
+pub fn answer(script: &Path, folder: &str, text: &str) -> String {
+    let name = script.file_name().expect("a script is a file");
+    let file = Path::new(folder).join(name).with_extension("json");
+    fs::write(&file, text).expect("the target folder is writable");
+    must_run(Command::new(python_with(&SCIENCE)).arg(script).arg(&file))
+}

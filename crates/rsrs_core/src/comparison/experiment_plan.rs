@@ -215,6 +215,17 @@ mod tests {
     use super::*;
     use crate::comparison::{MARGIN, enough};
 
+    /// A cell that was not run, with hits and runs simulated and as measured.
+    fn cell(runs: [(u64, u64); 2]) -> PlannedCell {
+        let [simulated, as_measured] = runs.map(|(hits, n)| Share { hits, n });
+        PlannedCell { simulated, as_measured, so_far: Share::default(), part: 1.0 }
+    }
+
+    /// One in which the robots as measured mill more often.
+    fn better() -> PlannedCell {
+        cell([(900, 1000), (960, 1000)])
+    }
+
     fn planned(cells: &[PlannedCell], wanted: f64) -> ExperimentPlan {
         let mut generator = ChaCha8Rng::seed_from_u64(7);
         plan(cells, MARGIN, wanted, &mut || generator.random())
@@ -222,12 +233,7 @@ mod tests {
 
     #[test]
     fn robots_that_always_mill_decide_after_as_many_runs_as_a_comparison_asks_for() {
-        let cell = PlannedCell {
-            simulated: Share { hits: 900, n: 1000 },
-            as_measured: Share { hits: 1_000_000, n: 1_000_000 },
-            so_far: Share::default(),
-            part: 1.0,
-        };
+        let cell = cell([(900, 1000), (1_000_000, 1_000_000)]);
         let further = PooledTest::in_one_cell(Share::default(), cell.simulated, MARGIN);
         let is_enough = |runs: &u64| further.is_supported_by(*runs, enough());
         let expected = (1..200).find(is_enough);
@@ -240,12 +246,7 @@ mod tests {
 
     #[test]
     fn robots_that_mill_much_more_rarely_than_those_made_worse_violate_soon() {
-        let cell = PlannedCell {
-            simulated: Share { hits: 950, n: 1000 },
-            as_measured: Share { hits: 200, n: 1000 },
-            so_far: Share::default(),
-            part: 1.0,
-        };
+        let cell = cell([(950, 1000), (200, 1000)]);
 
         let plan = planned(&[cell], 0.9);
 
@@ -256,12 +257,7 @@ mod tests {
     #[test]
     fn where_nothing_decides_it_is_reported() {
         // A shortfall of the margin is neither.
-        let cell = PlannedCell {
-            simulated: Share { hits: 90_000, n: 100_000 },
-            as_measured: Share { hits: 84_000, n: 100_000 },
-            so_far: Share::default(),
-            part: 1.0,
-        };
+        let cell = cell([(90_000, 100_000), (84_000, 100_000)]);
 
         let plan = planned(&[cell], 0.999);
 
@@ -271,12 +267,7 @@ mod tests {
 
     #[test]
     fn runs_that_there_are_need_not_be_made_again() {
-        let cell = PlannedCell {
-            simulated: Share { hits: 900, n: 1000 },
-            as_measured: Share { hits: 960, n: 1000 },
-            so_far: Share::default(),
-            part: 1.0,
-        };
+        let cell = better();
         // As often as is expected of them.
         let later = PlannedCell { so_far: Share { hits: 19, n: 20 }, ..cell };
 
@@ -288,12 +279,7 @@ mod tests {
 
     #[test]
     fn one_cell_is_planned_exactly_as_drawn_campaigns_go() {
-        let cell = PlannedCell {
-            simulated: Share { hits: 900, n: 1000 },
-            as_measured: Share { hits: 960, n: 1000 },
-            so_far: Share::default(),
-            part: 1.0,
-        };
+        let cell = better();
         let exact = plan_in(&[cell], 0, MARGIN, 0.8);
         let (mut generator, n) = (ChaCha8Rng::seed_from_u64(7), 4000);
 
@@ -314,12 +300,7 @@ mod tests {
 
     #[test]
     fn several_cells_take_turns_and_are_judged_together() {
-        let cell = PlannedCell {
-            simulated: Share { hits: 900, n: 1000 },
-            as_measured: Share { hits: 960, n: 1000 },
-            so_far: Share::default(),
-            part: 1.0,
-        };
+        let cell = better();
 
         let one = planned(&[cell], 0.8).runs.unwrap();
         let third = PlannedCell { part: 1.0 / 3.0, ..cell };

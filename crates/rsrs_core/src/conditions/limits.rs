@@ -252,18 +252,4 @@ mod tests {
         assert!(profile.check_limits(&either.into()).is_err(), "of both commands");
         assert_ne!(profile.digest(), without.digest());
     }
-
-    #[test]
-    fn wheels_that_cannot_be_are_refused() {
-        for (wheels, key) in [
-            ("{base_m: 0, speed_max_m_s: 0.3}", "actuation.wheels.base_m is 0"),
-            ("{base_m: 0.1, speed_max_m_s: -1}", "actuation.wheels.speed_max_m_s is -1"),
-            ("{base_m: 0.1}", "speed_max_m_s"),
-            ("{base_m: .inf, speed_max_m_s: 1}", "actuation.wheels.base_m is inf"),
-        ] {
-            let text = FLOCKBOT.replace("actuation:", &format!("actuation:\n  wheels: {wheels}"));
-            let error = RobotProfile::parse("flockbot.yaml", &text).unwrap_err().to_string();
-            assert!(error.contains(key), "{error}");
-        }
-    }
 }

@@ -206,12 +206,8 @@ mod tests {
     }
 
     #[test]
-    fn the_same_experiment_is_admitted() {
+    fn the_same_experiment_is_admitted_and_every_difference_is_refused_by_name() {
         assert_eq!(SIMULATED.admit(&SIMULATED.clone()), Ok(()));
-    }
-
-    #[test]
-    fn every_difference_is_refused_by_name() {
         let controller = ControllerParameters::mirrored(0.15, 0.8).into();
         let placement = Placement::DiscFacingOut { radius_m: 0.6 };
         let arena = Arena { side_m: 15.0, walls: Walls::None };

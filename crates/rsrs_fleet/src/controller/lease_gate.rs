@@ -149,7 +149,6 @@ mod tests {
 
     use super::super::{Controller, Settings, Stamp};
     use super::*;
-    use crate::e_stop::{Message, Source};
     use crate::message::{Echo, Lease, LeaseState, RobotState};
     use crate::timing::LEASE_DURATION;
 
@@ -296,29 +295,6 @@ mod tests {
         robot.after(10, Event::Detection(false));
 
         assert_eq!(robot.controller.gate().unwrap().state(robot.now), RobotState::Idle);
-    }
-
-    const BUTTON: Source = Source([7; 16]);
-
-    fn engaged() -> Event {
-        Event::EStop(Message::State { source: BUTTON, engaged: true })
-    }
-
-    fn released() -> Event {
-        Event::EStop(Message::State { source: BUTTON, engaged: false })
-    }
-
-    #[test]
-    fn the_e_stop_is_a_zero_at_once_and_holds() {
-        let mut robot = Robot1::new();
-        robot.drive();
-
-        assert_eq!(robot.after(5, engaged()), [ZERO]);
-        assert_eq!(robot.after(5, Event::Detection(true)), [ZERO]);
-        robot.after(5, released());
-        let running = robot.lease(LeaseState::Running);
-        robot.after(5, running);
-        assert_eq!(robot.after(5, Event::Detection(true)), [ZERO], "until a newer epoch arms it");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use rsrs_core::world::WorldFile;
 use super::*;
 use crate::e_stop::LockCause;
 use crate::experiment::Time;
-use crate::message::{Echo, RobotState, StopCause};
+use crate::message::{self, Echo, RobotState, StopCause};
 use crate::record::tests::record;
 
 const RUN: &str = "run_1";
@@ -17,16 +17,8 @@ fn at(seconds: f64) -> Duration {
 }
 
 fn status(counter: u64, state: RobotState, stop_cause: StopCause) -> Status {
-    Status {
-        counter,
-        epoch: 7,
-        run_id: RUN.to_owned(),
-        parameter_digest: 1,
-        state,
-        stop_cause,
-        stop_reason: String::new(),
-        battery_v: f32::NAN,
-    }
+    let run_id = RUN.to_owned();
+    Status { counter, epoch: 7, run_id, ..message::tests::status(state, stop_cause) }
 }
 
 fn lease(state: LeaseState, robots: &[&str]) -> Event {

@@ -1,10 +1,11 @@
 use super::*;
 use crate::e_stop::{LockCause, Source};
-use crate::message::Echo;
+use crate::message::{self, Echo};
 
 mod of_two_sources;
 
 const DIGEST: u64 = 7;
+const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 
 fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
@@ -38,11 +39,7 @@ fn controller_in(epoch: u64, parameter_digest: u64, at: Duration) -> Event {
         counter: 1 + u64::try_from(at.as_micros() / 100).unwrap(),
         epoch,
         parameter_digest,
-        state: RobotState::Moving,
-        run_id: String::new(),
-        stop_cause: StopCause::None,
-        stop_reason: String::new(),
-        battery_v: f32::NAN,
+        ..message::tests::status(RobotState::Moving, StopCause::None)
     })
 }
 
@@ -64,9 +61,8 @@ fn moving() -> Robot {
     robot.on_event(controller(DIGEST, ms(0)), ms(0));
     robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
     robot.on_event(lease(1, LeaseState::Running, status.counter), ms(0));
-    let forward = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
-    robot.on_event(Event::Command(forward), ms(0));
-    assert_eq!(robot.drive(ms(0)), forward);
+    robot.on_event(Event::Command(FORWARD), ms(0));
+    assert_eq!(robot.drive(ms(0)), FORWARD);
     robot
 }
 
@@ -86,10 +82,7 @@ fn a_delayed_lease_cannot_stretch_itself() {
     for beat in 1..=5 {
         robot.on_event(controller(DIGEST, ms(beat * 100)), ms(beat * 100));
         robot.on_event(lease(1, LeaseState::Running, 1), ms(beat * 100));
-        robot.on_event(
-            Event::Command(Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 }),
-            ms(beat * 100),
-        );
+        robot.on_event(Event::Command(FORWARD), ms(beat * 100));
     }
 
     assert_ne!(robot.drive(ms(500)), Command::STOP);
@@ -108,14 +101,13 @@ fn lapsed() -> (Robot, Status) {
 #[test]
 fn a_robot_whose_lease_ran_out_goes_on_when_its_runner_knows_that_it_stands() {
     let (mut robot, status) = lapsed();
-    let forward = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
-    robot.on_event(Event::Command(forward), ms(700));
+    robot.on_event(Event::Command(FORWARD), ms(700));
     robot.on_event(controller(DIGEST, ms(700)), ms(700));
     assert_eq!(robot.drive(ms(700)), Command::STOP);
 
     robot.on_event(lease(1, LeaseState::Running, status.counter), ms(710));
 
-    assert_eq!((robot.state(ms(710)), robot.drive(ms(710))), (RobotState::Moving, forward));
+    assert_eq!((robot.state(ms(710)), robot.drive(ms(710))), (RobotState::Moving, FORWARD));
     assert_eq!(robot.state(ms(1_011)), RobotState::Stopped, "500 ms after that status");
 }
 

@@ -24,23 +24,35 @@ fn names(n_robots: usize) -> Vec<String> {
     (1..=n_robots).map(|number| format!("robot_{number}")).collect()
 }
 
-fn lockstep(n_robots: usize, steps: u64) -> Simulator {
-    let (time, gates) = (Time::Lockstep, Gates::Here);
-    let placed =
-        Placed { digest: DIGEST, robots: names(n_robots), steps, period_ns: 130, time, gates };
+/// A world in lockstep with a period of 130 ns.
+fn placed(n_robots: usize, steps: u64) -> Placed {
+    Placed {
+        digest: DIGEST,
+        robots: names(n_robots),
+        steps,
+        period_ns: 130,
+        time: Time::Lockstep,
+        gates: Gates::Here,
+    }
+}
+
+fn placed_in_real_time(n_robots: usize) -> Placed {
+    let period_ns = u64::try_from(PERIOD.as_nanos()).unwrap();
+    Placed { period_ns, time: Time::RealTime, ..placed(n_robots, 1) }
+}
+
+fn with(placed: Placed) -> Simulator {
     let mut simulator = Simulator::new();
-    simulator.on_event(Event::Placed(placed.clone()), Duration::ZERO);
+    simulator.on_event(Event::Placed(placed), Duration::ZERO);
     simulator
 }
 
+fn lockstep(n_robots: usize, steps: u64) -> Simulator {
+    with(placed(n_robots, steps))
+}
+
 fn real_time(n_robots: usize) -> Simulator {
-    let period_ns = u64::try_from(PERIOD.as_nanos()).unwrap();
-    let (time, gates) = (Time::RealTime, Gates::Here);
-    let placed =
-        Placed { digest: DIGEST, robots: names(n_robots), steps: 1, period_ns, time, gates };
-    let mut simulator = Simulator::new();
-    simulator.on_event(Event::Placed(placed.clone()), Duration::ZERO);
-    simulator
+    with(placed_in_real_time(n_robots))
 }
 
 /// Sends an event, and leaves the statuses out of what follows.
@@ -220,14 +232,7 @@ fn the_status_distinguishes_an_empty_simulator_from_a_placed_a_moving_and_a_fail
 
 #[test]
 fn a_world_that_is_placed_is_published_at_once_and_another_one_too() {
-    let placed = Placed {
-        digest: DIGEST,
-        robots: names(1),
-        steps: 1,
-        period_ns: 130,
-        time: Time::Lockstep,
-        gates: Gates::Here,
-    };
+    let placed = placed(1, 1);
     let mut simulator = Simulator::new();
     simulator.on_event(Event::Removed, Duration::ZERO);
 
@@ -390,11 +395,7 @@ fn a_confirmation_that_comes_again_lets_a_lockstep_run_go_on() {
 
 #[test]
 fn robots_with_gates_of_their_own_may_stand_and_move_again() {
-    let mut simulator = Simulator::new();
-    let period_ns = u64::try_from(PERIOD.as_nanos()).unwrap();
-    let (time, gates) = (Time::RealTime, Gates::Elsewhere);
-    let placed = Placed { digest: DIGEST, robots: names(1), steps: 1, period_ns, time, gates };
-    simulator.on_event(Event::Placed(placed.clone()), Duration::ZERO);
+    let mut simulator = with(Placed { gates: Gates::Elsewhere, ..placed_in_real_time(1) });
     pace(&mut simulator, Event::Gates(vec![MOVING]), Duration::ZERO);
 
     let stands = pace(&mut simulator, Event::Gates(vec![STOPPED]), PERIOD);

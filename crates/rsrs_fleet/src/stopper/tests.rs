@@ -1,7 +1,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::*;
-use crate::message::StopCause;
+use crate::message::{self, StopCause};
 
 fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
@@ -10,17 +10,10 @@ fn ms(milliseconds: u64) -> Duration {
 fn status(state: RobotState, stop_cause: StopCause) -> Status {
     // Each is newer than all before it.
     static COUNTER: AtomicU64 = AtomicU64::new(1);
-    Status {
-        counter: COUNTER.fetch_add(1, Ordering::Relaxed),
-        epoch: 0,
-        run_id: String::new(),
-        parameter_digest: 0,
-        state,
-        stop_cause,
-        // Nothing is decided by it.
-        stop_reason: "e-stop, or anything else".to_owned(),
-        battery_v: f32::NAN,
-    }
+    let counter = COUNTER.fetch_add(1, Ordering::Relaxed);
+    // Nothing is decided by it.
+    let stop_reason = "e-stop, or anything else".to_owned();
+    Status { counter, stop_reason, ..message::tests::status(state, stop_cause) }
 }
 
 fn received(robot: &str, state: RobotState, stop_cause: StopCause) -> Event {
@@ -45,23 +38,16 @@ fn the_first_message_is_published_at_once_and_then_ten_times_a_second() {
 
 #[test]
 fn it_ends_when_every_robot_stands_and_none_turns_up_any_more() {
-    let mut stopper = Stopper::new(StopCommand::Engage);
-    stopper.on_event(Event::Tick, ms(0));
-    stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::EStop), ms(40));
+    // In a secured fleet robots have more time to turn up.
+    for (transport, ends_ms) in [(Transport::Plain, 2_000), (Transport::Secured, 5_000)] {
+        let mut stopper = Stopper::new(StopCommand::Engage).over(transport);
+        assert_eq!(stopper.on_event(Event::Tick, ms(0)), [Action::Publish(true)]);
+        stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::EStop), ms(40));
 
-    assert!(!stopper.on_event(Event::Tick, ms(1_999)).contains(&finished()));
-    assert!(stopper.on_event(Event::Tick, ms(2_000)).contains(&finished()));
-    assert_eq!(stopper.answers()[0].acknowledged_after, Some(ms(40)));
-}
-
-#[test]
-fn in_a_secured_fleet_robots_have_more_time_to_turn_up() {
-    let mut stopper = Stopper::new(StopCommand::Engage).over(Transport::Secured);
-    assert_eq!(stopper.on_event(Event::Tick, ms(0)), [Action::Publish(true)]);
-    stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::EStop), ms(40));
-
-    assert!(!stopper.on_event(Event::Tick, ms(4_999)).contains(&finished()));
-    assert!(stopper.on_event(Event::Tick, ms(5_000)).contains(&finished()));
+        assert!(!stopper.on_event(Event::Tick, ms(ends_ms - 1)).contains(&finished()));
+        assert!(stopper.on_event(Event::Tick, ms(ends_ms)).contains(&finished()));
+        assert_eq!(stopper.answers()[0].acknowledged_after, Some(ms(40)));
+    }
 }
 
 fn finished() -> Action {

@@ -133,14 +133,7 @@ fn run_id(runner: usize) -> String {
 
 /// A controller whose process starts now.
 fn new_controller(robot: usize, scenario: &Scenario, now_ms: u64) -> Controller {
-    let stamp = stamp(scenario.body);
-    let settings = Settings {
-        controller: DEFAULTS.into(),
-        transition_key: Key::from_bits(0),
-        start: Memory::default(),
-        stamp,
-        reaction: Reaction::ToDetections,
-    };
+    let settings = settings(DEFAULTS, scenario.body);
     let controller = if scenario.controller_only[robot] {
         Controller::holding_lease(&name(robot), settings, COMMAND_TIMEOUT)
     } else {
@@ -151,8 +144,15 @@ fn new_controller(robot: usize, scenario: &Scenario, now_ms: u64) -> Controller 
     if now_ms == 0 { controller } else { controller.of_a_new_process() }
 }
 
-fn stamp(body: Body) -> Stamp {
-    if body == Body::Lockstep { Stamp::Clock } else { Stamp::Wall }
+/// What a controller is set to in a fleet of such robots.
+fn settings(controller: ControllerParameters, body: Body) -> Settings {
+    Settings {
+        controller: controller.into(),
+        transition_key: Key::from_bits(0),
+        start: Memory::default(),
+        stamp: if body == Body::Lockstep { Stamp::Clock } else { Stamp::Wall },
+        reaction: Reaction::ToDetections,
+    }
 }
 
 impl Fleet {

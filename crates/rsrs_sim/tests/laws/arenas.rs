@@ -4,17 +4,17 @@ use rsrs_core::conditions::{Arena, Conditions, Placement, Sides, Walls};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::region::Region;
-use rsrs_core::robot::sensor::{Detects, Reading, SensorDetails};
+use rsrs_core::robot::sensor::{Detects, SensorDetails};
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_core::world::{ArenaShape, ObjectGroup, Obstacle, WorldFile};
+use rsrs_core::world::{ArenaShape, Obstacle, WorldFile};
 use rsrs_sim::batch::runs_in_lanes;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
+use rsrs_testing::conditions::{exact_reading, objects_anywhere};
 use rsrs_testing::draw::Draw;
 
-use crate::support::{Crowd, HARSHER, PERFECT, flockbots, steered_digest};
+use crate::support::{self, Crowd, HARSHER, PERFECT, SEED, at, flockbots, steered_digest};
 
-const SEED: Seed = Seed { seed: 1, replicate: 0 };
 const ROBOT_M: f64 = 0.075;
 /// What single precision may do to a place in these arenas, in metres.
 const ROUNDING_M: f64 = 5e-6;
@@ -151,14 +151,8 @@ fn no_body_is_ever_in_a_wall_whatever_shape_it_has_and_however_robots_drive() {
             (ContactModel::None, 7.0),
         ] {
             let count = if contact == ContactModel::None { 1 } else { 6 };
-            let group = ObjectGroup {
-                count: Some(count),
-                places_m: None,
-                radius_m: 0.05,
-                friction: 0.2,
-                weight: 1.0,
-            };
-            let world = WorldFile { objects: vec![group], ..world.clone() };
+            let world =
+                WorldFile { objects: vec![objects_anywhere(count, 0.05, 0.2)], ..world.clone() };
             let mut conditions = conditions(world, side_m, walls);
             conditions.controller = flockbots(way_m / 0.13, 2.0, &PERFECT).controller;
             conditions.robots = 6;
@@ -206,16 +200,13 @@ fn in_square(world: WorldFile, (contact, walls): (ContactModel, Walls)) -> Condi
     conditions.placement = Placement::Given { starts: vec![(0..9).map(start).collect()] };
     conditions.robot.contact = contact;
     conditions.robot.region = Region::Cone { half_angle_rad: 0.3, range_m: 0.5 };
-    let wall = Reading {
-        name: "wall".to_owned(),
-        detects: Detects::Wall,
-        true_positive: 1.0,
-        false_positive: 0.0,
-        taken_for: [].into(),
-    };
     conditions.robot.details = SensorDetails {
         hidden_by: vec![Detects::Robot, Detects::Wall],
-        or: if walls == Walls::None { Vec::new() } else { vec![wall] },
+        or: if walls == Walls::None {
+            Vec::new()
+        } else {
+            vec![exact_reading("wall", Detects::Wall)]
+        },
         ..SensorDetails::default()
     };
     conditions.check().expect("it makes a world");
@@ -275,13 +266,8 @@ fn driven(world: WorldFile, side_m: f64, start: Pose, n_steps: usize) -> Pose {
     conditions.robots = 1;
     conditions.robot.speed_gain.mean = 1.0;
     conditions.placement = Placement::Given { starts: vec![vec![start]] };
-    conditions.check().expect("it makes a world");
-    let mut world = World::new(&conditions, SEED).expect("it is there");
-    for _ in 0..n_steps {
-        world.sense();
-        world.advance(&[Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 }]);
-    }
-    world.poses().next().expect("one")
+    let ahead = [Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 }];
+    support::driven(&conditions, &ahead, n_steps).poses().next().expect("one")
 }
 
 #[test]
@@ -303,14 +289,7 @@ fn a_robot_slides_along_a_round_wall_and_around_a_pillar_to_where_it_is_held() {
 #[test]
 fn robots_start_anywhere_in_the_arena_clear_of_walls_and_so_do_objects() {
     for (world, side_m) in worlds() {
-        let group = ObjectGroup {
-            count: Some(3),
-            places_m: None,
-            radius_m: 0.1,
-            friction: 0.0,
-            weight: 1.0,
-        };
-        let world = WorldFile { objects: vec![group], ..world };
+        let world = WorldFile { objects: vec![objects_anywhere(3, 0.1, 0.0)], ..world };
         let mut conditions = conditions(world, side_m, Walls::Stop);
         conditions.robots = 4;
         conditions.check().expect("it makes a world");
@@ -332,25 +311,14 @@ fn robots_start_anywhere_in_the_arena_clear_of_walls_and_so_do_objects() {
 /// What the first robot reports, which is at the origin and looks along x; others are where they are.
 fn reported(world: WorldFile, hidden_by: Vec<Detects>, others: &[[f64; 2]]) -> Option<String> {
     let mut conditions = conditions(world, 6.0, Walls::Stop);
-    let wall = Reading {
-        name: "wall".to_owned(),
-        detects: Detects::Wall,
-        true_positive: 1.0,
-        false_positive: 0.0,
-        taken_for: [].into(),
-    };
+    let or = vec![exact_reading("wall", Detects::Wall)];
     conditions.robot.region = Region::Cone { half_angle_rad: 0.1, range_m: 1.5 };
-    conditions.robot.details =
-        SensorDetails { hidden_by, or: vec![wall], ..SensorDetails::default() };
-    let mut starts = vec![Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 }];
-    starts.extend(others.iter().map(|[x_m, y_m]| Pose { x_m: *x_m, y_m: *y_m, heading_rad: 0.0 }));
+    conditions.robot.details = SensorDetails { hidden_by, or, ..SensorDetails::default() };
+    let mut starts = vec![at(0.0, 0.0, 0.0)];
+    starts.extend(others.iter().map(|[x_m, y_m]| at(*x_m, *y_m, 0.0)));
     conditions.robots = starts.len();
     conditions.placement = Placement::Given { starts: vec![starts] };
-    conditions.check().expect("it makes a world");
-    let names = conditions.robot.reading_names();
-    let readings = World::new(&conditions, SEED).expect("they are there").sense_all()[0];
-    let mut names = names.iter().enumerate().filter(|(place, _)| readings.has(*place));
-    names.next().map(|(_, name)| name.to_owned())
+    support::reported(&conditions).swap_remove(0).into_iter().next()
 }
 
 #[test]
@@ -383,9 +351,7 @@ fn walls_hide_robots_from_sensors_that_see_robots_alone_and_around_a_corner() {
         let mut conditions = conditions(world.clone(), 3.0, Walls::Clamp);
         conditions.robot.region = Region::Cone { half_angle_rad: 0.2, range_m: 3.0 };
         conditions.robot.details = SensorDetails { hidden_by, ..SensorDetails::default() };
-        let [x_m, y_m, heading_rad] = from;
-        let starts =
-            vec![Pose { x_m, y_m, heading_rad }, Pose { x_m: to[0], y_m: to[1], heading_rad: 0.0 }];
+        let starts = vec![at(from[0], from[1], from[2]), at(to[0], to[1], 0.0)];
         conditions.robots = 2;
         conditions.placement = Placement::Given { starts: vec![starts] };
         conditions.check().expect("it makes a world");
@@ -413,16 +379,9 @@ fn where_there_are_no_walls_nothing_holds_and_obstacles_are_refused() {
     let mut conditions = conditions(world, 1.0, Walls::None);
     conditions.robots = 1;
     conditions.robot.speed_gain.mean = 1.0;
-    let start = Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 };
-    conditions.placement = Placement::Given { starts: vec![vec![start]] };
-    conditions.check().expect("it makes a world");
-    let mut world = World::new(&conditions, SEED).expect("it is there");
-    for _ in 0..100 {
-        world.sense();
-        world.advance(&[Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 }]);
-    }
-
-    let end = world.poses().next().expect("one");
+    conditions.placement = Placement::Given { starts: vec![vec![at(0.0, 0.0, 0.0)]] };
+    let ahead = [Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 }];
+    let end = support::driven(&conditions, &ahead, 100).poses().next().expect("one");
     assert!((end.x_m - 1.3).abs() < 1e-4, "{end:?}");
 
     conditions.world.obstacles = vec![pillar([0.2, 0.0], 0.1)];
@@ -439,14 +398,7 @@ fn arenas_of_all_shapes_have_the_bits_that_they_always_had() {
         conditions.arena = Arena { side_m, walls: Walls::Clamp };
         conditions.robot.details.hidden_by = vec![Detects::Wall];
         conditions.robot.contact = ContactModel::Push;
-        let group = ObjectGroup {
-            count: Some(3),
-            places_m: None,
-            radius_m: 0.06,
-            friction: 0.1,
-            weight: 1.0,
-        };
-        conditions.world = WorldFile { objects: vec![group], ..world };
+        conditions.world = WorldFile { objects: vec![objects_anywhere(3, 0.06, 0.1)], ..world };
         conditions.robots = 5;
         steered_digest(&conditions)
     });

@@ -47,6 +47,21 @@ fn bits(judged: &Verdict) -> String {
     format!("{judged:?}")
 }
 
+/// Asserts that every unit judges 18 replicates as the reference does, and gives these verdicts.
+fn judged_alike(conditions: &Conditions, duration_s: f64) -> Vec<Verdict> {
+    let seeds = (0..18).map(|replicate| Seed { seed: 5, replicate });
+    let expected: Vec<Verdict> =
+        seeds.map(|seed| judged_by_reference(conditions, seed, duration_s)).collect();
+    for unit in VectorUnit::available() {
+        let judged = batch(unit).judge(conditions, 5, 0..18, duration_s).expect("fit and long");
+        for (replicate, (judged, expected)) in judged.iter().zip(&expected).enumerate() {
+            assert_eq!(bits(judged), bits(expected), "{unit:?} {replicate} {conditions:?}");
+        }
+        assert_eq!(judged.len(), expected.len());
+    }
+    expected
+}
+
 #[test]
 fn every_machine_has_a_unit_and_this_ones_are_tested() {
     let units = VectorUnit::available();
@@ -120,20 +135,7 @@ fn the_judge_of_the_lanes_is_the_judge() {
     let cells = [(0.15, 0.75), (0.05, 1.5), (0.30, 0.25), (0.25, 2.0), (0.175, 0.25), (0.0, 0.5)];
     for (speed_m_s, turn_rate_rad_s) in cells {
         for imperfection in [&HARSHER, &PERFECT] {
-            let conditions = flockbots(speed_m_s, turn_rate_rad_s, imperfection);
-            for unit in VectorUnit::available() {
-                let judged = batch(unit).judge(&conditions, 5, 0..18, 150.0).expect("fit and long");
-
-                for (replicate, judged) in (0..).zip(&judged) {
-                    let expected =
-                        judged_by_reference(&conditions, Seed { seed: 5, replicate }, 150.0);
-                    assert_eq!(
-                        bits(judged),
-                        bits(&expected),
-                        "{unit:?} {replicate} {conditions:?}"
-                    );
-                }
-            }
+            judged_alike(&flockbots(speed_m_s, turn_rate_rad_s, imperfection), 150.0);
         }
     }
 }
@@ -153,15 +155,8 @@ fn every_behaviour_is_judged_alike_in_lanes_and_by_the_reference() {
         conditions.controller = ControllerParameters::of(detected, undetected).into();
         conditions.behaviour = behaviour;
         conditions.robot.region = Region::Cone { half_angle_rad: 0.05, range_m: 3.0 };
-        for unit in VectorUnit::available() {
-            let judged = batch(unit).judge(&conditions, 5, 0..18, 150.0).expect("fit and long");
-
-            for (replicate, judged) in (0..).zip(&judged) {
-                let seed = Seed { seed: 5, replicate };
-                let expected = judged_by_reference(&conditions, seed, 150.0);
-                assert_eq!(bits(judged), bits(&expected), "{unit:?} {replicate} {conditions:?}");
-                assert_eq!(judged.phase.behaviour(), behaviour);
-            }
+        for judged in judged_alike(&conditions, 150.0) {
+            assert_eq!(judged.phase.behaviour(), behaviour);
         }
     }
 }
@@ -180,15 +175,9 @@ fn what_only_some_behaviours_ask_for_is_the_same_in_lanes_and_by_the_reference()
     conditions.behaviour = behaviour;
     conditions.arena = Arena { side_m: 4.0, walls: Walls::Clamp };
     let asked = behaviour.rules().asked();
-    for unit in VectorUnit::available() {
-        let judged = batch(unit).judge(&conditions, 5, 0..18, 150.0).expect("fit and long");
-
-        for (replicate, judged) in (0..).zip(&judged) {
-            let expected = judged_by_reference(&conditions, Seed { seed: 5, replicate }, 150.0);
-            assert_eq!(bits(judged), bits(&expected), "{unit:?} {replicate}");
-            let is_known = |evidence| asked.iter().all(|it| it.value(evidence).is_some());
-            assert!(is_known(&judged.evidence) && judged.blocks.iter().all(is_known), "{judged:?}");
-        }
+    for judged in judged_alike(&conditions, 150.0) {
+        let is_known = |evidence| asked.iter().all(|it| it.value(evidence).is_some());
+        assert!(is_known(&judged.evidence) && judged.blocks.iter().all(is_known), "{judged:?}");
     }
 }
 
@@ -215,15 +204,7 @@ fn any_time_of_a_run_is_judged_alike_in_lanes_and_by_the_reference() {
                 let detected = Command { speed_m_s: 0.15, turn_rate_rad_s: -0.75 };
                 conditions.controller = ControllerParameters::of(detected, undetected).into();
             }
-            for unit in VectorUnit::available() {
-                let judged = batch(unit).judge(&conditions, 5, 0..18, 124.0).expect("fit and long");
-
-                for (replicate, judged) in (0..).zip(&judged) {
-                    let seed = Seed { seed: 5, replicate };
-                    let expected = judged_by_reference(&conditions, seed, 124.0);
-                    assert_eq!(bits(judged), bits(&expected), "{unit:?} {replicate} {window}");
-                }
-            }
+            judged_alike(&conditions, 124.0);
         }
     }
 }

@@ -7,11 +7,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use proptest::prelude::*;
 use rsrs_core::conditions::{Conditions, Placement};
-use rsrs_core::world::ObjectGroup;
+
 use rsrs_sim::sweep::{
     Block, BlockError, Completion, MOST_ROWS, Piece, Progress, ReplicateOutcome, Runs, SweepError,
     Watch, Work, blocks, check, run_blocks,
 };
+use rsrs_testing::conditions::objects_anywhere;
 
 use crate::support::{HARSHER, flockbots, quietly};
 
@@ -65,14 +66,7 @@ proptest! {
 fn little_work_is_cut_as_well_and_by_what_it_takes() {
     let plain = flockbots(0.15, 0.75, &HARSHER);
     let mut with_objects = plain.clone();
-    let group = |n| ObjectGroup {
-        count: Some(n),
-        places_m: None,
-        radius_m: 0.05,
-        friction: 0.0,
-        weight: 1.0,
-    };
-    with_objects.world.objects = vec![group(20)];
+    with_objects.world.objects = vec![objects_anywhere(20, 0.05, 0.0)];
     let cells = [plain, with_objects];
     let of = |cell: usize, n: u64| -> Vec<u64> {
         let work = [Piece { cell, replicates: 0..n }];

@@ -6,49 +6,37 @@ use rsrs_core::robot::controller::state_machine::{Row, StateMachine};
 use rsrs_core::robot::controller::{Command, Controller};
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::{Detects, Reading, SensorDetails};
-use rsrs_core::robot::unicycle::Pose;
+
 use rsrs_core::world::{RobotClass, WorldFile};
 use rsrs_sim::batch::runs_in_lanes;
-use rsrs_sim::draw::Seed;
+
 use rsrs_sim::episode::{episode_digests, run_episode};
-use rsrs_sim::world::World;
+use rsrs_testing::conditions::exact_reading;
 
-use crate::support::{HARSHER, PERFECT, assert_judged_alike, flockbots};
-
-const SEED: Seed = Seed { seed: 1, replicate: 0 };
+use crate::support::{
+    self, HARSHER, PERFECT, SEED, assert_judged_alike, at, flockbots, perfect_at,
+};
 
 fn classes(names: &[&str]) -> WorldFile {
     let class = |name: &&str| RobotClass { name: (*name).to_owned(), ..RobotClass::default() };
     WorldFile { classes: names.iter().map(class).collect(), ..WorldFile::NOTHING }
 }
 
-fn reading(name: &str, detects: Detects, true_positive: f64, false_positive: f64) -> Reading {
-    let name = name.to_owned();
-    Reading { name, detects, true_positive, false_positive, taken_for: [].into() }
-}
-
 /// What the robot at the origin reports that looks along x: those of its class are the third and the fifth, and the
 /// second and the fourth are of another one.
 fn reported(details: SensorDetails, ahead_m: [f64; 4], world: WorldFile) -> Vec<String> {
-    let mut conditions = flockbots(0.15, 0.75, &PERFECT);
-    let beside = ahead_m.map(|x_m| Pose { x_m, y_m: 0.05, heading_rad: 0.0 });
-    let mut starts = vec![Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 }];
-    starts.extend(beside);
-    conditions.robots = starts.len();
-    conditions.placement = Placement::Given { starts: vec![starts] };
+    let mut starts = vec![at(0.0, 0.0, 0.0)];
+    starts.extend(ahead_m.map(|x_m| at(x_m, 0.05, 0.0)));
+    let mut conditions = perfect_at(starts);
     conditions.arena = Arena { side_m: 8.0, walls: Walls::Clamp };
     conditions.world = world;
     conditions.robot.region = Region::Cone { half_angle_rad: 0.1, range_m: 2.0 };
     conditions.robot.details = details;
-    conditions.check().expect("a world");
-    let names = conditions.robot.reading_names();
-    let readings = World::new(&conditions, SEED).expect("they fit").sense_all()[0];
-    let names = names.iter().enumerate().filter(|(place, _)| readings.has(*place));
-    names.map(|(_, name)| name.to_owned()).collect()
+    support::reported(&conditions).swap_remove(0)
 }
 
 fn ternary(hidden_by: Vec<Detects>) -> SensorDetails {
-    let or = vec![reading("other", Detects::Other, 1.0, 0.0)];
+    let or = vec![exact_reading("other", Detects::Other)];
     SensorDetails { detects: Detects::Kin, hidden_by, or, ..SensorDetails::default() }
 }
 
@@ -108,7 +96,11 @@ fn segregating() -> Conditions {
     conditions.robot.true_positive = 0.95;
     conditions.robot.false_positive = 0.02;
     conditions.robot.details = SensorDetails {
-        or: vec![reading("other", Detects::Other, 0.95, 0.02)],
+        or: vec![Reading {
+            true_positive: 0.95,
+            false_positive: 0.02,
+            ..exact_reading("other", Detects::Other)
+        }],
         ..ternary(vec![Detects::Robot])
     };
     let row = |when: &[(&str, bool)], speed_m_s, turn_rate_rad_s| Row {

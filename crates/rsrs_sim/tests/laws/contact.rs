@@ -1,6 +1,8 @@
 //! The laws of contact: bodies that stop each other, push each other, or pass through each other.
 
-use crate::support::{Crowd, HARSHER, PERFECT, assert_judged_alike, flockbots};
+use crate::support::{
+    self, Crowd, HARSHER, PERFECT, SEED, assert_judged_alike, at, drive, exact, flockbots,
+};
 use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
@@ -12,47 +14,20 @@ use rsrs_sim::pushing::SLACK;
 use rsrs_sim::world::World;
 use rsrs_testing::draw::Draw;
 
-const SEED: Seed = Seed { seed: 1, replicate: 0 };
 const DIAMETER_M: f64 = 0.15;
 /// What a robot drives in a step, in metres.
 const STEP_M: f64 = 0.02;
 /// What single precision may do to a place, in metres.
 const ROUNDING_M: f64 = 1e-6;
 
-/// Robots that follow commands exactly, at given poses.
-fn exact(contact: ContactModel, poses: Vec<Pose>) -> Conditions {
-    let mut conditions = flockbots(0.15, 0.75, &PERFECT);
-    conditions.robots = poses.len();
-    conditions.placement = Placement::Given { starts: vec![poses] };
-    conditions.robot.contact = contact;
-    conditions.robot.speed_gain.mean = 1.0;
-    conditions.robot.turn_gain.mean = 1.0;
-    conditions
-}
-
-fn at(x_m: f64, y_m: f64, heading_rad: f64) -> Pose {
-    Pose { x_m, y_m, heading_rad }
-}
-
 /// Robots in a row, a hair apart, all heading along it.
 fn row(n_robots: u32) -> Vec<Pose> {
     (0..n_robots).map(|robot| at(f64::from(robot) * (DIAMETER_M + 1e-5), 0.0, 0.0)).collect()
 }
 
-/// A command that drives so far in a step.
-fn drive(way_m: f64) -> Command {
-    Command { speed_m_s: way_m / 0.13, turn_rate_rad_s: 0.0 }
-}
-
-/// Where robots are after steps of these commands, whatever they see.
+/// Where robots are after steps of these commands.
 fn driven(conditions: &Conditions, commands: &[Command], n_steps: usize) -> Vec<Pose> {
-    conditions.check().expect("it makes a world");
-    let mut world = World::new(conditions, SEED).expect("they are there");
-    for _ in 0..n_steps {
-        world.sense();
-        world.advance(commands);
-    }
-    world.poses().collect()
+    support::driven(conditions, commands, n_steps).poses().collect()
 }
 
 fn closest_m(poses: &[Pose]) -> f64 {

@@ -2,13 +2,13 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::controller_table::ControllerTable;
-use rsrs_core::judge::phase;
+
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_sim::batch::{Batch, runs_in_lanes};
+use rsrs_sim::batch::runs_in_lanes;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 
-use crate::support::{PERFECT, flockbots};
+use crate::support::{PERFECT, assert_judged_alike, flockbots};
 
 const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 const SEARCH: &str = include_str!("../../../../launch_configs/controllers/search_and_dwell.yaml");
@@ -37,13 +37,7 @@ fn a_controller_with_states_is_swept_in_the_reference_world() {
     assert!(!runs_in_lanes(&conditions, 120.0));
     assert!(runs_in_lanes(&flockbots(0.15, 0.75, &PERFECT), 120.0));
 
-    let judged = Batch::new().judge(&conditions, 3, 0..4, 120.0).unwrap();
-
-    for (replicate, verdict) in (0..).zip(judged) {
-        let run = run_episode(&conditions, Seed { seed: 3, replicate }, 120.0).unwrap();
-        let expected = phase::label(&run, &conditions.bodies()).unwrap();
-        assert_eq!(verdict.evidence, expected.evidence);
-    }
+    assert_judged_alike(&conditions, 4);
 }
 
 #[test]

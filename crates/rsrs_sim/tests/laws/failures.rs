@@ -1,10 +1,10 @@
 //! The laws of robots that fail at a time.
 
-use rsrs_core::conditions::{Conditions, Placement};
+use rsrs_core::conditions::Conditions;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::region::Region;
-use rsrs_core::robot::unicycle::Pose;
+
 use rsrs_core::world::{Failure, WorldFile};
 use rsrs_sim::batch::runs_in_lanes;
 use rsrs_sim::draw::Seed;
@@ -12,9 +12,7 @@ use rsrs_sim::episode::run_episode;
 use rsrs_sim::failures::standing;
 use rsrs_sim::world::World;
 
-use crate::support::{HARSHER, PERFECT, flockbots, steered_digest};
-
-const SEED: Seed = Seed { seed: 1, replicate: 0 };
+use crate::support::{HARSHER, SEED, at, driven, flockbots, perfect_at, steered_digest};
 
 fn of_robot(robot: usize, at_s: f64) -> Failure {
     Failure { robot: Some(robot), at_s, ..Failure::default() }
@@ -55,20 +53,13 @@ fn a_robot_that_stops_stands_still_from_its_time_on_and_nobody_else() {
 
 #[test]
 fn a_robot_that_stands_is_pushed_as_any_other() {
-    let mut conditions = flockbots(0.15, 0.75, &PERFECT);
-    let at = |x_m: f64| Pose { x_m, y_m: 0.0, heading_rad: 0.0 };
-    conditions.robots = 2;
-    conditions.placement = Placement::Given { starts: vec![vec![at(0.0), at(0.2)]] };
+    let mut conditions = perfect_at(vec![at(0.0, 0.0, 0.0), at(0.2, 0.0, 0.0)]);
     conditions.robot.contact = ContactModel::Push;
     let failures = vec![Failure { stops: true, ..of_robot(2, 0.0) }];
     conditions.world = WorldFile { failures, ..WorldFile::NOTHING };
-    conditions.check().expect("it makes a world");
-    let mut world = World::new(&conditions, SEED).expect("they are there");
 
-    for _ in 0..60 {
-        world.sense();
-        world.advance(&[Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 }; 2]);
-    }
+    let ahead = [Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 }; 2];
+    let world = driven(&conditions, &ahead, 60);
 
     let pushed_m = world.poses().nth(1).expect("two").x_m - 0.2;
     assert!((0.2..0.5).contains(&pushed_m), "at half of the speed: {pushed_m}");

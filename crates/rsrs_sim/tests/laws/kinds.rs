@@ -1,28 +1,14 @@
 //! Worlds with robots that have a profile of their own.
 
-use crate::support::{PERFECT, assert_judged_alike, flockbots};
-use rsrs_core::conditions::{Conditions, Placement, SimulatedRobot};
-use rsrs_core::robot::controller::{Command, decide};
+use crate::support::{PERFECT, SEED, assert_judged_alike, at, flockbots, perfect_at};
+use rsrs_core::conditions::{Conditions, SimulatedRobot};
+use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::batch::runs_in_lanes;
-use rsrs_sim::draw::Seed;
+
 use rsrs_sim::episode::episode_digests;
 use rsrs_sim::world::World;
-
-const SEED: Seed = Seed { seed: 1, replicate: 0 };
-
-/// Robots without any noise at given poses: nothing in their world is drawn.
-fn undrawn(poses: Vec<Pose>) -> Conditions {
-    let mut conditions = flockbots(0.15, 0.75, &PERFECT);
-    conditions.robots = poses.len();
-    conditions.placement = Placement::Given { starts: vec![poses] };
-    conditions
-}
-
-fn at(x_m: f64, y_m: f64, heading_rad: f64) -> Pose {
-    Pose { x_m, y_m, heading_rad }
-}
 
 fn with_own(
     mut conditions: Conditions,
@@ -42,7 +28,7 @@ fn a_robot_of_its_own_that_is_like_the_others_changes_no_bit() {
         let angle_rad = f64::from(robot) * 0.69;
         at(0.6 * libm::cos(angle_rad), 0.6 * libm::sin(angle_rad), angle_rad + 0.3)
     });
-    let alike = undrawn(ring.collect());
+    let alike = perfect_at(ring.collect());
     let own = with_own(alike.clone(), 4, |_| {});
 
     let expected = episode_digests(&alike, SEED, 300.0).unwrap();
@@ -53,7 +39,7 @@ fn a_robot_of_its_own_that_is_like_the_others_changes_no_bit() {
 
 #[test]
 fn each_robot_is_moved_by_its_own_numbers() {
-    let conditions = undrawn(vec![at(0.0, 0.0, 0.0), at(0.0, 3.0, 0.0), at(0.0, 6.0, 0.0)]);
+    let conditions = perfect_at(vec![at(0.0, 0.0, 0.0), at(0.0, 3.0, 0.0), at(0.0, 6.0, 0.0)]);
     let conditions = with_own(conditions, 1, |robot| {
         robot.speed_gain.mean = 0.5;
         robot.turn_gain.mean = 2.0;
@@ -74,7 +60,7 @@ fn each_robot_is_moved_by_its_own_numbers() {
 #[test]
 fn each_robot_sees_as_far_as_its_own_sensor_and_a_large_body_from_farther_away() {
     // Two robots face each other, 0.8 m apart; a cone of 0.75 m reaches a body of 0.075 m there.
-    let facing = || undrawn(vec![at(0.0, 0.0, 0.0), at(0.8, 0.0, std::f64::consts::PI)]);
+    let facing = || perfect_at(vec![at(0.0, 0.0, 0.0), at(0.8, 0.0, std::f64::consts::PI)]);
     let seen = |conditions: &Conditions| World::new(conditions, SEED).unwrap().sense().to_vec();
     let short = |robot: &mut SimulatedRobot| {
         robot.region = Region::Cone { half_angle_rad: 0.2, range_m: 0.7 };
@@ -101,7 +87,7 @@ fn each_robot_sees_as_far_as_its_own_sensor_and_a_large_body_from_farther_away()
 #[test]
 fn two_bodies_touch_where_their_own_radii_meet() {
     let blocked = |radius_m: f64| {
-        let apart = undrawn(vec![at(0.0, 0.0, 0.0), at(0.2, 0.0, 1.0)]);
+        let apart = perfect_at(vec![at(0.0, 0.0, 0.0), at(0.2, 0.0, 1.0)]);
         let conditions = with_own(apart, 1, |robot| robot.radius_m = radius_m);
         let mut world = World::new(&conditions, SEED).unwrap();
         world.sense();
@@ -110,7 +96,7 @@ fn two_bodies_touch_where_their_own_radii_meet() {
 
     assert_eq!(blocked(0.12), [false, false], "0.195 m of 0.2 m");
     // A table may not put them so near; a world may come so far.
-    let near = undrawn(vec![at(0.0, 0.0, 0.0), at(0.16, 0.0, 0.0)]);
+    let near = perfect_at(vec![at(0.0, 0.0, 0.0), at(0.16, 0.0, 0.0)]);
     let mut large = near.clone();
     let own = SimulatedRobot { radius_m: 0.1, ..near.robot.clone() };
     large.own_robots.insert(1, own);
@@ -143,15 +129,4 @@ fn the_largest_body_has_room_at_the_start() {
             assert!(apart_m >= 2.0 * 0.12, "{apart_m}");
         }
     }
-    // It runs under its controller like any other.
-    let mut world = World::new(&conditions, SEED).unwrap();
-    for _ in 0..200 {
-        let commands: Vec<Command> = world
-            .sense()
-            .iter()
-            .map(|seen| decide(*seen, conditions.controller.parameters().expect("two commands")))
-            .collect();
-        world.advance(&commands);
-    }
-    assert_eq!(world.step_index(), 200);
 }

@@ -5,7 +5,7 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::region::Region;
-use rsrs_core::robot::sensor::{Detects, Reading, Readings, SensorDetails};
+use rsrs_core::robot::sensor::{Detects, SensorDetails};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::{Goal, ObjectGroup, WorldFile};
 use rsrs_sim::batch::runs_in_lanes;
@@ -13,11 +13,11 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::pushing::SLACK;
 use rsrs_sim::world::World;
+use rsrs_testing::conditions::{exact_reading, objects_anywhere};
 use rsrs_testing::draw::Draw;
 
-use crate::support::{Crowd, HARSHER, PERFECT, assert_judged_alike, flockbots};
+use crate::support::{self, Crowd, HARSHER, SEED, assert_judged_alike, at, drive, flockbots};
 
-const SEED: Seed = Seed { seed: 1, replicate: 0 };
 const ROBOT_M: f64 = 0.075;
 const OBJECT_M: f64 = 0.05;
 /// What a robot drives in a step, in metres.
@@ -25,42 +25,19 @@ const STEP_M: f64 = 0.02;
 /// What single precision may do to a place, in metres.
 const ROUNDING_M: f64 = 1e-6;
 
-fn at(x_m: f64, y_m: f64, heading_rad: f64) -> Pose {
-    Pose { x_m, y_m, heading_rad }
-}
-
 /// Objects of one size at these places.
 fn objects(places_m: Vec<[f64; 2]>, friction: f64) -> WorldFile {
-    let group = ObjectGroup {
-        count: None,
-        places_m: Some(places_m),
-        radius_m: OBJECT_M,
-        friction,
-        weight: 1.0,
-    };
-    WorldFile { objects: vec![group], ..WorldFile::NOTHING }
+    WorldFile { objects: vec![placed(places_m, OBJECT_M, friction)], ..WorldFile::NOTHING }
 }
 
-fn anywhere(count: usize, radius_m: f64, friction: f64) -> ObjectGroup {
-    ObjectGroup { count: Some(count), places_m: None, radius_m, friction, weight: 1.0 }
+fn placed(places_m: Vec<[f64; 2]>, radius_m: f64, friction: f64) -> ObjectGroup {
+    ObjectGroup { count: None, places_m: Some(places_m), ..objects_anywhere(0, radius_m, friction) }
 }
 
 /// Robots that follow commands exactly, at given poses in a square of 4 m.
 fn exact(contact: ContactModel, poses: Vec<Pose>, world: WorldFile) -> Conditions {
-    let mut conditions = flockbots(0.15, 0.75, &PERFECT);
-    conditions.robots = poses.len();
-    conditions.placement = Placement::Given { starts: vec![poses] };
-    conditions.arena = Arena { side_m: 4.0, walls: Walls::Clamp };
-    conditions.world = world;
-    conditions.robot.contact = contact;
-    conditions.robot.speed_gain.mean = 1.0;
-    conditions.robot.turn_gain.mean = 1.0;
-    conditions
-}
-
-/// A command that drives so far in a step.
-fn drive(way_m: f64) -> Command {
-    Command { speed_m_s: way_m / 0.13, turn_rate_rad_s: 0.0 }
+    let arena = Arena { side_m: 4.0, walls: Walls::Clamp };
+    Conditions { arena, world, ..support::exact(contact, poses) }
 }
 
 /// Where robots and objects are after steps of these commands.
@@ -69,12 +46,7 @@ fn driven(
     commands: &[Command],
     n_steps: usize,
 ) -> (Vec<Pose>, Vec<[f64; 2]>) {
-    conditions.check().expect("it makes a world");
-    let mut world = World::new(conditions, SEED).expect("they are there");
-    for _ in 0..n_steps {
-        world.sense();
-        world.advance(commands);
-    }
+    let world = support::driven(conditions, commands, n_steps);
     (world.poses().collect(), world.objects_m().collect())
 }
 
@@ -225,7 +197,8 @@ fn crowd(contact: ContactModel, way_m: f64, friction: f64) -> Crowd {
     conditions.robot.contact = contact;
     conditions.placement = Placement::DiscFacingOut { radius_m: 0.5 };
     conditions.arena = Arena { side_m: 1.4, walls: Walls::Clamp };
-    let groups = vec![anywhere(15, OBJECT_M, friction), anywhere(3, 0.08, friction)];
+    let groups =
+        vec![objects_anywhere(15, OBJECT_M, friction), objects_anywhere(3, 0.08, friction)];
     conditions.world = WorldFile { objects: groups, ..WorldFile::NOTHING };
     conditions.check().expect("it makes a world");
     Crowd::of(conditions)
@@ -341,14 +314,8 @@ fn objects_are_placed_anywhere_in_the_arena_clear_of_all_and_of_each_replicate_e
     let mut conditions = flockbots(0.15, 0.75, &HARSHER);
     conditions.arena = Arena { side_m: 2.0, walls: Walls::Stop };
     conditions.placement = Placement::BoxFacingAnyWay(Sides { width_m: 1.8, height_m: 1.8 });
-    let fixed = ObjectGroup {
-        count: None,
-        places_m: Some(vec![[0.0, 0.0], [0.9, -0.9]]),
-        radius_m: 0.1,
-        friction: 0.0,
-        weight: 1.0,
-    };
-    let groups = vec![anywhere(10, OBJECT_M, 0.0), fixed];
+    let fixed = placed(vec![[0.0, 0.0], [0.9, -0.9]], 0.1, 0.0);
+    let groups = vec![objects_anywhere(10, OBJECT_M, 0.0), fixed];
     conditions.world = WorldFile { objects: groups, ..WorldFile::NOTHING };
     conditions.check().expect("it makes a world");
     let mut n_inner = 0;
@@ -385,7 +352,7 @@ fn objects_that_do_not_fit_are_counted() {
     let mut conditions = flockbots(0.15, 0.75, &HARSHER);
     conditions.arena = Arena { side_m: 2.0, walls: Walls::Stop };
     conditions.world =
-        WorldFile { objects: vec![anywhere(300, OBJECT_M, 0.0)], ..WorldFile::NOTHING };
+        WorldFile { objects: vec![objects_anywhere(300, OBJECT_M, 0.0)], ..WorldFile::NOTHING };
     conditions.check().expect("the area would be enough");
 
     let error = World::new(&conditions, SEED).err().expect("there is no room").to_string();
@@ -397,24 +364,9 @@ fn objects_that_do_not_fit_are_counted() {
     assert!(error.contains("clear of robots and within the walls"), "{error}");
 }
 
-/// A kind among several that a perfect sensor tells from each other.
-fn reading(name: &str, detects: Detects) -> Reading {
-    Reading {
-        name: name.to_owned(),
-        detects,
-        true_positive: 1.0,
-        false_positive: 0.0,
-        taken_for: [].into(),
-    }
-}
-
 /// What the first robot reports at the start, by name.
 fn reported(conditions: &Conditions) -> Vec<String> {
-    conditions.check().expect("a world");
-    let names = conditions.robot.reading_names();
-    let readings: Readings = World::new(conditions, SEED).expect("they fit").sense_all()[0];
-    let names = names.iter().enumerate().filter(|(place, _)| readings.has(*place));
-    names.map(|(_, name)| name.to_owned()).collect()
+    support::reported(conditions).swap_remove(0)
 }
 
 /// One robot at the origin that looks along x, with these kinds to tell apart.
@@ -425,9 +377,9 @@ fn looking(hidden_by: Vec<Detects>, world: WorldFile) -> Conditions {
     conditions.robot.details = SensorDetails {
         hidden_by,
         or: vec![
-            reading("object", Detects::Object),
-            reading("goal", Detects::Goal),
-            reading("wall", Detects::Wall),
+            exact_reading("object", Detects::Object),
+            exact_reading("goal", Detects::Goal),
+            exact_reading("wall", Detects::Wall),
         ],
         ..SensorDetails::default()
     };
@@ -497,7 +449,7 @@ fn objects_and_goals_hide_what_is_behind_them_if_they_do() {
 /// Object clustering in small: a ternary sensor and 12 objects.
 fn clustering() -> Conditions {
     let world = WorldFile {
-        objects: vec![anywhere(12, OBJECT_M, 0.2)],
+        objects: vec![objects_anywhere(12, OBJECT_M, 0.2)],
         goals: vec![Goal { place_m: [0.5, 0.5], radius_m: 0.3 }],
         ..WorldFile::NOTHING
     };
@@ -507,7 +459,7 @@ fn clustering() -> Conditions {
     conditions.world = world;
     conditions.robot.region = Region::Cone { half_angle_rad: 0.0, range_m: 3.0 };
     conditions.robot.details = SensorDetails {
-        or: vec![reading("object", Detects::Object)],
+        or: vec![exact_reading("object", Detects::Object)],
         hidden_by: vec![Detects::Robot, Detects::Object],
         ..SensorDetails::default()
     };

@@ -1,33 +1,26 @@
 //! Worlds whose robots have several sensors, or one that is not plain.
 
 use rsrs_core::conditions::{Arena, Conditions, Placement, SimulatedSensor, Walls};
-use rsrs_core::judge::phase;
+
 use rsrs_core::robot::profile::Sees;
 use rsrs_core::robot::region::Region;
-use rsrs_core::robot::sensor::{Detects, Reading, Readings, SensorDetails};
+use rsrs_core::robot::sensor::{Detects, Reading, SensorDetails};
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_sim::batch::{Batch, runs_in_lanes};
+use rsrs_sim::batch::runs_in_lanes;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::world::World;
+use rsrs_testing::conditions::exact_reading;
 
-use crate::support::{HARSHER, PERFECT, flockbots};
+use crate::support::{HARSHER, SEED, assert_judged_alike, at, flockbots, perfect_at, reported};
 
-const SEED: Seed = Seed { seed: 1, replicate: 0 };
 const LINE: Region = Region::Cone { half_angle_rad: 0.0, range_m: 2.0 };
 const CONE: Region = Region::Cone { half_angle_rad: 0.2, range_m: 0.75 };
 
-fn at(x_m: f64, y_m: f64, heading_rad: f64) -> Pose {
-    Pose { x_m, y_m, heading_rad }
-}
-
 /// Perfect robots at these poses in a square of 4 m.
 fn perfect(poses: Vec<Pose>) -> Conditions {
-    let mut conditions = flockbots(0.15, 0.75, &PERFECT);
-    conditions.robots = poses.len();
-    conditions.placement = Placement::Given { starts: vec![poses] };
-    conditions.arena = Arena { side_m: 4.0, walls: Walls::Stop };
-    conditions
+    let arena = Arena { side_m: 4.0, walls: Walls::Stop };
+    Conditions { arena, ..perfect_at(poses) }
 }
 
 /// A perfect sensor.
@@ -49,18 +42,6 @@ fn of_walls() -> SensorDetails {
 
 fn hidden(details: SensorDetails) -> SensorDetails {
     SensorDetails { hidden_by: vec![Detects::Robot], ..details }
-}
-
-/// What the robots report at the start, by name: of each robot the readings that are true.
-fn reported(conditions: &Conditions) -> Vec<Vec<String>> {
-    conditions.check().expect("a world");
-    let names = conditions.robot.reading_names();
-    let mut world = World::new(conditions, SEED).expect("they fit");
-    let of_robot = |readings: &Readings| {
-        let names = names.iter().enumerate().filter(|(place, _)| readings.has(*place));
-        names.map(|(_, name)| name.to_owned()).collect()
-    };
-    world.sense_all().iter().map(of_robot).collect()
 }
 
 /// The robots of [`HARSHER`] with a ternary first sensor, and one to the left that is late.
@@ -147,13 +128,7 @@ fn a_wall_is_detected_where_the_region_reaches_it_and_no_robot_stands_between() 
 fn of_several_kinds_the_nearest_is_reported_and_what_it_hides_is_not() {
     let mut one_of = perfect(vec![at(0.0, 0.0, 0.0), at(1.2, 0.0, 3.0)]);
     one_of.robot.region = Region::Cone { half_angle_rad: 0.3, range_m: 2.5 };
-    one_of.robot.details.or = vec![Reading {
-        name: "wall".to_owned(),
-        detects: Detects::Wall,
-        true_positive: 1.0,
-        false_positive: 0.0,
-        taken_for: [].into(),
-    }];
+    one_of.robot.details.or = vec![exact_reading("wall", Detects::Wall)];
     assert_eq!(reported(&one_of)[0], ["detection"], "a robot in front of a wall");
     // Beside the wall, ahead and to the side: the wall is 0.25 m away, and the robot 1.2 m.
     let Placement::Given { starts } = &mut one_of.placement else { unreachable!() };
@@ -233,11 +208,5 @@ fn several_sensors_are_swept_in_the_reference_world_and_repeat_to_the_bit() {
     assert_eq!(digests(0), digests(0));
     assert_ne!(digests(0), digests(1));
 
-    let judged = Batch::new().judge(&conditions, 3, 0..2, 120.0).unwrap();
-
-    for (replicate, verdict) in (0..).zip(judged) {
-        let run = run_episode(&conditions, Seed { seed: 3, replicate }, 120.0).unwrap();
-        let expected = phase::label(&run, &conditions.bodies()).unwrap();
-        assert_eq!(verdict.evidence, expected.evidence);
-    }
+    assert_judged_alike(&conditions, 2);
 }

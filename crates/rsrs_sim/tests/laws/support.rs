@@ -3,9 +3,13 @@
 
 use std::sync::atomic::AtomicBool;
 
-use rsrs_core::conditions::{Conditions, GainDistribution};
+use rsrs_core::conditions::{Conditions, GainDistribution, Placement};
 use rsrs_core::judge::phase::{self, Verdict};
+use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
+use rsrs_core::robot::sensor::Readings;
+use rsrs_core::robot::unicycle::Pose;
+
 use rsrs_sim::batch::Batch;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
@@ -14,6 +18,8 @@ use rsrs_sim::world::World;
 
 use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::draw::Draw;
+
+pub const SEED: Seed = Seed { seed: 1, replicate: 0 };
 
 /// A robot's imperfections: standard deviation of both gains, detection, false positives.
 pub struct Imperfection {
@@ -38,6 +44,55 @@ pub fn flockbots(speed_m_s: f64, turn_rate_rad_s: f64, imperfection: &Imperfecti
     conditions.robot.true_positive = imperfection.true_positive;
     conditions.robot.false_positive = imperfection.false_positive;
     conditions
+}
+
+pub fn at(x_m: f64, y_m: f64, heading_rad: f64) -> Pose {
+    Pose { x_m, y_m, heading_rad }
+}
+
+/// Robots without noise at given poses.
+pub fn perfect_at(poses: Vec<Pose>) -> Conditions {
+    let mut conditions = flockbots(0.15, 0.75, &PERFECT);
+    conditions.robots = poses.len();
+    conditions.placement = Placement::Given { starts: vec![poses] };
+    conditions
+}
+
+/// The same that follow commands exactly, with a kind of contact.
+pub fn exact(contact: ContactModel, poses: Vec<Pose>) -> Conditions {
+    let mut conditions = perfect_at(poses);
+    conditions.robot.contact = contact;
+    conditions.robot.speed_gain.mean = 1.0;
+    conditions.robot.turn_gain.mean = 1.0;
+    conditions
+}
+
+/// A command that drives so far in a step, straight ahead.
+pub fn drive(way_m: f64) -> Command {
+    Command { speed_m_s: way_m / 0.13, turn_rate_rad_s: 0.0 }
+}
+
+/// A world after steps of these commands, whatever the robots see.
+pub fn driven(conditions: &Conditions, commands: &[Command], n_steps: usize) -> World {
+    conditions.check().expect("it makes a world");
+    let mut world = World::new(conditions, SEED).expect("they are there");
+    for _ in 0..n_steps {
+        world.sense();
+        world.advance(commands);
+    }
+    world
+}
+
+/// What each robot reports at the start: the names of its readings that are true.
+pub fn reported(conditions: &Conditions) -> Vec<Vec<String>> {
+    conditions.check().expect("a world");
+    let names = conditions.robot.reading_names();
+    let mut world = World::new(conditions, SEED).expect("they fit");
+    let of_robot = |readings: &Readings| {
+        let names = names.iter().enumerate().filter(|(place, _)| readings.has(*place));
+        names.map(|(_, name)| name.to_owned()).collect()
+    };
+    world.sense_all().iter().map(of_robot).collect()
 }
 
 /// Sweeps without an observer.
@@ -65,8 +120,7 @@ pub fn assert_judged_alike(conditions: &Conditions, replicates: u64) {
 
 /// The digest of a world after 400 steps in which robots turn left where something is detected, and else right.
 pub fn steered_digest(conditions: &Conditions) -> String {
-    let seed = Seed { seed: 1, replicate: 0 };
-    let mut world = World::new(conditions, seed).expect("they fit");
+    let mut world = World::new(conditions, SEED).expect("they fit");
     for _ in 0..400 {
         let command = |detected: &bool| {
             let turn_rate_rad_s = if *detected { 0.75 } else { -0.75 };

@@ -1,6 +1,6 @@
 //! The laws of the world.
 
-use crate::support::{HARSHER, PERFECT, flockbots};
+use crate::support::{HARSHER, PERFECT, SEED, flockbots};
 use rsrs_core::conditions::{Arena, Conditions, Walls};
 use rsrs_core::robot::controller::{Command, decide};
 use rsrs_core::robot::profile::Sees;
@@ -9,8 +9,6 @@ use rsrs_core::robot::unicycle::{self, ActuationGain, Pose};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::world::World;
-
-const SEED: Seed = Seed { seed: 1, replicate: 0 };
 
 fn world(conditions: &Conditions) -> World {
     World::new(conditions, SEED).expect("the robots fit")

@@ -6,11 +6,12 @@ use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::{Detects, SensorDetails};
-use rsrs_core::world::{ObjectGroup, WorldFile};
+use rsrs_core::world::WorldFile;
+use rsrs_testing::conditions::{exact_reading, objects_anywhere};
 use serde_json::json;
 
 use crate::support::perfect_flockbots;
-use crate::ternary::{Wheels, assert_as_in_python, controller, n_runs, ours, reading};
+use crate::ternary::{Wheels, assert_as_in_python, controller, n_runs, ours};
 
 const WHEELS: Wheels = Wheels { most_m_s: 0.128, axle_m: 0.051 };
 const ROBOT_M: f64 = 0.037;
@@ -33,14 +34,8 @@ fn e_pucks() -> Conditions {
     conditions.robots = ROBOTS;
     conditions.placement = Placement::BoxFacingAnyWay(Sides { width_m: BOX_M, height_m: BOX_M });
     conditions.arena = Arena { side_m: SIDE_M, walls: Walls::Clamp };
-    let objects = ObjectGroup {
-        count: Some(OBJECTS),
-        places_m: None,
-        radius_m: OBJECT_M,
-        friction: 0.0,
-        weight: 1.0,
-    };
-    conditions.world = WorldFile { objects: vec![objects], ..WorldFile::NOTHING };
+    let objects = vec![objects_anywhere(OBJECTS, OBJECT_M, 0.0)];
+    conditions.world = WorldFile { objects, ..WorldFile::NOTHING };
     conditions.period_s = PERIOD_S;
     let robot = &mut conditions.robot;
     robot.radius_m = ROBOT_M;
@@ -48,7 +43,7 @@ fn e_pucks() -> Conditions {
     robot.region = Region::Cone { half_angle_rad: 0.0, range_m: RANGE_M };
     robot.details = SensorDetails {
         hidden_by: vec![Detects::Robot, Detects::Object],
-        or: vec![reading("object", Detects::Object)],
+        or: vec![exact_reading("object", Detects::Object)],
         ..SensorDetails::default()
     };
     let [nothing, robot, object] = commands();

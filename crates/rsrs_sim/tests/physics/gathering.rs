@@ -13,18 +13,17 @@ use rsrs_core::conditions::{Arena, Conditions, Placement, Sides, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::contact::ContactModel;
-use rsrs_core::robot::controller::{Command, ControllerParameters};
+use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 
 use crate::support::{count, or_if_long, perfect_flockbots};
+use crate::ternary::Wheels;
 
-/// Greatest speed of a wheel in metres per second, distance of the wheels and radius of the body in metres,
-/// and control period in seconds.
-const WHEEL_M_S: f64 = 0.128;
-const AXLE_M: f64 = 0.051;
+const WHEELS: Wheels = Wheels { most_m_s: 0.128, axle_m: 0.051 };
+/// Radius of the body in metres, and control period in seconds.
 const RADIUS_M: f64 = 0.037;
 const PERIOD_S: f64 = 0.1;
 /// Farther than the swarm is wide, in metres.
@@ -34,20 +33,13 @@ const TIMES_S: [f64; 4] = [60.0, 120.0, 180.0, 300.0];
 /// By how much two shares may differ: what chance does comes on top.
 const POINTS: f64 = 0.05;
 
-/// What a robot on two wheels does when these turn at shares of their greatest speed.
-fn wheels(left: f64, right: f64) -> Command {
-    Command {
-        speed_m_s: WHEEL_M_S * f64::midpoint(left, right),
-        turn_rate_rad_s: WHEEL_M_S * (right - left) / AXLE_M,
-    }
-}
-
 /// E-pucks on a square metre each, heading anywhere.
 fn e_pucks(robots: usize, range_m: f64, contact: ContactModel) -> Conditions {
     let side_m = (robots as f64).sqrt();
     let mut conditions = perfect_flockbots();
     conditions.robots = robots;
-    conditions.controller = ControllerParameters::of(wheels(1.0, -1.0), wheels(-0.7, -1.0)).into();
+    conditions.controller =
+        ControllerParameters::of(WHEELS.command(1.0, -1.0), WHEELS.command(-0.7, -1.0)).into();
     conditions.behaviour = Behaviour::AGGREGATION;
     conditions.placement = Placement::BoxFacingAnyWay(Sides { width_m: side_m, height_m: side_m });
     conditions.arena = Arena { side_m: 2.0 * FAR_M, walls: Walls::None };

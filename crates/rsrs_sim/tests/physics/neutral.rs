@@ -2,7 +2,6 @@
 //! this code, of six cells with the robots as measured and made worse.
 
 use std::path::Path;
-use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use rsrs_core::conditions::{Conditions, GainDistribution};
@@ -59,13 +58,9 @@ fn another_world_and_another_judge_find_the_same_phases() {
         let counts: Map<String, Value> = Phase::BUILT_IN.into_iter().map(count).collect();
         cell.insert("counts".to_owned(), Value::Object(counts));
     }
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("neutral_cells.json");
-    let text = serde_json::to_string(&cells).expect("plain data");
-    std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/physics/neutral.py");
-
-    let python = python::python_with(&python::SCIENCE);
-    let printed = python::must_run(Command::new(python).arg(script).arg(&file));
+    let text = json!(cells).to_string();
+    let printed = python::answer(&script, env!("CARGO_TARGET_TMPDIR"), &text);
 
     assert_eq!(printed.trim(), "60 shares agree");
 }

@@ -8,10 +8,11 @@ use rsrs_core::robot::profile::Sees;
 use rsrs_core::robot::region::Region;
 use rsrs_core::robot::sensor::{Detects, SensorDetails};
 use rsrs_core::world::{RobotClass, WorldFile};
+use rsrs_testing::conditions::exact_reading;
 use serde_json::json;
 
 use crate::support::perfect_flockbots;
-use crate::ternary::{Wheels, assert_as_in_python, controller, n_runs, ours, reading};
+use crate::ternary::{Wheels, assert_as_in_python, controller, n_runs, ours};
 
 const WHEELS: Wheels = Wheels { most_m_s: 0.2, axle_m: 0.14 };
 const ROBOT_M: f64 = 0.085;
@@ -49,7 +50,7 @@ fn foot_bots() -> Conditions {
     robot.details = SensorDetails {
         detects: Detects::Kin,
         hidden_by: vec![Detects::Robot],
-        or: vec![reading("other", Detects::Other)],
+        or: vec![exact_reading("other", Detects::Other)],
         ..SensorDetails::default()
     };
     let [nothing, kin, other] = commands();

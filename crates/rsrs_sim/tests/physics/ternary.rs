@@ -1,13 +1,12 @@
 //! Robots on two wheels with a sensor of three answers, beside the same in a world that was written in Python.
 
 use std::path::Path;
-use std::process::Command as Process;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::order::{OrderParameters, Parameter};
 use rsrs_core::robot::controller::state_machine::{Row, StateMachine};
 use rsrs_core::robot::controller::{Command, Controller};
-use rsrs_core::robot::sensor::{Detects, Reading};
+
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_testing::python;
@@ -36,17 +35,6 @@ impl Wheels {
             speed_m_s: self.most_m_s * f64::midpoint(left, right),
             turn_rate_rad_s: self.most_m_s * (right - left) / self.axle_m,
         }
-    }
-}
-
-/// What the sensor reports of the second kind; it never errs.
-pub fn reading(name: &str, detects: Detects) -> Reading {
-    Reading {
-        name: name.to_owned(),
-        detects,
-        true_positive: 1.0,
-        false_positive: 0.0,
-        taken_for: [].into(),
     }
 }
 
@@ -101,11 +89,8 @@ pub fn assert_as_in_python(
     ours: &[(f64, f64)],
     times_s: [f64; 4],
 ) {
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(script).with_extension("json");
-    std::fs::write(&file, described.to_string()).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/physics").join(script);
-    let python = python::python_with(&python::SCIENCE);
-    let printed = python::must_run(Process::new(python).arg(script).arg(&file));
+    let printed = python::answer(&script, env!("CARGO_TARGET_TMPDIR"), &described.to_string());
     let theirs: Vec<(f64, f64)> = serde_json::from_str(&printed).expect("a list of pairs");
     assert_eq!(theirs.len(), times_s.len());
     for (time_s, ((our_mean, our_error), (their_mean, their_error))) in

@@ -172,20 +172,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_star_is_not_convex() {
-        let star: Vec<[f64; 2]> = (0..5)
-            .map(|corner| {
-                let angle = f64::from(corner) * 2.0 * std::f64::consts::TAU / 5.0;
-                [libm::cos(angle), libm::sin(angle)]
-            })
-            .collect();
-
-        assert!(!is_convex(&star));
-        assert!(is_convex(&[[0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]]));
-        assert!(!is_convex(&[[0.0, 0.1], [1.0, 0.1], [1.0, -0.1], [0.0, -0.1]]));
-    }
-
-    #[test]
     fn a_line_of_sight_sees_bodies_and_no_cone_opens_backward() {
         let flockbot = include_str!("../../../../../launch_configs/profiles/flockbot.yaml");
         let flockbot = RobotProfile::parse("flockbot.yaml", flockbot).unwrap();

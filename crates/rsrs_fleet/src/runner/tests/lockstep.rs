@@ -1,19 +1,13 @@
 //! Runs in which the world waits for every robot.
 
 use super::*;
+use crate::message;
 
 /// What a simulator reports.
 pub(super) fn simulator(state: RobotState, reason: &str) -> Event {
-    Event::SimulatorStatus(Status {
-        counter: 1,
-        epoch: 0,
-        run_id: String::new(),
-        parameter_digest: 7,
-        state,
-        stop_cause: StopCause::None,
-        stop_reason: reason.to_owned(),
-        battery_v: f32::NAN,
-    })
+    let stop_reason = reason.to_owned();
+    let status = message::tests::status(state, StopCause::None);
+    Event::SimulatorStatus(Status { parameter_digest: 7, stop_reason, ..status })
 }
 
 #[test]

@@ -84,55 +84,35 @@ fn a_run_without_a_detection_since_its_start_has_failed() {
 }
 
 #[test]
-fn a_robot_whose_detections_stop_is_lost() {
-    for (robot_lost, is_completed) in [(RobotLost::Abort, false), (RobotLost::Note, true)] {
+fn a_robot_of_which_one_of_several_sensors_falls_silent_is_lost() {
+    let wall = SampleKind::FurtherDetection("wall".to_owned());
+    for (robot_lost, silent, what) in [
+        (RobotLost::Abort, SampleKind::Detection, "detection"),
+        (RobotLost::Note, SampleKind::Detection, "detection"),
+        (RobotLost::Note, wall.clone(), "detection/wall"),
+    ] {
         let mut bench = sampled(robot_lost);
+        bench.runner.options.samples.insert(wall.clone());
         bench.run();
         for beat in 0..300 {
             if bench.finish.is_some() {
                 break;
             }
-            bench.give(detection("robot_1"));
-            if beat < 20 {
-                bench.give(detection("robot_2"));
+            for (name, kind) in NAMES
+                .into_iter()
+                .flat_map(|name| [SampleKind::Detection, wall.clone()].map(|kind| (name, kind)))
+            {
+                if name != "robot_2" || kind != silent || beat < 20 {
+                    bench.give(Event::Sampled { robot: name.to_owned(), kind });
+                }
             }
             bench.beat();
         }
 
         let (outcome, _) = bench.end();
-        assert_eq!(outcome == Outcome::Completed, is_completed, "{outcome:?}");
+        assert_eq!(outcome == Outcome::Completed, robot_lost == RobotLost::Note, "{outcome:?}");
         let [lost] = bench.runner.lost() else { panic!("{:?}", bench.runner.lost()) };
-        assert_eq!(
-            lost.to_string(),
-            "robot_2 lost after 5.0 s: no detection received for more than 3 s"
-        );
+        let expected = format!("robot_2 lost after 5.0 s: no {what} received for more than 3 s");
+        assert_eq!(lost.to_string(), expected);
     }
-}
-
-#[test]
-fn a_robot_of_which_one_of_several_sensors_falls_silent_is_lost() {
-    let wall = || SampleKind::FurtherDetection("wall".to_owned());
-    let mut bench = Bench::with(|options| {
-        options.length = RunLength::RealTime { duration: Duration::from_secs(8) };
-        options.robot_lost = RobotLost::Note;
-        options.samples = [SampleKind::Detection, wall()].into();
-    });
-    bench.run();
-    for beat in 0..300 {
-        if bench.finish.is_some() {
-            break;
-        }
-        for name in NAMES {
-            bench.give(detection(name));
-            if name != "robot_2" || beat < 20 {
-                bench.give(Event::Sampled { robot: name.to_owned(), kind: wall() });
-            }
-        }
-        bench.beat();
-    }
-
-    bench.end();
-    let [lost] = bench.runner.lost() else { panic!("{:?}", bench.runner.lost()) };
-    let expected = "robot_2 lost after 5.0 s: no detection/wall received for more than 3 s";
-    assert_eq!(lost.to_string(), expected);
 }

@@ -190,6 +190,20 @@ fn pose(robot: &str, frame: &str, x_m: f64) -> Event {
     }
 }
 
+/// Poses of the robots in turn: their frame, and their place along x in metres.
+type Poses = &'static [(&'static str, f64)];
+
+const ONE: Poses = &[("map", 0.5)];
+const AT_THEIR_PLACES: Poses = &[("map", 0.5), ("map", 0.7)];
+const ONE_OUTSIDE: Poses = &[("map", 0.5), ("map", 1.5)];
+const IN_FRAMES_OF_THEIR_OWN: Poses = &[("robot_1/odom", 0.0), ("robot_2/odom", 0.0)];
+
+fn give_poses(bench: &mut Bench, poses: &[(&str, f64)]) {
+    for (robot, (frame, x_m)) in NAMES.into_iter().zip(poses) {
+        bench.give(pose(robot, frame, *x_m));
+    }
+}
+
 #[test]
 fn poses_that_come_seldom_are_waited_for_and_their_rate_is_reported() {
     let mut bench = floor();
@@ -213,27 +227,18 @@ fn poses_that_come_seldom_are_waited_for_and_their_rate_is_reported() {
 
 #[test]
 fn the_operator_is_shown_where_the_robots_stand() {
-    for (events, expected) in [
-        (vec![], "start poses not checked: no pose was received"),
-        (vec![pose("robot_1", "map", 0.5)], "robot_2: no pose received"),
+    for (poses, expected) in [
+        (&[][..], "start poses not checked: no pose was received"),
+        (ONE, "robot_2: no pose received"),
+        (AT_THEIR_PLACES, "all 2 robots stand where they should start"),
+        (ONE_OUTSIDE, "robot_2: 1.50 m from the centre, expected at most 0.800 m"),
         (
-            vec![pose("robot_1", "map", 0.5), pose("robot_2", "map", 0.7)],
-            "all 2 robots stand where they should start",
-        ),
-        (
-            vec![pose("robot_1", "map", 0.5), pose("robot_2", "map", 1.5)],
-            "robot_2: 1.50 m from the centre, expected at most 0.800 m",
-        ),
-        (
-            vec![pose("robot_1", "robot_1/odom", 0.0), pose("robot_2", "robot_2/odom", 0.0)],
+            IN_FRAMES_OF_THEIR_OWN,
             "start poses not checked: they are in different frames, `robot_1/odom`, `robot_2/odom`",
         ),
     ] {
         let mut bench = floor();
-        for event in events {
-            bench.give(event);
-        }
-
+        give_poses(&mut bench, poses);
         armed(&mut bench);
 
         assert!(bench.notes.iter().any(|text| text == expected), "{:?}", bench.notes);
@@ -347,31 +352,25 @@ fn robots_that_are_required_to_stand_at_their_places_are_not_armed_elsewhere() {
         });
         bench
     };
-    for (events, expected) in [
+    for (poses, expected) in [
         (
-            vec![pose("robot_1", "map", 0.5)],
+            ONE,
             "robot_2: no pose received, so it is unknown whether it stands where it should start",
         ),
+        (ONE_OUTSIDE, "robot_2: 1.50 m from the centre, expected at most 0.800 m"),
         (
-            vec![pose("robot_1", "map", 0.5), pose("robot_2", "map", 1.5)],
-            "robot_2: 1.50 m from the centre, expected at most 0.800 m",
-        ),
-        (
-            vec![pose("robot_1", "robot_1/odom", 0.0), pose("robot_2", "robot_2/odom", 0.0)],
+            IN_FRAMES_OF_THEIR_OWN,
             "start poses are in different frames, `robot_1/odom`, `robot_2/odom`, and cannot be held \
              against their places",
         ),
     ] {
         let mut bench = required();
-        for event in events {
-            bench.give(event);
-        }
+        give_poses(&mut bench, poses);
 
         assert_eq!(bench.problems(), [expected]);
         assert_eq!(bench.runner.epoch(), 0, "no robot was armed");
     }
     let mut bench = required();
-    bench.give(pose("robot_1", "map", 0.5));
-    bench.give(pose("robot_2", "map", 0.7));
+    give_poses(&mut bench, AT_THEIR_PLACES);
     armed(&mut bench);
 }

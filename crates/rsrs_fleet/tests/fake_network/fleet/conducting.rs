@@ -2,17 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::Reaction;
-use rsrs_core::robot::controller::state_machine::Memory;
-use rsrs_fleet::controller::Settings;
 use rsrs_fleet::e_stop;
 use rsrs_fleet::message::{LeaseState, RobotState};
 use rsrs_fleet::preflight::{Expected, Graph};
 use rsrs_fleet::runner::{Action, Event, RunLength, Runner, RunnerOptions, StartRule, Target};
 
 use super::simulating::{PLACED, STEPS};
-use super::{Fleet, N_RUNNERS, WANTED, name, run_id, stamp};
+use super::{Fleet, N_RUNNERS, WANTED, name, run_id, settings};
 use crate::network::{Item, Message, Node, Sent};
 use crate::scenario::Body;
 
@@ -232,13 +229,7 @@ impl Fleet {
                         "runner {runner} sets {target}, but has just received another"
                     ));
                 }
-                let settings = Settings {
-                    controller: WANTED.into(),
-                    transition_key: Key::from_bits(0),
-                    start: Memory::default(),
-                    stamp: stamp(self.scenario.body),
-                    reaction: Reaction::ToDetections,
-                };
+                let settings = settings(WANTED, self.scenario.body);
                 self.send(node, node_of(&target), Message::Set(settings));
             }
             Action::ReadBack(Target::Simulator) => host.asks_simulator = true,

@@ -1,14 +1,12 @@
 //! Controllers, with the parameters that runs set and meddlers try to.
 
-use rsrs_core::draw::Key;
-use rsrs_core::robot::controller::state_machine::Memory;
-use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_fleet::controller::{Action, Event, Settings};
 use rsrs_fleet::e_stop;
 use rsrs_fleet::runner::Target;
 
 use super::robots::for_robot;
-use super::{Fleet, N_RUNNERS, WANTED, name, stamp};
+use super::{Fleet, N_RUNNERS, WANTED, name, settings};
 use crate::network::{Message, Node, Sent};
 
 impl Fleet {
@@ -157,13 +155,7 @@ impl Fleet {
             return Ok(());
         }
         let parameters = ControllerParameters { speed_m_s: 0.1, ..WANTED };
-        let settings = Settings {
-            controller: parameters.into(),
-            transition_key: Key::from_bits(0),
-            start: Memory::default(),
-            stamp: stamp(self.scenario.body),
-            reaction: Reaction::ToDetections,
-        };
+        let settings = settings(parameters, self.scenario.body);
         self.story.meddled.0 += 1;
         let result = self.set(robot, settings)?;
         self.story.meddled.1 += u64::from(result.is_err());
