@@ -44,6 +44,8 @@ fn a_bag_that_is_still_being_written_is_saved_up_to_its_last_flush_and_not_taken
 
     assert_eq!(bag.damage().len(), 1);
     assert!(matches!(&refused, TrajectoryError::Damaged(damage) if damage.is_end), "{refused}");
+    assert!(refused.to_string().contains("run_0.mcap breaks off at byte "), "{refused}");
+    assert!(refused.help().is_some_and(|help| help.contains("rsrs bag recover")));
     // Everything but the last second.
     assert!((40 - 9..40).contains(&read.trajectory.n_samples()), "{}", read.trajectory.n_samples());
     assert_eq!(saved.n_messages, bag.n_messages());

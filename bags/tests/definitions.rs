@@ -3,12 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rsrs_bags::definitions::{DefinitionError, Definitions};
+use rsrs_bags::definitions::{Definition, DefinitionError, Definitions};
 use rsrs_core::help::Help;
 
-fn temporary() -> tempfile::TempDir {
-    tempfile::tempdir().expect("there is room for a temporary folder")
-}
+use crate::recording::damage::temporary;
 
 fn write(folder: &Path, name: &str, text: &str) {
     let path = folder.join(name);
@@ -77,6 +75,8 @@ fn a_type_of_an_installed_package_comes_with_those_of_other_prefixes() {
     ];
     assert_eq!(named, expected);
     assert!(battery.type_hash.unwrap().starts_with("RIHS01_"));
+    let stock = Definitions::new(Vec::new()).find("nav_msgs/msg/Odometry").unwrap();
+    assert_eq!(Some(stock), Definition::of_known_type("nav_msgs/msg/Odometry"));
 }
 
 #[test]

@@ -71,23 +71,6 @@ fn every_version_and_compression_of_another_writer_is_read() {
 }
 
 #[test]
-fn compressed_bags_are_recovered_as_plain_ones() {
-    let folder = foreign_bags();
-    for name in ["file_8", "message_9"] {
-        let path = folder.path().join(name);
-        let into = folder.path().join(format!("{name}_saved"));
-
-        let recovered = recover_into(&path, &into, None).unwrap();
-
-        assert!(recovered.is_complete(), "{recovered:?}");
-        let bag = Bag::open(&into).unwrap();
-        assert_is_chatter(&bag, name);
-        assert!(!bag.info().compression.files && !bag.info().compression.messages);
-        assert_eq!(bag.custom_data()["lab"], "another");
-    }
-}
-
-#[test]
 fn a_compressed_file_that_was_cut_gives_its_beginning() {
     let folder = foreign_bags();
     let path = folder.path().join("file_9/file_9.mcap.zstd");

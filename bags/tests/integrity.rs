@@ -1,15 +1,13 @@
 //! Bags with other bytes than were written are distinguished from whole ones, whoever wrote them.
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::io::Cursor;
 use std::path::Path;
 
 use mcap::WriteOptions;
-use mcap::records::MessageHeader;
 use rsrs_bags::{Bag, BagMessage, Compression, recover_into};
 
 use crate::recording::damage::{bag_of, file_of, messages, records, temporary};
+use crate::recording::foreign;
 
 /// What a bag with these bytes gives: `None` if it is reported as damaged, or as no bag.
 fn read(folder: &Path, bytes: &[u8]) -> Option<Vec<BagMessage>> {
@@ -48,28 +46,15 @@ fn a_flipped_bit_anywhere_is_found_or_changes_no_message() {
     }
 }
 
-/// A file by another writer, as its bytes.
-fn foreign(options: WriteOptions) -> Vec<u8> {
-    let mut file = Cursor::new(Vec::new());
-    let mut writer = options.profile("ros2").create(&mut file).expect("room");
-    let schema = writer.add_schema("std_msgs/msg/Bool", "ros2msg", b"bool data").expect("room");
-    let pairs = BTreeMap::new();
-    let channel_id = writer.add_channel(schema, "/detection", "cdr", &pairs).expect("room");
-    writer.add_channel(schema, "/nobody", "cdr", &pairs).expect("room");
-    for log_time in 0..50 {
-        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: 1 };
-        writer.write_to_known_channel(&header, &[0, 1, 0, 0, 1]).expect("room");
-    }
-    writer.finish().expect("room");
-    drop(writer);
-    file.into_inner()
+fn options() -> WriteOptions {
+    WriteOptions::new().profile("ros2")
 }
 
 #[test]
 fn files_whose_writers_left_out_checksums_or_chunks_are_whole() {
     let folder = temporary();
     let plain = || {
-        let none = WriteOptions::new().compression(None).calculate_chunk_crcs(false);
+        let none = options().compression(None).calculate_chunk_crcs(false);
         none.calculate_data_section_crc(false).calculate_summary_section_crc(false)
     };
     for (way, options) in [
@@ -83,7 +68,7 @@ fn files_whose_writers_left_out_checksums_or_chunks_are_whole() {
     .into_iter()
     .enumerate()
     {
-        let read = read(folder.path(), &foreign(options));
+        let read = read(folder.path(), &foreign(options, 0..50));
 
         assert_eq!(read.map(|read| read.len()), Some(50), "way {way}");
     }
@@ -92,8 +77,8 @@ fn files_whose_writers_left_out_checksums_or_chunks_are_whole() {
 #[test]
 fn a_changed_chunk_is_found_by_its_own_checksum_and_named_by_its_place() {
     let folder = temporary();
-    let options = WriteOptions::new().compression(None).calculate_data_section_crc(false);
-    let mut bytes = foreign(options);
+    let options = options().compression(None).calculate_data_section_crc(false);
+    let mut bytes = foreign(options, 0..50);
     // The last byte of the last message.
     let message = [0, 1, 0, 0, 1];
     let at = bytes.windows(5).rposition(|bytes| bytes == message).expect("it has messages") + 4;
@@ -111,8 +96,8 @@ fn a_changed_chunk_is_found_by_its_own_checksum_and_named_by_its_place() {
 #[test]
 fn a_message_that_is_no_message_any_more_is_missed_without_any_checksum() {
     let folder = temporary();
-    let options = WriteOptions::new().use_chunks(false).calculate_data_section_crc(false);
-    let mut bytes = foreign(options.calculate_summary_section_crc(false));
+    let options = options().use_chunks(false).calculate_data_section_crc(false);
+    let mut bytes = foreign(options.calculate_summary_section_crc(false), 0..50);
     let head = [&[5][..], &27_u64.to_le_bytes()].concat();
     let at = bytes.windows(head.len()).position(|bytes| bytes == head).expect("it has messages");
     // An unknown kind of record is passed over.
@@ -125,9 +110,9 @@ fn a_message_that_is_no_message_any_more_is_missed_without_any_checksum() {
 fn a_message_behind_the_chunks_is_read_though_no_index_leads_to_it() {
     const STATISTICS: u8 = 0x0b;
     let folder = temporary();
-    let options = WriteOptions::new().compression(None).calculate_data_section_crc(false);
-    let mut bytes =
-        foreign(options.calculate_summary_section_crc(false).emit_summary_offsets(false));
+    let options = options().compression(None).calculate_data_section_crc(false);
+    let options = options.calculate_summary_section_crc(false).emit_summary_offsets(false);
+    let mut bytes = foreign(options, 0..50);
     let found = records(&bytes).into_iter().find(|record| record.1 == STATISTICS);
     let (statistics, ..) = found.expect("it counts its messages");
     // Of all channels, and of the first one.

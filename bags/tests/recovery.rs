@@ -1,6 +1,5 @@
 //! What can be saved of bags in every state of disrepair, and that what was lost is reported.
 
-use std::collections::BTreeMap;
 use std::fs;
 
 use rsrs_bags::{
@@ -12,10 +11,10 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::Qos;
 
 use crate::recording;
+use crate::recording::Recording;
 use crate::recording::damage::{
     bag_of, chunks, file_of, messages, records, recover_bytes, temporary,
 };
-use crate::recording::{PERIOD_NS, Recording};
 
 #[test]
 fn a_whole_bag_is_copied_and_nothing_is_lost() {
@@ -32,27 +31,6 @@ fn a_whole_bag_is_copied_and_nothing_is_lost() {
     assert_eq!(new.topics(), old.topics());
     assert_eq!(new.attachment("experiment.json"), old.attachment("experiment.json"));
     assert_eq!(new.metadata("lab.note"), old.metadata("lab.note"));
-}
-
-#[test]
-fn a_killed_recorder_leaves_everything_but_its_last_second() {
-    let folder = temporary();
-    let path = folder.path().join("run");
-    let custom_data = BTreeMap::from([("run_id".to_owned(), "7".to_owned())]);
-    let writer =
-        BagWriter::create(&path, BagOptions { custom_data: custom_data.clone() }).expect("new");
-    let mut recording = Recording::with(writer, &["robot_1"]);
-    (0..100).for_each(|step| recording.step(step));
-    std::mem::forget(recording);
-
-    let recovered = recover(&path).unwrap();
-
-    let last_ns = recovered.bounds_ns.unwrap().1;
-    assert!(99 * PERIOD_NS - last_ns < 1_000_000_000, "saved up to {last_ns} ns");
-    let loss = &recovered.losses[0];
-    assert_eq!((loss.kind, loss.n_bytes), (LossKind::EndOfFile, 0));
-    assert!(!recovered.lost.is_exact);
-    assert_eq!(Bag::open(&recovered.folder).unwrap().custom_data(), &custom_data);
 }
 
 #[test]

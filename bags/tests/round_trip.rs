@@ -2,20 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use mcap::WriteOptions;
-use mcap::records::MessageHeader;
 use proptest::prelude::*;
-use rsrs_bags::{Bag, BagError, BagMessage, BagOptions, BagWriter, Sample};
+use rsrs_bags::{Bag, BagError, BagMessage, BagOptions, BagWriter, LossKind, Sample, recover};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_msgs::{cdr, schema};
 
 use crate::recording::damage::{messages, temporary};
-use crate::recording::{PERIOD_NS, Recording};
+use crate::recording::{PERIOD_NS, Recording, foreign};
 
 /// A bag of two robots and so many steps.
 fn small_bag(folder: &Path, n_steps: u64) -> PathBuf {
@@ -27,25 +25,6 @@ fn small_bag(folder: &Path, n_steps: u64) -> PathBuf {
     }
     recording.writer.finish().expect("room");
     path
-}
-
-/// A file by another recorder, one detection per log time.
-fn foreign_file(path: &Path, options: WriteOptions, log_times_ns: &[u64]) {
-    let file = BufWriter::new(fs::File::create(path).expect("room"));
-    let mut writer = options.create(file).expect("room");
-    let text = schema::schema_text("std_msgs/msg/Bool").expect("known");
-    let id = writer.add_schema("std_msgs/msg/Bool", "ros2msg", text.as_bytes()).expect("room");
-    let channel_id = writer.add_channel(id, "/detection", "cdr", &BTreeMap::new()).expect("room");
-    for &log_time in log_times_ns {
-        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: 1 };
-        let data = cdr::encode(&Bool { data: true });
-        writer.write_to_known_channel(&header, &data).expect("room");
-    }
-    writer.finish().expect("room");
-}
-
-fn ros2() -> WriteOptions {
-    WriteOptions::new().profile("ros2")
 }
 
 fn log_times(path: &Path) -> Vec<u64> {
@@ -159,7 +138,10 @@ fn a_topic_is_added_once_and_only_with_a_known_type() {
 fn a_killed_recorder_loses_less_than_a_second() {
     let folder = temporary();
     let path = folder.path().join("run");
-    let mut recording = Recording::new(&path, &["robot_1"]);
+    let custom_data = BTreeMap::from([("run_id".to_owned(), "7".to_owned())]);
+    let options = BagOptions { custom_data: custom_data.clone() };
+    let writer = BagWriter::create(&path, options).unwrap();
+    let mut recording = Recording::with(writer, &["robot_1"]);
     recording.writer.attach("experiment.yaml", "application/yaml", b"seed: 42\n").unwrap();
     let n_steps = 100;
     for step in 0..n_steps {
@@ -179,23 +161,12 @@ fn a_killed_recorder_loses_less_than_a_second() {
     assert_eq!(damage.last_log_time_ns, Some(last_ns));
     assert_eq!(bag.attachment("experiment.yaml").unwrap().data, b"seed: 42\n");
     assert!(!path.join("metadata.yaml").exists());
-}
-
-#[test]
-fn a_bag_that_breaks_off_gives_one_error_after_its_last_message() {
-    let folder = temporary();
-    let path = small_bag(folder.path(), 40).join("run_0.mcap");
-    let bytes = fs::read(&path).unwrap();
-    let cut = folder.path().join("cut.mcap");
-    fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
-
-    let outcomes: Vec<_> = Bag::open(&cut).unwrap().messages().collect();
-
-    let (last, before) = outcomes.split_last().unwrap();
-    assert!(before.iter().all(Result::is_ok));
-    let error = last.as_ref().unwrap_err();
-    let BagError::Incomplete { n_messages, .. } = error else { panic!("{error}") };
-    assert_eq!(*n_messages, before.len() as u64);
+    let recovered = recover(&path).unwrap();
+    assert_eq!(recovered.bounds_ns.unwrap().1, last_ns);
+    let loss = &recovered.losses[0];
+    assert_eq!((loss.kind, loss.n_bytes), (LossKind::EndOfFile, 0));
+    assert!(!recovered.lost.is_exact);
+    assert_eq!(Bag::open(&recovered.folder).unwrap().custom_data(), &custom_data);
 }
 
 #[test]
@@ -209,13 +180,17 @@ fn a_bag_cut_at_any_byte_gives_a_beginning_of_itself_or_an_error() {
     for n_bytes in 0..bytes.len() {
         fs::write(&cut, &bytes[..n_bytes]).unwrap();
         let Ok(bag) = Bag::open(&cut) else { continue };
-        let (read, errors): (Vec<_>, Vec<_>) = bag.messages().partition(Result::is_ok);
-        let read: Vec<BagMessage> = read.into_iter().map(Result::unwrap).collect();
-
-        assert_eq!(read, whole[..read.len()], "{n_bytes} bytes");
+        let mut outcomes: Vec<_> = bag.messages().collect();
         // Where only the summary section is cut, all is there.
         let is_whole = bag.damage().is_empty();
-        assert_eq!(errors.len(), usize::from(!is_whole), "{n_bytes} bytes");
+        if !is_whole {
+            let error = outcomes.pop().expect("it says so at the end").unwrap_err();
+            let BagError::Incomplete { n_messages, .. } = error else { panic!("{error}") };
+            assert_eq!(n_messages, outcomes.len() as u64, "{n_bytes} bytes");
+        }
+        let read: Vec<BagMessage> = outcomes.into_iter().map(Result::unwrap).collect();
+
+        assert_eq!(read, whole[..read.len()], "{n_bytes} bytes");
         assert_eq!(bag.summary_faults().len(), usize::from(is_whole), "{n_bytes} bytes");
         assert!(!is_whole || read.len() == whole.len(), "{n_bytes} bytes");
     }
@@ -257,7 +232,7 @@ fn what_is_no_bag_of_ros_2_is_refused_by_name() {
     let file = |name: &str| folder.path().join(name);
     fs::write(file("empty.mcap"), b"").unwrap();
     fs::write(file("text.mcap"), b"a text that is not a bag").unwrap();
-    foreign_file(&file("ros1.mcap"), WriteOptions::new().profile("ros1"), &[1]);
+    fs::write(file("ros1.mcap"), foreign(WriteOptions::new().profile("ros1"), [1])).unwrap();
     fs::create_dir(file("nothing")).unwrap();
 
     let refused = |name| Bag::open(&file(name)).unwrap_err();
@@ -275,7 +250,8 @@ fn what_is_no_bag_of_ros_2_is_refused_by_name() {
 fn split_files_follow_the_table_of_contents_or_else_their_numbers() {
     let folder = temporary();
     for (name, time_ns) in [("talk_2", 1), ("talk_10", 2), ("talk_1", 3)] {
-        foreign_file(&folder.path().join(format!("{name}.mcap")), ros2(), &[time_ns]);
+        let bytes = foreign(WriteOptions::new().profile("ros2"), [time_ns]);
+        fs::write(folder.path().join(format!("{name}.mcap")), bytes).unwrap();
     }
     let by_number = log_times(folder.path());
     let table = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - talk_2.mcap\n    - talk_10.mcap\n    - talk_1.mcap\n  custom_data: ~\n";

@@ -29,8 +29,6 @@ use rsrs_msgs::{RosMessage, cdr, schema};
 use rsrs_testing::python;
 use serde::Deserialize;
 
-use crate::recording::Recording;
-
 /// What a tool found in a bag.
 #[derive(Debug, Deserialize, PartialEq)]
 struct Seen {
@@ -172,24 +170,4 @@ fn other_tools_decode_every_message_of_every_type() {
     assert_eq!(report.custom_data, custom_data);
     assert_eq!(report.attachments["experiment.yaml"], "seed: 42\n");
     assert_eq!(report.metadata, ["rosbag2", "rsrs.experiment", "rosbag2"]);
-}
-
-#[test]
-fn other_tools_read_a_run_and_count_what_we_count() {
-    let folder = tempfile::tempdir().expect("there is room for a temporary folder");
-    let path = folder.path().join("run");
-    let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
-    (0..300).for_each(|step| recording.step(step));
-    let summary = recording.writer.finish().expect("room");
-
-    let report = inspect(&path);
-
-    assert_eq!(report.rosbags_folder.decoded, without_empty(&summary.n_messages_of_topic));
-    assert_eq!(report.mcap.decoded, without_empty(&summary.n_messages_of_topic));
-    assert_eq!(report.message_count, 1_800);
-}
-
-/// Topics on which nothing was published are in the bag, and nothing of them is decoded.
-fn without_empty(counts: &BTreeMap<String, u64>) -> BTreeMap<String, u64> {
-    counts.iter().filter(|(_, count)| **count > 0).map(|(topic, n)| (topic.clone(), *n)).collect()
 }

@@ -3,46 +3,32 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use rsrs_bags::definitions::{Definition, Definitions};
+use rsrs_bags::definitions::Definitions;
 use rsrs_bags::trajectory::{Finding, RecordedTracker, TrajectoryOptions};
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::{Tracker, TrackerFrame};
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::{Pose, PoseStamped, Transform, TransformStamped, Vector3};
+use rsrs_msgs::geometry_msgs::{
+    Pose, PoseArray, PoseStamped, Transform, TransformStamped, Vector3,
+};
 use rsrs_msgs::motion_capture_tracking_interfaces::{NamedPose, NamedPoseArray};
 use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::tf2_msgs::TFMessage;
-use serde::{Deserialize, Serialize};
 
 use crate::recording::PERIOD_NS;
 use crate::recording::damage::temporary;
 use crate::recording::outcome::Foreign;
 
-/// As `motion_capture_tracking_interfaces` has it.
-#[derive(Clone, Serialize, Deserialize)]
-struct Named {
-    header: Header,
-    poses: Vec<(String, Pose)>,
-}
-
-impl RosMessage for Named {
-    const TYPE_NAME: &'static str = "motion_capture_tracking_interfaces/msg/NamedPoseArray";
-}
-
-/// As `geometry_msgs/msg/PoseArray` has it.
-#[derive(Clone, Serialize, Deserialize)]
-struct Unnamed {
-    header: Header,
-    poses: Vec<Pose>,
-}
-
-impl RosMessage for Unnamed {
-    const TYPE_NAME: &'static str = "geometry_msgs/msg/PoseArray";
-}
-
 fn stamped(step: u64) -> Header {
     Header { stamp: Time::from_nanos(step * PERIOD_NS), frame_id: "world".into() }
+}
+
+/// Both robots are commanded the same.
+fn commands(foreign: &mut Foreign, step: u64) {
+    for robot in ["r1", "r2"] {
+        foreign.command(robot, step * PERIOD_NS, 0.1);
+    }
 }
 
 fn at(x: f64, y: f64) -> Pose {
@@ -51,41 +37,24 @@ fn at(x: f64, y: f64) -> Pose {
     pose
 }
 
-/// A definition with the types in it, from folders of files like the stock ones.
-fn tracker_definition(type_name: &str, named_pose: &str) -> Definition {
-    let folder = temporary();
-    let write = |file: &str, text: &str| {
-        let path = folder.path().join(file);
-        fs::create_dir_all(path.parent().expect("it is in a folder")).expect("room");
-        fs::write(path, text).expect("room");
-    };
-    let package = "motion_capture_tracking_interfaces/msg";
-    write(&format!("{package}/NamedPose.msg"), named_pose);
-    write(
-        &format!("{package}/NamedPoseArray.msg"),
-        "std_msgs/Header header\nNamedPose[] poses # of rigid bodies\n",
-    );
-    write("geometry_msgs/msg/PoseArray.msg", "std_msgs/Header header\nPose[] poses\n");
-    Definitions::new(vec![folder.path().to_owned()]).find(type_name).expect("it is there")
+fn named(name: &str, pose: Pose) -> NamedPose {
+    NamedPose { name: name.to_owned(), pose }
 }
 
 #[test]
 fn a_tracker_that_names_its_bodies_gives_the_poses_of_the_robots_among_them() {
     let mut foreign = Foreign::new();
-    let definition = tracker_definition(Named::TYPE_NAME, "string name\ngeometry_msgs/Pose pose\n");
-    foreign.define("/poses", &definition);
     for step in 0..40 {
         let mut poses = vec![
-            ("r2".to_owned(), at(step as f64 * 0.01, 2.0)),
-            ("wand".to_owned(), at(9.0, 9.0)),
-            ("r1".to_owned(), at(step as f64 * 0.01, 1.0)),
+            named("r2", at(step as f64 * 0.01, 2.0)),
+            named("wand", at(9.0, 9.0)),
+            named("r1", at(step as f64 * 0.01, 1.0)),
         ];
         if step == 20 {
-            poses[0].1.position.x = f64::NAN;
+            poses[0].pose.position.x = f64::NAN;
         }
-        foreign.put("/poses", step * PERIOD_NS, &Named { header: stamped(step), poses });
-        foreign.command("r1", step * PERIOD_NS, 0.1);
-        foreign.command("r2", step * PERIOD_NS, 0.1);
+        foreign.put("/poses", step * PERIOD_NS, &NamedPoseArray { header: stamped(step), poses });
+        commands(&mut foreign, step);
     }
 
     let read = foreign.read().unwrap();
@@ -103,8 +72,15 @@ fn a_tracker_that_names_its_bodies_gives_the_poses_of_the_robots_among_them() {
 #[test]
 fn a_named_pose_of_another_make_is_refused_rather_than_guessed() {
     let mut foreign = Foreign::new();
+    let folder = temporary();
+    let package = folder.path().join("motion_capture_tracking_interfaces/msg");
+    fs::create_dir_all(&package).expect("room");
     let other = "uint32 id\nstring name\ngeometry_msgs/Pose pose\n";
-    foreign.define("/poses", &tracker_definition(Named::TYPE_NAME, other));
+    fs::write(package.join("NamedPose.msg"), other).expect("room");
+    let array = "std_msgs/Header header\nNamedPose[] poses # of rigid bodies\n";
+    fs::write(package.join("NamedPoseArray.msg"), array).expect("room");
+    let definitions = Definitions::new(vec![folder.path().to_owned()]);
+    foreign.define("/poses", &definitions.find(NamedPoseArray::TYPE_NAME).expect("it is there"));
     foreign.command("r1", 0, 0.1);
 
     let error = foreign.read().unwrap_err();
@@ -120,10 +96,9 @@ fn a_named_pose_of_another_make_is_refused_rather_than_guessed() {
 fn poses_without_names_are_those_of_the_robots_in_their_order() {
     let recorded = |n_poses: usize| {
         let mut foreign = Foreign::new();
-        foreign.define("/poses", &tracker_definition(Unnamed::TYPE_NAME, ""));
         for step in 0..40 {
             let poses = (0..n_poses).map(|n| at(step as f64 * 0.01, n as f64)).collect();
-            foreign.put("/poses", step * PERIOD_NS, &Unnamed { header: stamped(step), poses });
+            foreign.put("/poses", step * PERIOD_NS, &PoseArray { header: stamped(step), poses });
             foreign.command("r10", step * PERIOD_NS, 0.1);
             foreign.command("r2", step * PERIOD_NS, 0.1);
         }
@@ -145,9 +120,8 @@ fn an_array_without_names_whose_length_changes_is_refused() {
     for step in 0..40 {
         let n_poses = if step == 20 { 1 } else { 2 };
         let poses = (0..n_poses).map(|n| at(step as f64 * 0.01, f64::from(n))).collect();
-        foreign.put("/poses", step * PERIOD_NS, &Unnamed { header: stamped(step), poses });
-        foreign.command("r1", step * PERIOD_NS, 0.1);
-        foreign.command("r2", step * PERIOD_NS, 0.1);
+        foreign.put("/poses", step * PERIOD_NS, &PoseArray { header: stamped(step), poses });
+        commands(&mut foreign, step);
     }
 
     let error = foreign.read().unwrap_err().to_string();
@@ -198,7 +172,7 @@ fn a_frame_with_y_up_in_millimetres_is_laid_on_the_floor_for_arrays_topics_and_t
                 PoseSource::PoseArray => {
                     let poses = vec![other, seen_from_y_up(9.0, 9.0, 0.0), one];
                     let header = stamped(step);
-                    foreign.put("/mocap", step * PERIOD_NS, &Unnamed { header, poses });
+                    foreign.put("/mocap", step * PERIOD_NS, &PoseArray { header, poses });
                 }
                 PoseSource::Pose => {
                     for (topic, pose) in [("/vrpn/Body1/pose", one), ("/vrpn/r2/pose", other)] {
@@ -228,8 +202,7 @@ fn a_frame_with_y_up_in_millimetres_is_laid_on_the_floor_for_arrays_topics_and_t
                     foreign.put("/tf", step * PERIOD_NS, &TFMessage { transforms });
                 }
             }
-            foreign.command("r1", step * PERIOD_NS, 0.1);
-            foreign.command("r2", step * PERIOD_NS, 0.1);
+            commands(&mut foreign, step);
         }
         let mut tracker = Tracker {
             bodies: BTreeMap::from([("r1".to_owned(), "Body1".to_owned())]),
@@ -264,15 +237,14 @@ fn a_robot_that_is_handed_from_one_machine_to_another_has_one_trajectory() {
         let x_m = step as f64 * 0.01;
         let by_machine = [("/a/poses", step < 40, 0.0), ("/b/poses", step > 20, 0.004)];
         for (topic, sees, error_m) in by_machine {
-            let mut poses = vec![NamedPose { name: "r2".to_owned(), pose: at(x_m, 1.0) }];
+            let mut poses = vec![named("r2", at(x_m, 1.0))];
             if sees {
-                poses.push(NamedPose { name: "r1".to_owned(), pose: at(x_m + error_m, 0.0) });
+                poses.push(named("r1", at(x_m + error_m, 0.0)));
             }
             let message = NamedPoseArray { header: stamped(step), poses };
             foreign.put(topic, step * PERIOD_NS, &message);
         }
-        foreign.command("r1", step * PERIOD_NS, 0.1);
-        foreign.command("r2", step * PERIOD_NS, 0.1);
+        commands(&mut foreign, step);
     }
     let topics = ["/a/poses", "/b/poses"].map(str::to_owned).to_vec();
     let tracker = Tracker { topics, ..Tracker::default() };
@@ -294,8 +266,7 @@ fn machines_that_see_a_robot_in_two_places_are_a_finding() {
             let pose = at(step as f64 * 0.01 + error_m, y_m);
             foreign.put(topic, step * PERIOD_NS, &PoseStamped { header: stamped(step), pose });
         }
-        foreign.command("r1", step * PERIOD_NS, 0.1);
-        foreign.command("r2", step * PERIOD_NS, 0.1);
+        commands(&mut foreign, step);
     }
     let tracker = Tracker { topics: ["a", "b"].map(str::to_owned).to_vec(), ..Tracker::default() };
 

@@ -296,6 +296,8 @@ fn bags_of_every_version_are_recovered_without_loss() {
 
         assert!(recovered.is_complete(), "{kind:?}: {recovered:?}");
         assert_eq!(read(&saved), recorded(), "{kind:?}");
+        let compression = Bag::open(&saved).unwrap().info().compression;
+        assert!(!compression.files && !compression.messages, "{kind:?}");
     }
 }
 

@@ -129,10 +129,4 @@ mod tests {
         ];
         assert_eq!(order, expected);
     }
-
-    #[test]
-    fn a_type_that_is_not_ours_has_neither_text_nor_hash() {
-        assert_eq!(schema_text("std_msgs/msg/Nothing"), None);
-        assert_eq!(type_hash("std_msgs/msg/Nothing"), None);
-    }
 }

@@ -360,6 +360,7 @@ mod tests {
                 assert!(found.clone().all(|other| other.name == topic.name), "{name}");
             }
         }
+        assert_eq!(STATUS.robot_of("/robot_3/controller/status"), None);
         let of_nobody = ["/status", "/simulator/status", "/swarm/lease", "status", "/x/modem_odom"];
         for name in of_nobody {
             assert!(ALL.iter().all(|topic| topic.robot_of(name).is_none()), "{name}");
@@ -371,13 +372,6 @@ mod tests {
         for topic in ALL {
             assert!(crate::schema::schema_text(topic.type_name).is_some(), "{}", topic.name);
             assert!(crate::schema::type_hash(topic.type_name).is_some(), "{}", topic.name);
-        }
-    }
-
-    #[test]
-    fn what_lockstep_counts_on_is_reliable_and_deep() {
-        for topic in [DETECTION, CMD_VEL, ODOM, CLOCK, WORLD_DIGEST] {
-            assert_eq!(topic.qos, Qos::reliable(LOCKSTEP_DEPTH), "{}", topic.name);
         }
     }
 }

@@ -42,19 +42,20 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use rsrs_fleet::simulator::RECORDER_WINDOW;
-    use rsrs_msgs::topics;
+    use rsrs_msgs::topics::{self, Reliability};
 
     /// The recorder confirms each step.
     const STEPS_PER_CONFIRMATION: u64 = 1;
 
     #[test]
-    fn queues_are_deeper_than_what_lockstep_leaves_unread() {
+    fn queues_are_reliable_and_deeper_than_what_lockstep_leaves_unread() {
         let counted_on =
             [topics::DETECTION, topics::CMD_VEL, topics::ODOM, topics::CLOCK, topics::WORLD_DIGEST];
 
         for topic in counted_on {
             let n_unread = RECORDER_WINDOW + STEPS_PER_CONFIRMATION;
             assert!(u64::from(topic.qos.depth) > n_unread, "{}", topic.name);
+            assert_eq!(topic.qos.reliability, Reliability::Reliable, "{}", topic.name);
         }
     }
 }

@@ -180,20 +180,13 @@ pub fn on_the_floor(pose: &geometry_msgs::Pose) -> Option<Pose> {
 
 #[cfg(test)]
 mod tests {
-    use rsrs_core::conditions::{Conditions, Settings};
-    use rsrs_core::robot::profile::RobotProfile;
+    use rsrs_testing::conditions::measured_flockbots;
 
     use super::*;
     use crate::robots::pose_message;
 
-    const FLOCKBOT: &str = include_str!("../../launch_configs/profiles/flockbot.yaml");
-
     fn followed(latency_steps: u32) -> Followed {
-        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
-        let values = [("speed_m_s", 0.15), ("turn_rate_rad_s", 0.75), ("robots", 4.0)]
-            .map(|(axis, value)| (axis.parse().unwrap(), value));
-        let settings = Settings { values: values.to_vec(), ..Settings::default() };
-        let mut conditions = Conditions::resolve(&profile, &settings).unwrap();
+        let mut conditions = measured_flockbots(4);
         conditions.robot.latency_steps = latency_steps;
         Followed::new(1, &conditions, &[0])
     }

@@ -1,21 +1,15 @@
 //! The widest conditions that are taken still make worlds of finite numbers.
 
-use rsrs_core::conditions::{Conditions, Impossible, Settings};
-use rsrs_core::quantity::Axis;
+use rsrs_core::conditions::{Conditions, Impossible};
 use rsrs_core::robot::controller::Command;
-use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::simulator::MAX_COMMAND;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
+use rsrs_testing::conditions::measured_flockbots;
 use serde_json::{Value, json};
 
-const FLOCKBOT: &str = include_str!("../../launch_configs/profiles/flockbot.yaml");
-
 fn document() -> Value {
-    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("the profile is good");
-    let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 3.0)];
-    let conditions = Conditions::resolve(&profile, &Settings { values, ..Settings::default() })
-        .expect("three robots can be simulated");
+    let conditions = measured_flockbots(3);
     let mut document = serde_json::to_value(conditions).expect("conditions are plain data");
     // Every disturbance is at work, and nothing keeps the robots in.
     for (path, value) in [

@@ -104,36 +104,25 @@ mod tests {
     }
 
     #[test]
-    fn a_command_with_the_stamp_of_the_pose_answers_it() {
-        let commands = [command(0, 1.0), command(PERIOD_NS, 2.0), command(2 * PERIOD_NS, 3.0)];
-
-        assert_eq!(speeds(&answers(&poses(3), &commands, PERIOD_NS)), [1.0, 2.0, 3.0]);
-    }
-
-    #[test]
-    fn a_command_a_little_before_or_after_the_pose_answers_it_too() {
-        let commands = [
+    fn the_nearest_command_answers_a_pose_and_holds_until_it_runs_out() {
+        let at_once = [command(0, 1.0), command(PERIOD_NS, 2.0), command(2 * PERIOD_NS, 3.0)];
+        let near = [
             command(9, 1.0),
             command(PERIOD_NS - 7, 2.0),
             command(2 * PERIOD_NS + 50_000_000, 3.0),
         ];
+        let early = [command(PERIOD_NS, 2.0)];
+        for (commands, expected) in [
+            (&at_once[..], &[1.0, 2.0, 3.0][..]),
+            (&near, &[1.0, 2.0, 3.0]),
+            // 2.5 periods are 325 ms: two more periods hold, the third does not.
+            (&at_once[..1], &[1.0, 1.0, 1.0, 0.0, 0.0]),
+            (&early, &[0.0, 2.0]),
+        ] {
+            let poses = poses(expected.len() as u64);
 
-        assert_eq!(speeds(&answers(&poses(3), &commands, PERIOD_NS)), [1.0, 2.0, 3.0]);
-    }
-
-    #[test]
-    fn a_command_holds_until_it_runs_out() {
-        // 2.5 periods are 325 ms: two more periods hold, the third does not.
-        let commands = [command(0, 1.0)];
-
-        assert_eq!(speeds(&answers(&poses(5), &commands, PERIOD_NS)), [1.0, 1.0, 1.0, 0.0, 0.0]);
-    }
-
-    #[test]
-    fn before_the_first_command_a_robot_stands_still() {
-        let commands = [command(PERIOD_NS, 2.0)];
-
-        assert_eq!(speeds(&answers(&poses(2), &commands, PERIOD_NS)), [0.0, 2.0]);
+            assert_eq!(speeds(&answers(&poses, commands, PERIOD_NS)), expected, "{commands:?}");
+        }
     }
 
     #[test]

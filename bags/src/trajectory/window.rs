@@ -121,26 +121,14 @@ mod tests {
     }
 
     #[test]
-    fn the_run_lasts_from_running_to_the_next_other_state() {
-        let states = [(1, false), (5, true), (6, true), (9, false), (12, false)];
-
-        assert_eq!(longest_running(&lease(&states)), Some((5, 9)));
-    }
-
-    #[test]
-    fn of_an_interrupted_run_the_longer_part_counts() {
-        let states = [(1, true), (3, false), (5, true), (9, false)];
-
-        assert_eq!(longest_running(&lease(&states)), Some((5, 9)));
-    }
-
-    #[test]
-    fn a_run_that_was_still_going_lasts_to_the_end_of_the_bag() {
-        assert_eq!(longest_running(&lease(&[(5, true)])), Some((5, u64::MAX)));
-    }
-
-    #[test]
-    fn a_lease_that_was_never_given_gives_no_run() {
-        assert_eq!(longest_running(&lease(&[(1, false), (2, false)])), None);
+    fn the_longest_time_in_which_the_lease_was_running_is_the_run() {
+        for (states, expected) in [
+            (&[(1, false), (5, true), (6, true), (9, false), (12, false)][..], Some((5, 9))),
+            (&[(1, true), (3, false), (5, true), (9, false)], Some((5, 9))),
+            (&[(5, true)], Some((5, u64::MAX))),
+            (&[(1, false), (2, false)], None),
+        ] {
+            assert_eq!(longest_running(&lease(states)), expected, "{states:?}");
+        }
     }
 }

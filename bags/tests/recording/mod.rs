@@ -5,7 +5,7 @@ pub mod outcome;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Cursor};
 use std::path::Path;
 
 use mcap::WriteOptions;
@@ -101,6 +101,23 @@ impl Recording {
         let message = RunLease { state: state.into(), epoch: 1, ..RunLease::default() };
         self.put(self.lease, step * PERIOD_NS, &message);
     }
+}
+
+/// A file by another writer, as its bytes: one detection per log time, and a topic without messages.
+pub fn foreign(options: WriteOptions, log_times_ns: impl IntoIterator<Item = u64>) -> Vec<u8> {
+    let mut file = Cursor::new(Vec::new());
+    let mut writer = options.create(&mut file).expect("room");
+    let schema = writer.add_schema("std_msgs/msg/Bool", "ros2msg", b"bool data").expect("room");
+    let pairs = BTreeMap::new();
+    let channel_id = writer.add_channel(schema, "/detection", "cdr", &pairs).expect("room");
+    writer.add_channel(schema, "/nobody", "cdr", &pairs).expect("room");
+    for log_time in log_times_ns {
+        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: 1 };
+        writer.write_to_known_channel(&header, &[0, 1, 0, 0, 1]).expect("room");
+    }
+    writer.finish().expect("room");
+    drop(writer);
+    file.into_inner()
 }
 
 /// A file by another recorder: one detection a nanosecond, and no chunks.

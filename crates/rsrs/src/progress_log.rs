@@ -80,29 +80,28 @@ mod tests {
     }
 
     #[test]
-    fn short_work_has_no_line() {
-        assert!(lines(&[(0, 0.0), (1, 0.3), (29, 1.0)]).is_empty());
-    }
-
-    #[test]
-    fn a_line_comes_after_thirty_seconds_and_then_with_each_tenth() {
-        let looks = [(0, 0.0), (31, 0.05), (70, 0.1), (100, 0.16), (110, 0.3), (131, 0.4)];
-
-        let expected = [
-            "31 s: 5 %, about 10 min left",
-            "100 s: 16 %, about 9 min left",
-            "131 s: 40 %, about 3 min left",
-        ];
-        assert_eq!(lines(&looks), expected);
-    }
-
-    #[test]
-    fn slow_work_has_a_line_every_five_minutes() {
-        let looks: Vec<(u64, f64)> =
+    fn a_line_comes_after_thirty_seconds_and_then_with_each_tenth_or_every_five_minutes() {
+        let short = [(0, 0.0), (1, 0.3), (29, 1.0)];
+        let usual = [(0, 0.0), (31, 0.05), (70, 0.1), (100, 0.16), (110, 0.3), (131, 0.4)];
+        let slow: Vec<(u64, f64)> =
             (0..=60_u32).map(|at| (u64::from(at) * 10, f64::from(at) * 1e-5)).collect();
-
-        let expected = ["30 s: 0 %, about 277.8 h left", "330 s: 0 %, about 277.7 h left"];
-        assert_eq!(lines(&looks), expected);
+        // What was done before does not count towards the time left.
+        let continued = [(0, 0.5), (60, 0.6)];
+        for (looks, expected) in [
+            (&short[..], &[][..]),
+            (
+                &usual,
+                &[
+                    "31 s: 5 %, about 10 min left",
+                    "100 s: 16 %, about 9 min left",
+                    "131 s: 40 %, about 3 min left",
+                ],
+            ),
+            (&slow, &["30 s: 0 %, about 277.8 h left", "330 s: 0 %, about 277.7 h left"]),
+            (&continued, &["60 s: 60 %, about 4 min left"]),
+        ] {
+            assert_eq!(lines(looks), expected, "{looks:?}");
+        }
     }
 
     #[test]
@@ -119,10 +118,5 @@ mod tests {
         }
 
         assert_eq!(lines, ["35: 50 %, about 5 s left", "65: 50 %, about 5 s left"]);
-    }
-
-    #[test]
-    fn what_was_done_before_does_not_count_towards_the_time_left() {
-        assert_eq!(lines(&[(0, 0.5), (60, 0.6)]), ["60 s: 60 %, about 4 min left"]);
     }
 }

@@ -6,6 +6,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use rsrs_core::help::Help;
+use tempfile::TempDir;
 
 use crate::authority::Authority;
 use crate::check::problems_of;
@@ -29,6 +30,19 @@ fn robots() -> Vec<String> {
 fn request<'a>(folder: &'a Path, robots: &'a [String]) -> KeystoreRequest<'a> {
     let validity = Some(DAY * 30);
     KeystoreRequest { folder, robots, domain_id: Some(7), now: NOW, validity, readmitted: &[] }
+}
+
+/// A keystore of two robots.
+fn created() -> (TempDir, Vec<String>) {
+    let (folder, robots) = (tempfile::tempdir().unwrap(), robots());
+    create(&request(folder.path(), &robots)).unwrap();
+    (folder, robots)
+}
+
+/// Copies a folder, and what its links lead to.
+fn copy_of(folder: &Path, to: &Path) {
+    let copied = Command::new("cp").arg("-rLp").args([folder, to]).status();
+    assert!(copied.unwrap().success());
 }
 
 /// What is wrong with an enclave that is called as its folder.
@@ -99,9 +113,7 @@ fn every_enclave_of_a_new_keystore_can_be_used_in_its_domain_and_in_its_time() {
 
 #[test]
 fn the_openssl_program_verifies_certificates_and_documents_and_refuses_what_was_changed() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, _) = created();
     let enclave = folder.path().join("enclaves/robot_1");
     let path = |file: &str| enclave.join(file).to_str().unwrap().to_owned();
     let authority = path("permissions_ca.cert.pem");
@@ -131,9 +143,7 @@ fn the_openssl_program_verifies_certificates_and_documents_and_refuses_what_was_
 
 #[test]
 fn keys_are_private_and_never_written_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, mut robots) = created();
     let keys = |folder: &Path| -> Vec<(PathBuf, String)> {
         let keys = files::keys_in(folder).unwrap().into_iter();
         keys.map(|key| (key.clone(), std::fs::read_to_string(key).unwrap())).collect()
@@ -163,21 +173,14 @@ fn a_copy_of_one_enclave_with_what_its_links_lead_to_is_whole() {
     create(&request(&folder.path().join("keystore"), &robots)).unwrap();
     let copy = folder.path().join("robot_1");
 
-    let copied = Command::new("cp")
-        .args(["-rLp"])
-        .arg(folder.path().join("keystore/enclaves/robot_1"))
-        .arg(&copy)
-        .status();
+    copy_of(&folder.path().join("keystore/enclaves/robot_1"), &copy);
 
-    assert!(copied.unwrap().success());
     assert_eq!(texts(&copy, 7, NOW), [""; 0]);
 }
 
 #[test]
 fn a_keystore_of_sros2_is_hardened_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, _) = created();
     let enclave = folder.path().join("enclaves/robot_1");
     // What `ros2 security` leaves: payloads protected by themselves, keys that others can read.
     let text = std::fs::read_to_string(folder.path().join("enclaves/governance.xml")).unwrap();
@@ -231,9 +234,7 @@ fn no_robot_gets_the_rights_of_another_member_by_its_name() {
 
 #[test]
 fn a_keystore_keeps_its_domain_and_refuses_another_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, robots) = created();
 
     let again = KeystoreRequest { domain_id: None, ..request(folder.path(), &robots) };
     let made = create(&again).unwrap();
@@ -249,9 +250,7 @@ fn a_keystore_keeps_its_domain_and_refuses_another_one() {
 
 #[test]
 fn nothing_is_signed_that_holds_longer_than_its_authority() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, robots) = created();
     let at = |now: Duration, validity: Option<Duration>| {
         create(&KeystoreRequest { now, validity, ..request(folder.path(), &robots) })
     };
@@ -371,26 +370,8 @@ fn who_was_revoked_comes_back_by_name_only_and_with_other_keys() {
 }
 
 #[test]
-fn keys_that_others_can_read_are_shown_wherever_they_are() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
-    let keys =
-        ["enclaves/robot_2/key.pem", "private/ca.key.pem"].map(|key| folder.path().join(key));
-    assert!(show(folder.path(), NOW).unwrap().open_keys.is_empty());
-
-    for key in &keys {
-        std::fs::set_permissions(key, std::fs::Permissions::from_mode(0o640)).unwrap();
-    }
-
-    assert_eq!(show(folder.path(), NOW).unwrap().open_keys, keys);
-}
-
-#[test]
 fn keys_behind_links_and_in_copies_of_other_names_are_shown_and_made_private_too() {
-    let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let ((folder, _), elsewhere) = (created(), tempfile::tempdir().unwrap());
     let key = folder.path().join("enclaves/robot_1/key.pem");
     let text = std::fs::read_to_string(&key).unwrap();
     let backup = folder.path().join("private/ca.key.pem.bak");
@@ -400,6 +381,9 @@ fn keys_behind_links_and_in_copies_of_other_names_are_shown_and_made_private_too
         std::fs::write(copy, &text).unwrap();
         std::fs::set_permissions(copy, std::fs::Permissions::from_mode(0o644)).unwrap();
     }
+    let authority = folder.path().join("private/ca.key.pem");
+    assert!(show(folder.path(), NOW).unwrap().open_keys.iter().all(|key| *key != authority));
+    std::fs::set_permissions(&authority, std::fs::Permissions::from_mode(0o640)).unwrap();
     std::fs::remove_file(&key).unwrap();
     std::os::unix::fs::symlink(&linked, &key).unwrap();
     // Leads back, and nowhere.
@@ -409,16 +393,14 @@ fn keys_behind_links_and_in_copies_of_other_names_are_shown_and_made_private_too
     let open = show(folder.path(), NOW).unwrap().open_keys;
     let hardened = harden(folder.path()).unwrap();
 
-    assert_eq!(open, [key, backup, other_name]);
+    assert_eq!(open, [key, authority, backup, other_name]);
     assert_eq!(hardened.keys_made_private, open);
     assert!(show(folder.path(), NOW).unwrap().open_keys.is_empty());
 }
 
 #[test]
 fn an_enclave_that_is_a_link_is_refused_by_name_and_lost_by_nobody() {
-    let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let ((folder, _), elsewhere) = (created(), tempfile::tempdir().unwrap());
     let stop = folder.path().join("enclaves/stop");
     std::fs::rename(&stop, elsewhere.path().join("stop")).unwrap();
     std::os::unix::fs::symlink(elsewhere.path().join("stop"), &stop).unwrap();
@@ -456,9 +438,7 @@ fn a_key_or_an_authority_of_somebody_else_is_no_enclave() {
 
 #[test]
 fn a_renewal_that_fails_changes_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, _) = created();
     let before = show(folder.path(), NOW).unwrap();
     std::fs::write(folder.path().join("enclaves/viewer/key.pem"), "no key").unwrap();
 
@@ -488,9 +468,7 @@ fn a_file_that_is_no_file_of_a_keystore_by_its_size_is_not_read() {
 
 #[test]
 fn a_keystore_without_governance_gets_one_for_a_domain_that_somebody_names() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, robots) = created();
     std::fs::remove_file(folder.path().join("enclaves/governance.p7s")).unwrap();
 
     let shown = show(folder.path(), NOW).unwrap_err();
@@ -509,9 +487,7 @@ fn a_keystore_without_governance_gets_one_for_a_domain_that_somebody_names() {
 
 #[test]
 fn what_somebody_has_changed_is_not_signed_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, robots) = created();
     let path = folder.path().join("enclaves/governance.p7s");
     let signed = std::fs::read_to_string(&path).unwrap();
     let weaker = signed.replace("<data_protection_kind>NONE", "<data_protection_kind>SIGN");
@@ -533,9 +509,7 @@ fn what_somebody_has_changed_is_not_signed_again() {
 
 #[test]
 fn a_document_that_openssl_has_signed_is_known() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, _) = created();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     // As `ros2 security` signs, and with the text packed into the signature.
     let sign = |into: &str, how: &[&str]| {
@@ -559,9 +533,7 @@ fn a_document_that_openssl_has_signed_is_known() {
 
 #[test]
 fn a_rule_that_another_one_goes_before_in_some_domains_is_hardened_too() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, _) = created();
     let authority = Authority::read(folder.path()).unwrap();
     let strong = Governance::recommended(Domains { first: 0, last: 10 }).rules.remove(0);
     let mut weak = Governance::recommended(Domains { first: 5, last: 20 }).rules.remove(0);
@@ -590,8 +562,7 @@ fn what_was_copied_before_a_renewal_and_what_is_copied_after_it_is_verified_by_o
     let (keystore, before) = (folder.path().join("keystore"), folder.path().join("before"));
     let robots = robots();
     create(&request(&keystore, &robots)).unwrap();
-    let copied = Command::new("cp").arg("-rL").args([&keystore, &before]).status();
-    assert!(copied.unwrap().success());
+    copy_of(&keystore, &before);
 
     let ends = renew(&keystore, NOW + DAY * 10, DAY * 60).unwrap();
 
@@ -618,11 +589,8 @@ fn what_was_copied_before_a_renewal_and_what_is_copied_after_it_is_verified_by_o
 
 #[test]
 fn what_is_wrong_with_a_member_is_shown_and_completing_the_keystore_mends_it() {
-    let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let robots = robots();
-    create(&request(other.path(), &robots)).unwrap();
+    let ((folder, robots), (other, _)) = (created(), created());
     let keystore = folder.path();
-    create(&request(keystore, &robots)).unwrap();
     let enclave = |name: &str| keystore.join("enclaves").join(name);
     let of_other = other.path().join("enclaves");
     let copy = |from: PathBuf, to: PathBuf| assert!(std::fs::copy(from, to).unwrap() > 0);
@@ -679,10 +647,7 @@ fn what_is_wrong_with_a_member_is_shown_and_completing_the_keystore_mends_it() {
 
 #[test]
 fn an_authority_whose_certificate_is_of_another_key_signs_nothing() {
-    let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
-    create(&request(other.path(), &robots)).unwrap();
+    let ((folder, robots), (other, _)) = (created(), created());
     let certificate = folder.path().join("public/ca.cert.pem");
     std::fs::copy(other.path().join("public/ca.cert.pem"), &certificate).unwrap();
 
@@ -695,9 +660,7 @@ fn an_authority_whose_certificate_is_of_another_key_signs_nothing() {
 
 #[test]
 fn a_key_that_is_none_is_named_with_what_makes_another_and_never_written_over() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, robots) = created();
     let key = folder.path().join("enclaves/robot_1/key.pem");
     let cut = std::fs::read_to_string(&key).unwrap()[..100].to_owned();
     std::fs::write(&key, &cut).unwrap();
@@ -763,13 +726,9 @@ fn a_keystore_that_was_copied_without_its_links_is_changed_as_a_whole() {
     let mut governance = Governance::recommended(Domains { first: 7, last: 7 });
     governance.rules[0].join_access_control = Switch::Off;
     authority.write_governance(&first, &governance).unwrap();
-    let copy = |to: &Path| {
-        let copied = Command::new("cp").arg("-rLp").args([&first, to]).status();
-        assert!(copied.unwrap().success());
-    };
-    copy(&keystore);
     let renewed = folder.path().join("renewed");
-    copy(&renewed);
+    copy_of(&first, &keystore);
+    copy_of(&first, &renewed);
 
     let hardened = harden(&keystore).unwrap();
     renew(&renewed, NOW + DAY, DAY * 60).unwrap();
@@ -789,9 +748,7 @@ fn a_keystore_that_was_copied_without_its_links_is_changed_as_a_whole() {
 
 #[test]
 fn a_new_keystore_that_was_interrupted_is_made_from_the_start() {
-    let folder = tempfile::tempdir().unwrap();
-    let robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let (folder, robots) = created();
     // As where it was killed before its governance was there.
     std::fs::write(folder.path().join(".unfinished"), "").unwrap();
     std::fs::remove_file(folder.path().join("enclaves/governance.p7s")).unwrap();
@@ -870,9 +827,7 @@ fn a_folder_that_an_interrupted_revocation_left_is_shown() {
 
 #[test]
 fn an_enclave_that_is_a_link_is_not_written_through() {
-    let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let mut robots = robots();
-    create(&request(folder.path(), &robots)).unwrap();
+    let ((folder, mut robots), elsewhere) = (created(), tempfile::tempdir().unwrap());
     std::os::unix::fs::symlink(elsewhere.path(), folder.path().join("enclaves/robot_3")).unwrap();
     robots.push("robot_3".to_owned());
 

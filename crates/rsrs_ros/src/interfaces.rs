@@ -147,14 +147,6 @@ mod tests {
     }
 
     #[test]
-    fn an_interface_is_chosen_by_name_or_by_address() {
-        let address: IpAddr = "10.0.0.7".parse().unwrap();
-
-        assert_eq!(choose(&["wlan0"], two()).unwrap(), [address]);
-        assert_eq!(choose(&["10.0.0.7"], two()).unwrap(), [address]);
-    }
-
-    #[test]
     fn several_interfaces_are_chosen_by_several_flags_or_by_commas_and_each_counts_once() {
         let mut available = two();
         available.push(Interface { name: "eth0".into(), address: "10.0.1.7".parse().unwrap() });

@@ -223,23 +223,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn levels_are_read_in_any_case() {
+    fn levels_are_read_in_any_case_and_an_unknown_one_is_refused_with_the_known_ones() {
         assert_eq!("WARN".parse(), Ok(Level::Warn));
         assert_eq!("debug".parse(), Ok(Level::Debug));
-    }
-
-    #[test]
-    fn an_unknown_level_is_refused_with_the_known_ones() {
-        let error = "loud".parse::<Level>().unwrap_err();
-
-        assert_eq!(
-            error.to_string(),
-            "log level `loud`, expected debug, info, warn, error or fatal"
-        );
-    }
-
-    #[test]
-    fn fatal_is_the_worst_level() {
         assert!(Level::Debug < Level::Info && Level::Error < Level::Fatal);
+        let error = "loud".parse::<Level>().unwrap_err().to_string();
+        assert_eq!(error, "log level `loud`, expected debug, info, warn, error or fatal");
     }
 }

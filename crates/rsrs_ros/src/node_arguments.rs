@@ -228,10 +228,11 @@ mod tests {
     fn the_namespace_names_the_robot_and_parameters_reach_it() {
         let options = parse(&["--ros-args", "-r", "__ns:=/robot_3", "-p", "speed:=0.15"]).unwrap();
 
-        assert_eq!(options.robots.len(), 1);
-        assert_eq!(options.robots[0], "robot_3");
+        assert_eq!(options.robots, ["robot_3"]);
         let parameters = options.ros.parameters("/robot_3/controller");
         assert_eq!(parameters["speed"], ParameterValue::Double(0.15));
+        let several = parse(&["--robots", "robot_1,robot_2"]).unwrap();
+        assert_eq!(several.robots, ["robot_1", "robot_2"]);
     }
 
     #[test]
@@ -244,22 +245,13 @@ mod tests {
 
             assert!(error.to_string().starts_with(expected), "{error}");
         }
+        assert!(matches!(parse(&[]), Err(NodeArgumentsError::NoRobot)));
+        let unknown = parse(&["--robot", "robot_1"]).unwrap_err().to_string();
+        assert!(unknown.contains("unexpected argument '--robot'"), "{unknown}");
         let same = ["__node:=controller", "__ns:=/robot_1", "cmd_vel:=/base/cmd_vel"];
         for rule in same {
             parse(&["--robots", "robot_1", "--ros-args", "-r", rule]).unwrap();
         }
-    }
-
-    #[test]
-    fn one_process_hosts_many_robots() {
-        let options = parse(&["--robots", "robot_1,robot_2"]).unwrap();
-
-        assert_eq!(options.robots, ["robot_1", "robot_2"]);
-    }
-
-    #[test]
-    fn a_process_without_a_robot_is_refused() {
-        assert!(matches!(parse(&[]), Err(NodeArgumentsError::NoRobot)));
     }
 
     #[test]
@@ -271,13 +263,6 @@ mod tests {
 
         assert!(ask(&["--help"]) && ask(&["--robots", "robot_1", "-h"]));
         assert!(!ask(&["--robots", "robot_1"]) && !ask(&["--ros-args", "-h"]));
-    }
-
-    #[test]
-    fn an_unknown_argument_is_named() {
-        let error = parse(&["--robot", "robot_1"]).unwrap_err();
-
-        assert!(error.to_string().contains("unexpected argument '--robot'"), "{error}");
     }
 
     #[test]

@@ -225,11 +225,16 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_flag_is_named() {
-        let error = parse("--ros-args --use-sim-time").unwrap_err();
-
-        assert_eq!(error.to_string(), "unknown flag `--use-sim-time` after --ros-args");
-        assert!(error.help().is_some());
+    fn what_cannot_be_understood_is_named() {
+        let unknown = parse("--ros-args --use-sim-time").unwrap_err();
+        assert_eq!(unknown.to_string(), "unknown flag `--use-sim-time` after --ros-args");
+        assert!(unknown.help().is_some());
+        let missing = parse("--ros-args --params-file missing.yaml").unwrap_err();
+        assert_eq!(missing.to_string(), "parameter file `missing.yaml` cannot be read");
+        for line in ["--ros-args -r", "--ros-args --params-file --"] {
+            let error = parse(line).unwrap_err();
+            assert!(matches!(error, RosArgsError::MissingValue { .. }), "{line}: {error}");
+        }
     }
 
     #[test]
@@ -252,28 +257,12 @@ mod tests {
     }
 
     #[test]
-    fn a_flag_without_its_value_is_named() {
-        for line in ["--ros-args -r", "--ros-args --params-file --"] {
-            let error = parse(line).unwrap_err();
-
-            assert!(matches!(error, RosArgsError::MissingValue { .. }), "{line}: {error}");
-        }
-    }
-
-    #[test]
     fn the_last_parameter_counts_whether_from_a_file_or_not() {
         let (file_last, _) = parse("--ros-args -p speed:=0.1 --params-file fleet.yaml").unwrap();
         let (flag_last, _) = parse("--ros-args --params-file fleet.yaml -p speed:=0.1").unwrap();
 
         assert_eq!(file_last.parameters("/a")["speed"], ParameterValue::Double(0.2));
         assert_eq!(flag_last.parameters("/a")["speed"], ParameterValue::Double(0.1));
-    }
-
-    #[test]
-    fn a_file_that_is_not_there_is_named() {
-        let error = parse("--ros-args --params-file missing.yaml").unwrap_err();
-
-        assert_eq!(error.to_string(), "parameter file `missing.yaml` cannot be read");
     }
 
     #[test]

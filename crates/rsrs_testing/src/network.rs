@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::io::Write;
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -101,6 +101,31 @@ pub fn session() -> Session {
     assert!(confine::is_confined().expect("/proc is readable"), "a test would reach the LAN");
     Session::open(&SessionOptions { domain_id: 42, interfaces: vec![LOOPBACK], enclave: None })
         .expect("the loopback interface is there")
+}
+
+/// A node's process, ended with the test whatever happens.
+pub struct NodeProcess(pub Child);
+
+impl NodeProcess {
+    /// Starts a node of these robots, separated by commas, where [`session`] finds it.
+    pub fn start(program: &str, robots: &str, arguments: &[&str]) -> Self {
+        let child = Command::new(program)
+            .args(["--interface", "127.0.0.1", "--robots", robots])
+            .args(arguments)
+            .env("ROS_DOMAIN_ID", "42")
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the node was built for this test");
+        Self(child)
+    }
+}
+
+impl Drop for NodeProcess {
+    fn drop(&mut self) {
+        // It may have ended already.
+        drop(self.0.kill());
+        drop(self.0.wait());
+    }
 }
 
 /// `CYCLONEDDS_URI` with which Cyclone DDS uses the only interface of a network of its own, which it would

@@ -243,55 +243,33 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_value_sits_in_the_middle() {
-        let scale = Scale::new(vec![9.0], 100.0, 0.0);
-
-        assert!(close(scale.position_px(9.0), 50.0));
-        assert!(close(scale.span_px(0).0, 0.0) && close(scale.span_px(0).1, 100.0));
+    fn an_axis_may_run_upwards_and_a_lone_value_sits_in_the_middle() {
+        let upwards = Scale::new(vec![1.0, 2.0], 100.0, 0.0);
+        assert!(close(upwards.position_px(1.0), 75.0));
+        assert!(upwards.contains(2.5) && !upwards.contains(2.6));
+        let lone = Scale::new(vec![9.0], 100.0, 0.0);
+        assert!(close(lone.position_px(9.0), 50.0));
+        assert!(close(lone.span_px(0).0, 0.0) && close(lone.span_px(0).1, 100.0));
     }
 
     #[test]
-    fn an_axis_may_run_upwards() {
-        let scale = Scale::new(vec![1.0, 2.0], 100.0, 0.0);
+    fn crowded_labels_are_thinned_and_round_where_values_are_even() {
+        let even: Vec<f64> = (0..10).map(f64::from).collect();
+        let irregular = vec![1.0, 2.0, 3.0, 50.0, 100.0];
+        let fine: Vec<f64> = (0..60).map(|step| 0.05 + 0.25 * f64::from(step) / 59.0).collect();
+        let scale = |values: &[f64], to_px| Scale::new(values.to_vec(), 0.0, to_px);
+        for (values, to_px, room_px, expected) in [
+            (&even, 100.0, 25.0, &["0", "3", "6", "9"][..]),
+            (&irregular, 125.0, 20.0, &["1", "50", "100"]),
+            (&fine, 500.0, 40.0, &["0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]),
+        ] {
+            let ticks = scale(values, to_px).ticks(|_| room_px);
 
-        assert!(close(scale.position_px(1.0), 75.0));
-        assert!(scale.contains(2.5) && !scale.contains(2.6));
-    }
-
-    #[test]
-    fn labels_are_thinned_to_round_numbers_when_values_are_even() {
-        let scale = Scale::new((0..10).map(f64::from).collect(), 0.0, 100.0);
-
-        let ticks = |room_px: f64| -> Vec<String> {
-            scale.ticks(|_| room_px).into_iter().map(|(_, text)| text).collect()
-        };
-
-        assert_eq!(ticks(5.0).len(), 10);
-        assert_eq!(ticks(25.0), ["0", "3", "6", "9"]);
-    }
-
-    #[test]
-    fn crowded_irregular_values_lose_some_labels() {
-        let scale = Scale::new(vec![1.0, 2.0, 3.0, 50.0, 100.0], 0.0, 125.0);
-
-        let ticks = scale.ticks(|_| 20.0);
-
-        assert_eq!(
-            ticks.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>(),
-            ["1", "50", "100"]
-        );
-    }
-
-    #[test]
-    fn crowded_even_values_get_round_labels_where_they_belong() {
-        let values: Vec<f64> = (0..60).map(|step| 0.05 + 0.25 * f64::from(step) / 59.0).collect();
-        let scale = Scale::new(values, 0.0, 500.0);
-
-        let ticks = scale.ticks(|_| 40.0);
-
-        let texts: Vec<&str> = ticks.iter().map(|(_, text)| text.as_str()).collect();
-        assert_eq!(texts, ["0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
-        assert!(close(ticks[2].0, 0.15));
+            let texts: Vec<&str> = ticks.iter().map(|(_, text)| text.as_str()).collect();
+            assert_eq!(texts, expected);
+        }
+        assert_eq!(scale(&even, 100.0).ticks(|_| 5.0).len(), 10);
+        assert!(close(scale(&fine, 500.0).ticks(|_| 40.0)[2].0, 0.15), "it is where it belongs");
     }
 
     #[test]

@@ -280,6 +280,10 @@ mod tests {
         assert_eq!((slice.x_values.len(), slice.y_values.len()), (2, 2));
         assert!(slice.counts(0, 0).is_some() && slice.counts(1, 0).is_none());
         assert!(slice.has_holes());
+        let place = |text: &str| slice.place(&text.parse().unwrap());
+        assert_eq!(place("speed_m_s=0.1,turn_rate_rad_s=0.5,robots=9"), Some((0.1, 0.5)));
+        assert_eq!(place("speed_m_s=0.1,turn_rate_rad_s=0.5,robots=6"), None, "of another slice");
+        assert_eq!(place("speed_m_s=0.1"), None);
     }
 
     #[test]
@@ -291,18 +295,6 @@ mod tests {
         assert!(has_holes(&diagram));
         diagram.cells[0].counts.add(Phase::UNFORMED);
         assert!(!has_holes(&diagram));
-    }
-
-    #[test]
-    fn a_cell_of_another_slice_has_no_place() {
-        let slice =
-            Slice::new(&three_axes(), Axis::Speed, Some(Axis::TurnRate), &[(Axis::Robots, 9.0)])
-                .unwrap();
-        let place = |text: &str| slice.place(&text.parse().unwrap());
-
-        assert_eq!(place("speed_m_s=0.1,turn_rate_rad_s=0.5,robots=9"), Some((0.1, 0.5)));
-        assert_eq!(place("speed_m_s=0.1,turn_rate_rad_s=0.5,robots=6"), None);
-        assert_eq!(place("speed_m_s=0.1"), None);
     }
 
     #[test]
@@ -337,10 +329,10 @@ mod tests {
             error(speed, Some(speed), &[]).to_string(),
             "axis speed_m_s is given twice: a picture shows it along an edge, or at one value"
         );
-        assert_eq!(
-            Slice::new(&diagram(&[]), speed, turn_rate, &[]).unwrap_err(),
-            SliceError::Empty
-        );
+        let empty = Slice::new(&diagram(&[]), speed, turn_rate, &[]).unwrap_err();
+        assert_eq!(empty, SliceError::Empty);
+        let never_met = error(speed, None, &[(Axis::TurnRate, 1.0), (Axis::Robots, 6.0)]);
+        assert_eq!(never_met.to_string(), "no cell was swept at turn_rate_rad_s=1,robots=6");
     }
 
     #[test]
@@ -357,18 +349,5 @@ mod tests {
             let at = [(diagram.axes[1], value.parse().unwrap())];
             assert!(Slice::new(&diagram, Axis::Speed, None, &at).is_ok(), "{value}");
         }
-    }
-
-    #[test]
-    fn values_that_never_met_are_refused() {
-        let error = Slice::new(
-            &three_axes(),
-            Axis::Speed,
-            None,
-            &[(Axis::TurnRate, 1.0), (Axis::Robots, 6.0)],
-        )
-        .unwrap_err();
-
-        assert_eq!(error.to_string(), "no cell was swept at turn_rate_rad_s=1,robots=6");
     }
 }

@@ -102,10 +102,6 @@ mod tests {
 
         assert_eq!(lines, ["one two", "threefou", "rfive"]);
         assert!(wrap(" ", 10.0, Weight::Regular, 45.0).is_empty());
-    }
-
-    #[test]
-    fn a_line_narrower_than_any_letter_still_ends() {
-        assert_eq!(wrap("ab", 10.0, Weight::Regular, 1.0), ["a", "b"]);
+        assert_eq!(wrap("ab", 10.0, Weight::Regular, 1.0), ["a", "b"], "no letter fits");
     }
 }

@@ -3,10 +3,8 @@
 
 mod readable;
 
-use std::path::Path;
-
 use libm::sincos;
-use resvg::tiny_skia::Pixmap;
+use readable::keep;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{BLOCK_S, Phase, samples_in};
@@ -16,7 +14,6 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_view::film::{Film, Kind, film, frame_svg};
 use rsrs_view::gallery;
 use rsrs_view::order_over_time::{self, OrderPicture, RunPicture, order_svg};
-use rsrs_view::raster::png;
 use rsrs_view::theme::Theme;
 use rsrs_view::trajectory::{PoseNotFinite, TrajectoryPicture, TrajectoryPictureError, svg};
 
@@ -72,24 +69,13 @@ fn picture(trajectory: &Trajectory, phase: Option<Phase>) -> TrajectoryPicture<'
     }
 }
 
-/// Leaves a picture to be looked at.
-fn keep(name: &str, svg: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
-    std::fs::create_dir_all(&folder).expect("the target directory can be written");
-    std::fs::write(folder.join(name).with_extension("svg"), svg).expect("as above");
-    let png = png(svg, 960).expect("the SVG can be rasterised");
-    std::fs::write(folder.join(name).with_extension("png"), &png).expect("as above");
-    png
-}
-
 fn draw(name: &str, picture: &TrajectoryPicture) -> String {
-    let svg = svg(picture).expect("the run can be drawn");
-    let png = keep(name, &svg);
-    readable::assert_readable(name, &svg);
-    let pixmap = Pixmap::decode_png(&png).expect("the PNG can be read");
+    let [text, again] = [(); 2].map(|()| svg(picture).expect("the run can be drawn"));
+    assert_eq!(text, again, "it is the same text again");
+    let pixmap = keep(name, &text, 960);
     let n_dark = pixmap.pixels().iter().filter(|pixel| pixel.red() < 100).count();
     assert!(n_dark > 2000, "{n_dark}");
-    svg
+    text
 }
 
 #[test]
@@ -175,11 +161,14 @@ fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
     for text in ["circliness (stable milling: 0.50 or more)", "robot_5 left the ring at 212 s"] {
         assert!(svg.contains(text), "{text}");
     }
-    readable::assert_readable("run with order parameters", &svg);
+    keep("run_with_order_parameters", &svg, 960);
+    assert_eq!(order_over_time::svg(&picture).as_ref(), Ok(&svg), "it is the same text again");
     let alone = order_svg(&picture.order, "order parameters of run_1");
     let right_px = alone.corner_px.0 + alone.curves_px.0;
     assert!(right_px < alone.size_px.0 && right_px > 0.9 * alone.size_px.0, "{right_px}");
-    readable::assert_readable("order parameters", &alone.svg);
+    keep("order_parameters", &alone.svg, 960);
+    let again = order_svg(&picture.order, "order parameters of run_1");
+    assert_eq!(alone.svg, again.svg, "it is the same text again");
 }
 
 /// A mill that one robot leaves, straight away from it.
@@ -250,8 +239,7 @@ fn a_gallery_can_be_read_and_has_the_same_text_again() {
 
     let svg = drawn();
 
-    keep("gallery", &svg);
-    readable::assert_readable("gallery", &svg);
+    keep("gallery", &svg, 960);
     assert_eq!(svg, drawn());
     assert_eq!(svg.matches(": other</text>").count(), 2);
 }
@@ -275,35 +263,8 @@ fn every_frame_of_a_film_can_be_read_and_has_the_same_text_again() {
             readable::assert_readable(&format!("{name}, frame {frame}"), &svg);
             assert_eq!(svg, frame_svg(&film, frame).expect("as before"), "frame {frame}");
         }
-        keep(name, &frame_svg(&film, film.n_frames() / 2).expect("as before"));
+        keep(name, &frame_svg(&film, film.n_frames() / 2).expect("as before"), 960);
     }
-}
-
-#[test]
-fn pictures_of_a_run_have_the_same_bytes_again() {
-    let torn = torn(60.0);
-    let picture = picture(&torn, Some(Phase::SEMI_STABLE_MILLING));
-    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9), ..Bodies::UNKNOWN };
-    let blocks = [(0.0, OrderParameters::of(&torn, 0..torn.n_samples(), &bodies))];
-    let rules = Behaviour::MILLING.rules();
-    let notes = ["robot_1 left the ring at 1 s".to_owned()];
-    let order = OrderPicture {
-        blocks: &blocks,
-        block_s: 60.0,
-        duration_s: 60.0,
-        judged_s: [0.0, 60.0],
-        rules: &rules,
-        notes: &notes,
-    };
-    let run = RunPicture { run: picture.clone(), order: order.clone() };
-    let bytes = || {
-        let above = svg(&picture).expect("it can be drawn");
-        let run = order_over_time::svg(&run).expect("it can be drawn");
-        let alone = order_svg(&order, "order parameters").svg;
-        [png(&above, 480), png(&run, 480), png(&alone, 480)].map(|png| png.expect("it is drawn"))
-    };
-
-    assert_eq!(bytes(), bytes());
 }
 
 /// A short and small film.

@@ -1,6 +1,5 @@
 //! The controller node as a process, over real DDS in a network of its own.
 
-use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use rsrs_msgs::geometry_msgs::TwistStamped;
@@ -9,37 +8,17 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
-use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
+use rsrs_testing::network::{NodeProcess, TIMEOUT, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 const SEEN: Bool = Bool { data: true };
 const NOT_SEEN: Bool = Bool { data: false };
 const CONTROLLER: &str = "/robot_2/controller";
 
-/// The node's process, ended with the test whatever happens.
-struct Node(Child);
-
-impl Drop for Node {
-    fn drop(&mut self) {
-        drop(self.0.kill());
-        drop(self.0.wait());
-    }
-}
-
-fn start() -> Node {
-    start_with(&[])
-}
-
-fn start_with(more_for_ros: &[&str]) -> Node {
-    let child = Command::new(env!("CARGO_BIN_EXE_controller_node"))
-        .args(["--interface", "127.0.0.1", "--robots", "robot_1,robot_2"])
-        .args(["--ros-args", "-p", "speed:=0.15", "-p", "turn_rate:=0.75"])
-        .args(more_for_ros)
-        .env("ROS_DOMAIN_ID", "42")
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("the node was built for this test");
-    Node(child)
+fn start_with(more_for_ros: &[&str]) -> NodeProcess {
+    let arguments = ["--ros-args", "-p", "speed:=0.15", "-p", "turn_rate:=0.75"];
+    let arguments = [&arguments[..], more_for_ros].concat();
+    NodeProcess::start(env!("CARGO_BIN_EXE_controller_node"), "robot_1,robot_2", &arguments)
 }
 
 #[test]
@@ -128,7 +107,7 @@ fn commands_follow_detections_and_parameters_and_an_armed_controller_keeps_them(
 }
 
 async fn body() {
-    let node = start();
+    let node = start_with(&[]);
     let session = session();
     let visitor = session.node("/", "visitor").expect("the name is allowed");
     let (to_commands, mut commands) = unbounded_channel::<TwistStamped>();
@@ -222,7 +201,7 @@ async fn hold_lease(
 
 /// SIGTERM ends the node with exit code 0.
 #[expect(unsafe_code, reason = "a system call without a safe wrapper")]
-fn stop_in_order(mut node: Node) {
+fn stop_in_order(mut node: NodeProcess) {
     let pid = libc::pid_t::try_from(node.0.id()).expect("process numbers fit");
     // SAFETY: sends a signal to our own child, which has not been waited for.
     let sent = unsafe { libc::kill(pid, libc::SIGTERM) };

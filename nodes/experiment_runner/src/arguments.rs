@@ -133,10 +133,6 @@ mod tests {
 
         assert_eq!(options.request.cell, Some(cell.parse().unwrap()));
         assert_eq!(options.request.backend, Backend::Simulator);
-    }
-
-    #[test]
-    fn the_fleet_is_what_runs_unless_the_simulator_is_named() {
         assert_eq!(parse(&["--experiment", "e.yaml"]).unwrap().request.backend, Backend::Fleet);
         assert!(parse(&["--experiment", "e.yaml", "--backend", "gazebo"]).is_err());
     }

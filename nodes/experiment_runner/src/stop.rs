@@ -290,19 +290,3 @@ impl<'a> StopNode<'a> {
         })?)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn robots_are_identified_by_their_status_and_by_that_alone() {
-        let robot_of = |topic| topics::STATUS.robot_of(topic);
-        assert_eq!(robot_of("/robot_3/status"), Some("robot_3"));
-        assert_eq!(robot_of("/lab/robot_3/status"), Some("lab/robot_3"));
-        for other in ["/simulator/status", "/robot_3/controller/status", "/status", "/robot_3/odom"]
-        {
-            assert_eq!(robot_of(other), None, "{other}");
-        }
-    }
-}

@@ -328,13 +328,6 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_may_be_without_a_controller() {
-        let parsed = parse(&["--robots", "a", "--driver", "ros", "--without-controller"]).unwrap();
-
-        assert_eq!(parsed.controller, None);
-    }
-
-    #[test]
     fn what_nobody_has_is_refused_by_name() {
         for (arguments, expected) in [
             (&["--robots", "a"][..], "no driver: give"),

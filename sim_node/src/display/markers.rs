@@ -196,28 +196,19 @@ fn fit(poses: &[Pose]) -> (Point, f64) {
 mod tests {
     use std::sync::Arc;
 
-    use rsrs_core::conditions::{Conditions, Settings, Walls};
-    use rsrs_core::robot::profile::RobotProfile;
+    use rsrs_core::conditions::Walls;
     use rsrs_core::robot::region::Region;
     use rsrs_core::robot::sensor::Readings;
     use rsrs_core::world::WorldFile;
     use rsrs_msgs::builtin_interfaces::Time;
+    use rsrs_testing::conditions::measured_flockbots;
 
     use super::super::Look;
     use super::*;
     use crate::display::tests::pushing;
 
-    const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
-
     fn look(region: Option<Region>) -> Look {
-        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
-        let settings = Settings {
-            values: [("speed_m_s", 0.15), ("turn_rate_rad_s", 0.75), ("robots", 4.0)]
-                .map(|(axis, value)| (axis.parse().unwrap(), value))
-                .to_vec(),
-            ..Settings::default()
-        };
-        let mut conditions = Conditions::resolve(&profile, &settings).unwrap();
+        let mut conditions = measured_flockbots(4);
         if let Some(region) = region {
             conditions.robot.region = region;
         }

@@ -1,5 +1,4 @@
-use rsrs_core::conditions::{Arena, Conditions, Settings, Walls};
-use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::conditions::{Arena, Walls};
 use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_fleet::simulator::{Gates, Placed};
 use rsrs_msgs::geometry_msgs;
@@ -7,20 +6,15 @@ use rsrs_msgs::simulation_interfaces::TagsFilter;
 use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
+use rsrs_testing::conditions::measured_flockbots;
 
 use super::*;
 use crate::parameters::Wanted;
 use crate::rows::Rows;
 
-const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
-
 /// Three robots of ours at (0, 0), (1, 0) and (2, 0) in an arena of 6 m, and a real one.
 fn placed_world() -> PlacedWorld {
-    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
-    let values = [("speed_m_s", 0.15), ("turn_rate_rad_s", 0.75), ("robots", 4.0)]
-        .map(|(axis, value)| (axis.parse().unwrap(), value));
-    let settings = Settings { values: values.to_vec(), ..Settings::default() };
-    let mut conditions = Conditions::resolve(&profile, &settings).unwrap();
+    let mut conditions = measured_flockbots(4);
     conditions.arena = Arena { side_m: 6.0, walls: Walls::Stop };
     let seed = Seed { seed: 1, replicate: 0 };
     let mut world = World::new(&conditions, seed).unwrap();

@@ -1,18 +1,9 @@
-use rsrs_core::conditions::Settings;
-use rsrs_core::quantity::Axis;
+use rsrs_testing::conditions::{flockbot, measured_flockbots};
 
 use super::*;
 
-const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
-
-fn flockbot() -> RobotProfile {
-    RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap()
-}
-
 fn conditions() -> Conditions {
-    let profile = flockbot();
-    let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 3.0)];
-    Conditions::resolve(&profile, &Settings { values, ..Settings::default() }).unwrap()
+    measured_flockbots(3)
 }
 
 fn text(name: &str, value: &str) -> (String, ParameterValue) {

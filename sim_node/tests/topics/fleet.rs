@@ -1,13 +1,10 @@
 //! The simulator's process, its world, and what is received from it.
 
 use std::collections::BTreeMap;
-use std::process::{Child, Command as Process, Stdio};
 use std::sync::{Arc, Mutex};
 
-use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::quantity::Axis;
+use rsrs_core::conditions::Conditions;
 use rsrs_core::robot::controller::Command;
-use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::simulator::placement_digest;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::nav_msgs::Odometry;
@@ -18,45 +15,25 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
 use rsrs_sim::draw::Seed;
 
-use rsrs_testing::network::{TIMEOUT, eventually};
+use rsrs_testing::conditions::measured_flockbots;
+use rsrs_testing::network::{NodeProcess, TIMEOUT, eventually};
 
 pub const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
 pub const SEED: Seed = Seed { seed: 11, replicate: 4 };
 /// What every robot is commanded where nobody decides.
 pub const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 
-const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
-
-/// The node's process, ended with the test whatever happens.
-pub struct Node(pub Child);
-
-impl Drop for Node {
-    fn drop(&mut self) {
-        drop(self.0.kill());
-        drop(self.0.wait());
-    }
+pub fn start() -> NodeProcess {
+    start_with(&ROBOTS.join(","))
 }
 
-pub fn start() -> Node {
-    let child = Process::new(env!("CARGO_BIN_EXE_sim_node"))
-        .args(["--interface", "127.0.0.1", "--robots", &ROBOTS.join(",")])
-        .env("ROS_DOMAIN_ID", "42")
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("the node was built for this test");
-    Node(child)
+pub fn start_with(robots: &str) -> NodeProcess {
+    NodeProcess::start(env!("CARGO_BIN_EXE_sim_node"), robots, &[])
 }
 
 /// Three Flockbots as measured.
 pub fn conditions() -> Conditions {
-    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("the profile is good");
-    let values = vec![
-        (Axis::Speed, FORWARD.speed_m_s),
-        (Axis::TurnRate, FORWARD.turn_rate_rad_s),
-        (Axis::Robots, 3.0),
-    ];
-    Conditions::resolve(&profile, &Settings { values, ..Settings::default() })
-        .expect("three robots can be simulated")
+    measured_flockbots(3)
 }
 
 /// What the simulator is asked to place.

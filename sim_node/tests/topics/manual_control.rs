@@ -17,15 +17,15 @@ use rsrs_msgs::simulation_interfaces::{
     StepSimulationResponse,
 };
 use rsrs_msgs::topics;
-use rsrs_ros::parameters::{Mapping, ParameterValue};
+use rsrs_ros::parameters::Mapping;
 use rsrs_ros::services::ServiceClient;
 use rsrs_ros::session::{NodeHandle, Session};
 use rsrs_sim::episode::episode_digests;
 use serde::{Deserialize, Serialize};
 
 use crate::fleet::{
-    Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, set_all,
-    start, until_it_listens,
+    Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, start,
+    until_it_listens,
 };
 use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
@@ -35,33 +35,6 @@ fn tools_step_pause_reset_and_move_a_world_that_no_run_holds() {
         "manual_control::tools_step_pause_reset_and_move_a_world_that_no_run_holds",
         steering,
     );
-}
-
-#[test]
-fn a_cell_that_is_typed_places_its_world() {
-    in_own_network("manual_control::a_cell_that_is_typed_places_its_world", typing);
-}
-
-/// What `ros2 param set /simulator cell ...` does.
-async fn typing() {
-    let _simulator = start();
-    let session = session();
-    let node = session.node("/", "tool").expect("the name is allowed");
-    let statuses = Latest::<RobotStatus>::of(&session, &node, topics::SIMULATOR_STATUS);
-    let world = World { conditions: conditions(), steps: 10, time: "lockstep" };
-    let others: Vec<_> =
-        world.values().into_iter().filter(|(name, _)| name != "conditions").collect();
-    let cell = |text: &str| vec![("cell".to_owned(), ParameterValue::String(text.to_owned()))];
-
-    set_all(&session, &node, &others).await.expect("they may be set without a world");
-    let typed = "speed_m_s=0.15,turn_rate_rad_s=0.75,robots=3";
-    set_all(&session, &node, &cell(typed)).await.expect("it is a cell");
-    let refused = set_all(&session, &node, &cell("speed=3")).await;
-
-    let is_placed = || statuses.only().is_some_and(|it| it.parameter_digest == world.digest());
-    eventually("the world of the cell is placed", is_placed).await;
-    assert!(refused.is_err_and(|error| error.contains("expected values such as")));
-    session.close().await;
 }
 
 #[test]

@@ -78,11 +78,6 @@ async fn place(session: &Session, node: &NodeHandle) {
     values.push(robots);
 
     set_all(session, node, &values).await.expect("the world can be placed");
-
-    let mut in_lockstep = World { time: "lockstep", ..world }.values();
-    in_lockstep.push(values.pop().expect("it was just put there"));
-    let refusal = set_all(session, node, &in_lockstep).await.expect_err("real robots do not wait");
-    assert!(refusal.contains("expected `real_time` for a world with real robots"), "{refusal}");
 }
 
 /// Publishes where the real robot is until a condition holds.

@@ -3,8 +3,9 @@
 use rsrs_core::conditions::Placement;
 use rsrs_msgs::rsrs::{RobotState, RobotStatus};
 use rsrs_msgs::topics;
+use rsrs_ros::parameters::ParameterValue;
 
-use crate::fleet::{Latest, World, conditions, set, start};
+use crate::fleet::{Latest, World, conditions, set, set_all, start};
 use rsrs_testing::network::{in_own_network, session};
 
 #[test]
@@ -27,15 +28,9 @@ async fn placing() {
     world.conditions.robot.true_positive = 1.5;
     let refusal = world.place(&session, &node).await.expect_err("it makes no world");
     assert!(refusal.contains("robot.true_positive is 1.5"), "{refusal}");
-    world.conditions = conditions();
-    world.conditions.robots = 4;
-    let refusal = world.place(&session, &node).await.expect_err("it makes no world");
-    assert!(refusal.contains("robots is 4, expected 1 to 3"), "{refusal}");
     let refusal =
         set(&session, &node, "{\"robots\": 3", 3, "lockstep").await.expect_err("it makes no world");
     assert!(refusal.contains("`conditions` is not an experiment's"), "{refusal}");
-    let refusal = set(&session, &node, "", 3, "slow").await.expect_err("it makes no world");
-    assert!(refusal.contains("`time` is `slow`"), "{refusal}");
     assert_eq!(statuses.in_state(RobotState::Idle).await.parameter_digest, 0);
 
     // Only placing shows that robots do not fit.
@@ -52,7 +47,16 @@ async fn placing() {
     assert_eq!(armed.parameter_digest, world.digest());
     assert!(armed.counter > fault.counter);
 
-    set(&session, &node, "", 0, "lockstep").await.expect("no world is a choice");
+    set(&session, &node, "", 3, "lockstep").await.expect("no world is a choice");
     statuses.in_state(RobotState::Idle).await;
+
+    // What `ros2 param set /simulator cell ...` does.
+    let cell = |text: &str| [("cell".to_owned(), ParameterValue::String(text.to_owned()))];
+    let typed = cell("speed_m_s=0.15,turn_rate_rad_s=0.75,robots=3");
+    set_all(&session, &node, &typed).await.expect("it is a cell");
+    let of_cell = statuses.in_state(RobotState::Armed).await;
+    assert_eq!(of_cell.parameter_digest, world.digest());
+    let refusal = set_all(&session, &node, &cell("speed=3")).await.expect_err("it is no cell");
+    assert!(refusal.contains("expected values such as"), "{refusal}");
     session.close().await;
 }

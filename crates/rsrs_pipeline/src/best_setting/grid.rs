@@ -164,14 +164,13 @@ pub fn without_capabilities(sweep: &SweepFile) -> (SweepFile, Vec<(Axis, f64)>) 
 #[cfg(test)]
 mod tests {
     use rsrs_core::robot::wheels::Wheels;
+    use rsrs_testing::conditions::flockbot;
 
     use super::*;
 
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
-
     #[test]
     fn the_settings_of_a_robot_are_what_its_wheels_can_do() {
-        let free = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let free = flockbot();
         let mut on_wheels = free.clone();
         on_wheels.actuation.wheels = Some(Wheels { base_m: 0.12, speed_max_m_s: 0.25 });
 

@@ -109,13 +109,13 @@ fn between(number: NamedNumber, coordinate: f64, part: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use rsrs_testing::conditions::flockbot;
 
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+    use super::*;
 
     #[test]
     fn what_robots_must_not_be_commanded_is_moved_towards_the_file_until_they_may() {
-        let robot = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let robot = flockbot();
         let text = "numbers: {fast_m_s: {value: 0.1, from: 0, to: 0.6}}\nrows:\n  - {command: {speed_m_s: \
                     $fast_m_s, turn_rate_rad_s: 0.5}}\n";
         let table = ControllerTable::parse("table.yaml", text, &robot).unwrap();

@@ -554,15 +554,10 @@ mod tests {
     use rsrs_core::conditions::Walls;
     use rsrs_core::world::RobotClass;
     use rsrs_sim::exploration::space::Directions;
+    use rsrs_testing::conditions::flockbot;
 
     use super::*;
     use crate::execution::Execution;
-
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
-
-    fn flockbot() -> RobotProfile {
-        RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap()
-    }
 
     /// Four robots in a world; in a square of 3 m, unless it has an arena of its own.
     fn options(world: &WorldFile) -> Options<'_> {

@@ -168,11 +168,10 @@ mod tests {
     use rsrs_core::robot::harsher::Ablation;
     use rsrs_core::robot::profile::RobotProfile;
     use rsrs_core::world::{RobotClass, WorldFile, WorldSource};
+    use rsrs_testing::conditions::flockbot;
 
     use super::*;
     use crate::provenance::Provenance;
-
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 
     const SWEEP: &str = "\
 profile: flockbot.yaml
@@ -184,7 +183,7 @@ seed: 7
 ";
 
     fn profile(heading_noise_sd_rad: f64) -> RobotProfile {
-        let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let mut profile = flockbot();
         profile.actuation.turn.heading_noise_sd_rad = heading_noise_sd_rad;
         profile
     }

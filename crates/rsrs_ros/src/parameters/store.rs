@@ -245,56 +245,36 @@ mod tests {
     }
 
     #[test]
-    fn what_is_set_is_what_is_got() {
-        let mut store = store();
-        let changes = [("speed".to_owned(), ParameterValue::Double(0.2))];
-
-        store.check(&changes, Setter::Anybody).unwrap();
-        store.apply(&changes);
-
-        assert_eq!(store.get("speed"), Some(&ParameterValue::Double(0.2)));
-        assert_eq!(store.get("height"), None);
-    }
-
-    #[test]
-    fn an_integer_is_not_taken_for_a_double() {
-        assert_eq!(
-            refused("speed", ParameterValue::Integer(0)).to_string(),
-            "wrong parameter type, parameter 'speed' is of type 'double', \
-             setting it to 'integer' is not allowed"
-        );
-    }
-
-    #[test]
-    fn numbers_outside_the_range_are_refused_and_its_ends_are_not() {
-        assert_eq!(
-            refused("speed", ParameterValue::Double(0.31)).to_string(),
-            "parameter 'speed' must be between 0 and 0.3, found 0.31"
-        );
+    fn what_a_parameter_cannot_be_is_refused_as_ros_does() {
+        for (name, value, expected) in [
+            (
+                "speed",
+                ParameterValue::Integer(0),
+                "wrong parameter type, parameter 'speed' is of type 'double', \
+                 setting it to 'integer' is not allowed",
+            ),
+            (
+                "speed",
+                ParameterValue::Double(0.31),
+                "parameter 'speed' must be between 0 and 0.3, found 0.31",
+            ),
+            (
+                "height",
+                ParameterValue::Double(1.0),
+                "parameter 'height' cannot be set because it was not declared",
+            ),
+        ] {
+            assert_eq!(refused(name, value).to_string(), expected);
+        }
+        for (value, is_number) in [(f64::NAN, false), (f64::INFINITY, true)] {
+            let refusal = refused("speed", ParameterValue::Double(value));
+            assert_eq!(matches!(refusal, Refusal::Range { .. }), is_number, "{refusal}");
+            assert_eq!(matches!(refusal, Refusal::NotANumber { .. }), !is_number, "{refusal}");
+        }
         for end in [0.0, 0.3] {
             let change = [("speed".to_owned(), ParameterValue::Double(end))];
             assert_eq!(store().check(&change, Setter::Anybody), Ok(()));
         }
-    }
-
-    #[test]
-    fn nan_and_infinity_are_refused() {
-        assert!(matches!(
-            refused("speed", ParameterValue::Double(f64::NAN)),
-            Refusal::NotANumber { .. }
-        ));
-        assert!(matches!(
-            refused("speed", ParameterValue::Double(f64::INFINITY)),
-            Refusal::Range { .. }
-        ));
-    }
-
-    #[test]
-    fn what_is_not_declared_is_refused_as_ros_does() {
-        assert_eq!(
-            refused("height", ParameterValue::Double(1.0)).to_string(),
-            "parameter 'height' cannot be set because it was not declared"
-        );
     }
 
     #[test]
@@ -315,16 +295,6 @@ mod tests {
 
         assert_eq!(refusal, Refusal::Armed { name: "speed".into() });
         assert_eq!(store.check(&change, Setter::Owner), Ok(()));
-    }
-
-    #[test]
-    fn one_bad_change_refuses_them_all() {
-        let changes = [
-            ("speed".to_owned(), ParameterValue::Double(0.1)),
-            ("sensors".to_owned(), ParameterValue::Double(0.1)),
-        ];
-
-        assert!(store().check(&changes, Setter::Anybody).is_err());
     }
 
     #[test]
@@ -359,10 +329,6 @@ mod tests {
         );
         assert_eq!(names(&["speed", "sensor.cone"], 0).len(), 3);
         assert_eq!(names(&["sens"], 0), Vec::<String>::new());
-    }
-
-    #[test]
-    fn lists_name_each_prefix_once() {
-        assert_eq!(store().list(&[], 0).1, ["sensor.cone", "sensor"]);
+        assert_eq!(store().list(&[], 0).1, ["sensor.cone", "sensor"], "each prefix once");
     }
 }

@@ -213,11 +213,34 @@ mod tests {
     }
 
     #[test]
-    fn nothing_set_is_domain_zero_and_the_default_range() {
-        let discovery = read_variables(&[]).unwrap();
+    fn variables_mean_what_they_mean_in_ros_and_what_is_not_honoured_is_noted() {
+        let range = "ROS_AUTOMATIC_DISCOVERY_RANGE";
+        let (peers, only) = ("ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY");
+        for (variables, domain_id, expected, notes) in [
+            (&[][..], 0, None, &[][..]),
+            (&[(range, "LOCALHOST")], 0, Some("ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST"), &[]),
+            (&[(range, "SUBNET")], 0, None, &[]),
+            // The old variable goes before the new one.
+            (
+                &[(range, "SUBNET"), (only, "1")],
+                0,
+                Some("ROS_LOCALHOST_ONLY=1"),
+                &[Note::LocalhostOnly],
+            ),
+            (&[("ROS_DOMAIN_ID", "102")], 102, None, &[Note::EphemeralPorts { domain_id: 102 }]),
+            (&[("ROS_DOMAIN_ID", "215")], 215, None, &[]),
+        ] {
+            let found = read_variables(variables).unwrap();
 
-        assert_eq!((discovery.domain_id, discovery.localhost), (0, None));
-        assert_eq!(discovery.notes, []);
+            assert_eq!((found.domain_id, found.localhost), (domain_id, expected), "{variables:?}");
+            assert_eq!(found.notes, notes, "{variables:?}");
+        }
+        let notes =
+            read_variables(&[(range, "OFF"), (peers, "10.0.0.1"), (only, "0")]).unwrap().notes;
+        assert_eq!(notes, [Note::RangeOff, Note::StaticPeers]);
+        assert!(notes.iter().all(|note| note.to_string().contains("not honoured")));
+        let lower_case = read_variables(&[(range, "localhost")]);
+        assert!(matches!(lower_case, Err(RosArgsError::DiscoveryRange { .. })));
     }
 
     #[test]
@@ -227,42 +250,6 @@ mod tests {
 
             assert!(matches!(error, RosArgsError::Domain { .. }), "{found}: {error}");
         }
-        assert_eq!(read_variables(&[("ROS_DOMAIN_ID", "101")]).unwrap().domain_id, 101);
-    }
-
-    #[test]
-    fn a_domain_among_the_ports_of_others_is_noted() {
-        let notes = |domain| read_variables(&[("ROS_DOMAIN_ID", domain)]).unwrap().notes;
-
-        assert_eq!(notes("102"), [Note::EphemeralPorts { domain_id: 102 }]);
-        assert_eq!(notes("215"), []);
-    }
-
-    #[test]
-    fn ranges_are_those_of_ros() {
-        let name = "ROS_AUTOMATIC_DISCOVERY_RANGE";
-        let localhost = |value| read_variables(&[(name, value)]).map(|found| found.localhost);
-
-        assert_eq!(
-            localhost("LOCALHOST").unwrap(),
-            Some("ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
-        );
-        assert_eq!(localhost("SUBNET").unwrap(), None);
-        assert!(matches!(localhost("localhost"), Err(RosArgsError::DiscoveryRange { .. })));
-    }
-
-    #[test]
-    fn what_is_not_honoured_is_reported() {
-        let variables = [
-            ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"),
-            ("ROS_STATIC_PEERS", "10.0.0.1"),
-            ("ROS_LOCALHOST_ONLY", "0"),
-        ];
-
-        let notes = read_variables(&variables).unwrap().notes;
-
-        assert_eq!(notes, [Note::RangeOff, Note::StaticPeers]);
-        assert!(notes.iter().all(|note| note.to_string().contains("not honoured")));
     }
 
     #[test]
@@ -277,15 +264,5 @@ mod tests {
         let text = noted[0].to_string();
         assert!(text.starts_with("RMW_IMPLEMENTATION=rmw_zenoh_cpp: programs of ROS 2"), "{text}");
         assert!(text.ends_with("with RMW_IMPLEMENTATION=rmw_fastrtps_cpp or rmw_cyclonedds_cpp"));
-    }
-
-    #[test]
-    fn the_old_variable_goes_before_the_new_one() {
-        let variables = [("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET"), ("ROS_LOCALHOST_ONLY", "1")];
-
-        let discovery = read_variables(&variables).unwrap();
-
-        assert_eq!(discovery.localhost, Some("ROS_LOCALHOST_ONLY=1"));
-        assert_eq!(discovery.notes, [Note::LocalhostOnly]);
     }
 }

@@ -233,12 +233,7 @@ mod tests {
 
             assert!(matches!(error, RosArgsError::Name { .. }), "{rule}: {error}");
         }
-    }
-
-    #[test]
-    fn a_rule_without_an_assignment_is_refused_with_an_example() {
         let error = Remaps::default().take("cmd_vel=base").unwrap_err();
-
         assert_eq!(error.to_string(), "`cmd_vel=base` after -r, expected [NODE:]FROM:=TO");
     }
 }

@@ -152,6 +152,8 @@ mod tests {
         let both = BTreeSet::from([[1; 12], [2; 12]]);
         assert_eq!(graph.node_names(&both), BTreeSet::from(["/robot_1/b".into(), "/c".into()]));
         assert_eq!(graph.owners()[&[1; 16]], "/robot_1/b");
+        let gone = BTreeSet::from([[3; 12]]);
+        assert_eq!(graph.node_names(&gone), BTreeSet::new());
     }
 
     #[test]
@@ -163,15 +165,6 @@ mod tests {
         graph.update([2; 12], info(1, &[("/", "thief")]), BTreeSet::new);
 
         assert_eq!(graph.owners(), BTreeMap::from([([1; 16], "/runner".to_owned())]));
-    }
-
-    #[test]
-    fn a_participant_that_has_gone_has_no_names() {
-        let graph = Graph::default();
-
-        graph.update([1; 12], info(1, &[("/", "a")]), BTreeSet::new);
-
-        assert_eq!(graph.node_names(&BTreeSet::from([[2; 12]])), BTreeSet::new());
     }
 
     #[test]

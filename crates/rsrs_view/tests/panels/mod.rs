@@ -11,7 +11,8 @@ use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, Panel, Side, 
 use rsrs_view::placement::{self, Area, PlacementPicture};
 use rsrs_view::theme::Theme;
 
-use super::{cell, default_diagram, draw, plain, rasterise, readable};
+use super::readable::{self, keep};
+use super::{cell, default_diagram, draw, plain};
 
 /// The same diagram for several numbers of robots.
 pub fn three_axes(robots: &[f64]) -> PhaseDiagram {
@@ -74,10 +75,10 @@ fn pages_of_curves_can_be_read() {
     };
 
     let svg = curves::svg(&picture).unwrap();
-    rasterise("curves", &svg);
+    keep("curves", &svg, 1600);
     for (name, width_px) in [("curves_88_mm", 332.6), ("curves_180_mm", 680.3)] {
         let svg = curves::svg(&CurvesPicture { width_px: Some(width_px), ..picture.clone() });
-        rasterise(name, &svg.unwrap());
+        keep(name, &svg.unwrap(), 1600);
     }
 
     assert!(svg.contains("in reach, holds right of the line"));
@@ -104,7 +105,7 @@ fn a_start_can_be_read() {
         subtitle: "9 robots".to_owned(),
     });
 
-    rasterise("start", &svg);
+    keep("start", &svg, 1600);
 }
 
 #[test]

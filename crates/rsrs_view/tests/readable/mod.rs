@@ -2,9 +2,11 @@
 //! the page. By the geometry of the tree that is drawn, letters as outlines; what lies under the ground of
 //! a text, such as the circle around a letter, does not count.
 
-use resvg::tiny_skia::{Path, PathSegment, Point, Rect, Transform};
+use std::path::Path as FilePath;
+
+use resvg::tiny_skia::{Path, PathSegment, Pixmap, Point, Rect, Transform};
 use resvg::usvg::{Group, Node, Text, TextChunk};
-use rsrs_view::raster::parse;
+use rsrs_view::raster::{parse, png};
 
 /// What two things may share by a rounding, in pixels.
 const SLACK_PX: f32 = 0.4;
@@ -17,6 +19,22 @@ struct Written {
     room: Rect,
     /// The strokes that are drawn before its ground, if it has one.
     n_hidden: usize,
+}
+
+/// Leaves a picture in the target directory's `tmp/pictures`, to be looked at, and returns its pixels.
+///
+/// Asserts that every text of it can be read, and that its pixels have the same bytes again.
+pub fn keep(name: &str, svg: &str, width_px: u32) -> Pixmap {
+    let folder = FilePath::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
+    std::fs::create_dir_all(&folder).expect("the target directory can be written");
+    std::fs::write(folder.join(name).with_extension("svg"), svg).expect("as above");
+    assert_readable(name, svg);
+    let [png, again] = [(); 2].map(|()| png(svg, width_px).expect("the SVG can be rasterised"));
+    assert!(png == again, "{name} has other bytes again");
+    std::fs::write(folder.join(name).with_extension("png"), &png).expect("as above");
+    let pixmap = Pixmap::decode_png(&png).expect("the PNG can be read");
+    assert_eq!(pixmap.width(), width_px);
+    pixmap
 }
 
 /// Asserts that every text of a picture can be read.

@@ -58,6 +58,11 @@ fn sample(sequence: u64) -> ReceivedRaw {
     ReceivedRaw { message, source_time_ns, received_time_ns, sequence, writer }
 }
 
+/// Lets a recorder take so many samples of its only topic.
+fn take(recorder: &mut Recorder, topic: &RecordedTopic, n_samples: u64) {
+    (1..=n_samples).for_each(|sequence| recorder.take(0, topic, &sample(sequence)).unwrap());
+}
+
 /// Waits until the bag is closed.
 fn summary(written: &mut UnboundedReceiver<Written>) -> BagSummary {
     loop {
@@ -78,10 +83,7 @@ fn samples_that_never_came_are_counted_by_topic_in_the_bag() {
     let (mut recorder, mut written) = recorder(&path, &recorded_topics);
 
     for (index, writer, sequence) in [(0, 1, 5), (1, 2, 1), (0, 1, 6), (0, 1, 9), (0, 3, 1)] {
-        let message = cdr::encode(&Bool { data: true });
-        let writer = [writer; 16];
-        let (source_time_ns, received_time_ns) = (None, 0);
-        let received = ReceivedRaw { message, source_time_ns, received_time_ns, sequence, writer };
+        let received = ReceivedRaw { writer: [writer; 16], ..sample(sequence) };
         recorder.take(index, &recorded_topics[index], &received).unwrap();
     }
     assert_eq!(recorder.n_lost(), 2);
@@ -121,9 +123,7 @@ fn a_disk_that_is_slow_to_write_or_to_synchronise_holds_up_nobody_and_loses_noth
             recorder_before(&path, &recorded_topics, slow_disk(is_slow), ROOM);
 
         let start = std::time::Instant::now();
-        for sequence in 1..=500 {
-            recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
-        }
+        take(&mut recorder, &recorded_topics[0], 500);
         let closing = recorder.close(&Ending::completed());
         let took = start.elapsed();
 
@@ -153,9 +153,7 @@ fn a_bag_that_is_closed_slowly_shows_what_is_left_and_ends_with_its_thread() {
     let recorded_topics = [recorded_topic(1, topics::DETECTION)];
     let (go, wait) = disk_that_waits();
     let (mut recorder, mut written) = recorder_before(&path, &recorded_topics, wait, ROOM);
-    for sequence in 1..=20 {
-        recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
-    }
+    take(&mut recorder, &recorded_topics[0], 20);
 
     let closing = recorder.close(&Ending::completed());
 
@@ -187,9 +185,7 @@ fn a_bag_that_is_given_up_ends_its_thread_unless_the_disk_hangs() {
         let path = folder.path().join(format!("run {hangs}"));
         let (go, wait) = disk_that_waits();
         let (mut recorder, _written) = recorder_before(&path, &recorded_topics, wait, ROOM);
-        for sequence in 1..=20 {
-            recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
-        }
+        take(&mut recorder, &recorded_topics[0], 20);
         let closing = recorder.close(&Ending::completed());
         // The topic is added, and the thread is at the first message.
         while closing.progress().0 == 0 {
@@ -266,9 +262,7 @@ fn a_run_that_breaks_off_leaves_what_was_in_the_queue() {
     let (mut recorder, _written) =
         recorder_before(&path, &recorded_topics, slow_disk(is_first), ROOM);
 
-    for sequence in 1..=20 {
-        recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
-    }
+    take(&mut recorder, &recorded_topics[0], 20);
     drop(recorder);
 
     let bag = Bag::open(&path).unwrap();

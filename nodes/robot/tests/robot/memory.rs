@@ -30,7 +30,7 @@ fn a_driving_node_is_small_and_does_not_grow() {
     in_own_network("memory::a_driving_node_is_small_and_does_not_grow", async || {
         let watch_s = number("RSRS_MEMORY_S").unwrap_or(WATCH_S);
         let scene = Scene::commanded(&[]).await;
-        let pid = scene.node.0.id();
+        let pid = scene.node.id();
 
         tokio::time::sleep(WARM).await;
         let before_kib = resident_kib(pid);

@@ -1,7 +1,7 @@
 //! The rest of a fleet for one robot: a runner with its lease, and a node process that dies with
 //! its test.
 
-use std::process::{Child, Command, Stdio};
+use std::process::ExitStatus;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use tokio::task::JoinHandle;
 
-use rsrs_testing::network::TIMEOUT;
+use rsrs_testing::network::{NodeProcess, TIMEOUT};
 
 /// The robot of all tests.
 pub const ROBOT: &str = "robot_1";
@@ -21,34 +21,28 @@ pub const ROBOT: &str = "robot_1";
 pub const DIGEST: u64 = 7;
 const BEAT: Duration = Duration::from_millis(100);
 
-/// The node's process, ended with the test whatever happens.
-pub struct Node(pub Child);
+/// The robot's node.
+pub struct Node(NodeProcess);
 
 impl Node {
     pub fn start(arguments: &[&str]) -> Self {
-        let child = Command::new(env!("CARGO_BIN_EXE_robot_node"))
-            .args(["--interface", "127.0.0.1", "--robots", ROBOT])
-            .args(arguments)
-            .env("ROS_DOMAIN_ID", "42")
-            .stdout(Stdio::null())
-            .spawn()
-            .expect("the node was built for this test");
-        Self(child)
+        Self(NodeProcess::start(env!("CARGO_BIN_EXE_robot_node"), ROBOT, arguments))
+    }
+
+    pub fn id(&self) -> u32 {
+        self.0.0.id()
+    }
+
+    pub fn wait(&mut self) -> ExitStatus {
+        self.0.0.wait().expect("the node is our child")
     }
 
     #[expect(unsafe_code, reason = "a system call without a safe wrapper")]
     pub fn signal(&self, signal: libc::c_int) {
-        let pid = libc::pid_t::try_from(self.0.id()).expect("process numbers fit");
+        let pid = libc::pid_t::try_from(self.id()).expect("process numbers fit");
         // SAFETY: sends a signal to our own child, which has not been waited for.
         let sent = unsafe { libc::kill(pid, signal) };
         assert_eq!(sent, 0);
-    }
-}
-
-impl Drop for Node {
-    fn drop(&mut self) {
-        drop(self.0.kill());
-        drop(self.0.wait());
     }
 }
 

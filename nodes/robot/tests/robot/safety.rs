@@ -98,7 +98,7 @@ fn a_robot_mills_by_its_own_controller_and_a_killed_node_stops_the_wheels() {
             assert!((scene.runner.messages().status.battery_v - 7.4).abs() < 1e-3);
 
             scene.node.signal(libc::SIGKILL);
-            scene.node.0.wait().expect("the node is our child");
+            scene.node.wait();
             let killed = Instant::now();
             let stood = scene.wheels_stand().await;
             assert_within(killed, stood, 250);
@@ -265,7 +265,7 @@ fn a_terminated_node_stops_the_wheels_first_and_reports_it() {
             scene.runner.messages().status.stop_reason.contains("the robot's node has ended")
         })
         .await;
-        let status = scene.node.0.wait().expect("the node is our child");
+        let status = scene.node.wait();
         assert!(status.success(), "the node ended with {status}");
         scene.end().await;
     });

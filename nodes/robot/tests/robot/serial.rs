@@ -66,6 +66,15 @@ impl Drive {
     }
 }
 
+/// A microcontroller with a driver that is up.
+async fn plugged_in() -> (Socket, Micro, Drive) {
+    let socket = Socket::new();
+    let micro = Micro::plug_in(&socket.path());
+    let mut drive = Drive::new(&socket);
+    drive.up().await;
+    (socket, micro, drive)
+}
+
 fn run(body: impl Future<Output = ()>) {
     tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -82,10 +91,7 @@ fn given(micro: &Micro) -> BTreeSet<(i32, i32)> {
 #[test]
 fn wheels_follow_commands_and_stop_when_none_comes() {
     run(async {
-        let socket = Socket::new();
-        let micro = Micro::plug_in(&socket.path());
-        let mut drive = Drive::new(&socket);
-        drive.up().await;
+        let (_socket, micro, mut drive) = plugged_in().await;
 
         drive.until("wheels turn", || FORWARD, |_| micro.wheels() == (150, -750)).await;
         drive.for_a_while(Duration::from_secs(1), FORWARD).await;
@@ -124,10 +130,7 @@ fn what_the_sensor_measures_is_reported() {
 #[test]
 fn noise_and_half_lines_neither_stop_the_robot_nor_move_it_otherwise() {
     run(async {
-        let socket = Socket::new();
-        let micro = Micro::plug_in(&socket.path());
-        let mut drive = Drive::new(&socket);
-        drive.up().await;
+        let (_socket, micro, mut drive) = plugged_in().await;
 
         for mood in [Mood::Garbling, Mood::Halving, Mood::Mishearing] {
             micro.set_mood(mood);
@@ -145,10 +148,7 @@ fn noise_and_half_lines_neither_stop_the_robot_nor_move_it_otherwise() {
 #[test]
 fn silence_a_restart_and_a_fault_are_reported_and_recovered_from() {
     run(async {
-        let socket = Socket::new();
-        let micro = Micro::plug_in(&socket.path());
-        let mut drive = Drive::new(&socket);
-        drive.up().await;
+        let (_socket, micro, mut drive) = plugged_in().await;
 
         for (misbehave, expected) in [
             (Mood::Silent, "no state of the microcontroller for 500 ms"),
@@ -171,10 +171,7 @@ fn silence_a_restart_and_a_fault_are_reported_and_recovered_from() {
 #[test]
 fn a_microcontroller_that_is_unplugged_is_found_again() {
     run(async {
-        let socket = Socket::new();
-        let micro = Micro::plug_in(&socket.path());
-        let mut drive = Drive::new(&socket);
-        drive.up().await;
+        let (socket, micro, mut drive) = plugged_in().await;
 
         drop(micro);
         drive.until("it is down", || FORWARD, |drive| !drive.is_up).await;
@@ -205,10 +202,7 @@ fn a_port_that_is_not_there_is_named_and_one_in_use_is_left_alone() {
 #[test]
 fn a_microcontroller_that_was_deaf_obeys_no_old_command() {
     run(async {
-        let socket = Socket::new();
-        let micro = Micro::plug_in(&socket.path());
-        let mut drive = Drive::new(&socket);
-        drive.up().await;
+        let (_socket, micro, mut drive) = plugged_in().await;
         let start = Instant::now();
         // The speed encodes the age of its command, in units of 10 ms.
         let encoding = || Command {

@@ -181,16 +181,6 @@ mod tests {
     }
 
     #[test]
-    fn the_time_of_a_turn_is_the_commanded_one_if_nobody_states_otherwise() {
-        let turn = ControllerParameters::mirrored(0.0, 0.5);
-
-        let motion = printed(turn, "6.1\n\n").0.unwrap();
-
-        let expected = Motion::Turn { commanded_rad_s: 0.5, angle_rad: 6.1, duration_s: 13.0 };
-        assert_eq!(motion, expected);
-    }
-
-    #[test]
     fn what_is_no_number_is_asked_again() {
         let turn = ControllerParameters::mirrored(0.0, 0.5);
 
