@@ -14,20 +14,17 @@ mod error;
 mod finding;
 mod frames;
 mod jumps;
-mod needed;
 mod objects;
 mod pose;
 mod resample;
-mod rows;
 mod sources;
-mod spots;
-mod tidy;
 mod tracked;
 mod transforms;
 mod window;
 
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::tracker::{Tracker, TrackerFrame};
 
 use crate::Bag;
@@ -35,10 +32,9 @@ use resample::Times;
 
 pub use error::TrajectoryError;
 pub use finding::Finding;
-pub use needed::Needed;
 pub use pose::RawPose;
 pub use tracked::{PoseReader, TrackedTopic, UnreadablePoses};
-pub use window::{RunningWindow, WindowSource};
+pub use window::{Needed, RunningWindow, WindowSource};
 
 /// What to take from a bag.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -111,7 +107,7 @@ pub fn read_trajectory(
 ) -> Result<RecordedTrajectory, TrajectoryError> {
     let mut collected = collect::collect(bag, options)?;
     for robot in &mut collected.robots {
-        tidy::tidy(robot)?;
+        clocks::sort(robot)?;
     }
     let clocks = clocks::align(&mut collected.robots)?;
     let poses_ns = clocks::ahead_ns(&collected.robots).unwrap_or(0);
@@ -134,7 +130,7 @@ pub fn read_trajectory(
         resample::resample(&collected.robots, times, &mut findings)?
     };
     let robots: Vec<String> = collected.robots.into_iter().map(|robot| robot.name).collect();
-    spots::check(rows.trajectory.poses_at(0), &robots)?;
+    refuse_one_spot(rows.trajectory.poses_at(0), &robots)?;
     let mut trajectory = rows.trajectory;
     let on_floor = match (options.poses, &options.tracker) {
         (Some(_), Some(described)) => described.tracker.frame,
@@ -163,4 +159,47 @@ pub fn read_trajectory(
         start_ns: rows.times_ns[0],
         findings,
     })
+}
+
+/// Centres of robots are further apart than this, in metres: bodies are wider.
+const MIN_APART_M: f64 = 0.02;
+
+/// Refuses robots that start on one spot.
+fn refuse_one_spot(starts: &[Pose], robots: &[String]) -> Result<(), TrajectoryError> {
+    let is_near = |one: &Pose, other: &Pose| {
+        libm::hypot(one.x_m - other.x_m, one.y_m - other.y_m) < MIN_APART_M
+    };
+    for (first, start) in starts.iter().enumerate() {
+        let others = (first + 1..starts.len()).filter(|other| is_near(start, &starts[*other]));
+        let together: Vec<String> =
+            std::iter::once(first).chain(others).map(|robot| robots[robot].clone()).collect();
+        if together.len() > 1 {
+            let (x_m, y_m) = (start.x_m, start.y_m);
+            return Err(TrajectoryError::OneSpot { robots: together, x_m, y_m });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x_m: f64, y_m: f64) -> Pose {
+        Pose { x_m, y_m, heading_rad: 0.0 }
+    }
+
+    #[test]
+    fn robots_side_by_side_are_distinguished_from_robots_on_one_spot() {
+        let robots: Vec<String> = (1..=3).map(|robot| format!("robot_{robot}")).collect();
+
+        assert!(refuse_one_spot(&[at(0.0, 0.0), at(0.05, 0.0), at(0.0, 0.05)], &robots).is_ok());
+        let error =
+            refuse_one_spot(&[at(0.0, 0.0), at(1.0, 0.0), at(0.001, 0.0)], &robots).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "robots robot_1, robot_3 start on one spot, (0.00 m, 0.00 m): each has poses in a frame \
+             of its own?"
+        );
+    }
 }

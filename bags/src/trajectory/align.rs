@@ -6,8 +6,8 @@ use super::TrajectoryError;
 use super::collect::{Collected, RecordedRobot};
 use super::command;
 use super::pose::PoseSample;
+use super::resample::Rows;
 use super::resample::most_step_ns;
-use super::rows::Rows;
 
 /// Fewer commands than this do not show how regular they are.
 const MIN_COMMANDS: usize = 10;

@@ -1,6 +1,5 @@
 //! The conditions of one experiment: everything that the outcome may depend on, the paper's `E`.
 
-mod capabilities;
 mod check;
 pub mod controller_table;
 mod flockbots;

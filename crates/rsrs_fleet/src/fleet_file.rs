@@ -2,14 +2,15 @@
 
 mod error;
 mod ordered;
-mod schema;
 mod tracker;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use rsrs_core::document;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::Tracker;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 
 use crate::geofence::Geofence;
 
@@ -410,6 +411,16 @@ fn check_namespaces(file: &str, robots: &[FleetRobot]) -> Result<(), FleetFileEr
         }
     }
     Ok(())
+}
+
+impl JsonSchema for FleetFile {
+    fn schema_name() -> Cow<'static, str> {
+        "FleetFile".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Written::json_schema(generator)
+    }
 }
 
 #[cfg(test)]

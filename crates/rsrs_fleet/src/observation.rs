@@ -4,7 +4,6 @@
 //! what a person wants on one screen: the newest of everything, how old it is, how often it comes,
 //! and which phase the swarm is in. It publishes nothing and decides nothing.
 
-mod name;
 mod playback;
 mod robot;
 mod swarm;
@@ -24,10 +23,9 @@ use crate::timing::NODE_TIMEOUT;
 use crate::wire::Diagnosis;
 use rsrs_core::robot::pose_source::PoseSource;
 
-use name::Name;
 pub use playback::{Playback, RecordedSwarm};
 pub use robot::{Condition, LeaseView, ObservedRobot, Rate, Seen};
-use swarm::Swarm;
+use swarm::{Name, Swarm};
 pub use swarm::{SwarmOrder, order_of};
 
 /// Something that was received.

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rsrs_core::document;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::topics;
 
@@ -13,7 +14,6 @@ use crate::parameters::{GateSettings, controller, gate};
 use crate::timing::LEASE_DURATION;
 
 mod clocks;
-mod names;
 mod objects;
 mod places;
 mod problem;
@@ -437,7 +437,7 @@ fn of_topic(
                 Some((node, renamed)) => Problem::Renamed { topic: named(), node, renamed },
                 None => Problem::NoPublisher {
                     topic: named(),
-                    nearest: names::nearest(topic, expected, graph),
+                    nearest: nearest_topic(topic, expected, graph),
                 },
             });
         }
@@ -518,6 +518,32 @@ fn nodes_of(ends: &[&Endpoint], type_name: &str) -> Vec<String> {
 fn types(ends: &[&Endpoint]) -> impl Iterator<Item = String> + use<> {
     let types: BTreeSet<_> = ends.iter().map(|end| end.type_name.clone()).collect();
     types.into_iter()
+}
+
+/// A topic of the same type that nobody else expects: a slip of the hand away, or the same in another namespace.
+fn nearest_topic(missing: &ExpectedTopic, expected: &Expected, graph: &Graph) -> Option<String> {
+    let is_expected = |name: &str| expected.topics.iter().any(|topic| topic.name == name);
+    let mut others: Vec<&str> = (graph.publishers.iter())
+        .filter(|end| end.type_name == missing.type_name && !is_expected(&end.topic))
+        .map(|end| end.topic.as_str())
+        .collect();
+    others.sort_unstable();
+    let is_in_another =
+        |other: &&str| other.ends_with(&missing.name) || missing.name.ends_with(*other);
+    let slip = others.iter().find(|other| is_slip(&missing.name, other));
+    slip.or_else(|| others.iter().find(|other| is_in_another(other))).map(|name| (*name).to_owned())
+}
+
+/// Whether each part of a name is nearly that of another, with the same digits: `robot_4` is another robot than
+/// `robot_3`.
+fn is_slip(name: &str, other: &str) -> bool {
+    let digits = |part: &str| -> String { part.chars().filter(char::is_ascii_digit).collect() };
+    let [parts, others] = [name, other].map(|name| name.split('/').collect::<Vec<_>>());
+    let is_near = |(part, other): (&&str, &&str)| {
+        part == other
+            || digits(part) == digits(other) && document::nearest(part, [*other]).is_some()
+    };
+    parts.len() == others.len() && parts.iter().zip(&others).all(is_near)
 }
 
 #[cfg(test)]

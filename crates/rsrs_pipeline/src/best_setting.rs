@@ -4,7 +4,6 @@
 mod alternatives;
 pub mod grid;
 pub mod search;
-mod settings;
 
 use std::path::Path;
 

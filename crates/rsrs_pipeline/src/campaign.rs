@@ -1,6 +1,5 @@
 //! Many experiments, one after the other, each in a folder that contains all of it.
 
-mod attempts;
 pub mod file;
 mod folder;
 mod manifest;
@@ -10,9 +9,8 @@ use rsrs_core::robot::other_profile::ProfilesDiffer;
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::ExperimentRecord;
 
-pub use attempts::attempts_in;
 pub use file::Experiment;
-pub use folder::{BAG, CampaignFolder, Finished};
+pub use folder::{BAG, CampaignFolder, Finished, attempts_in};
 pub use manifest::Manifest;
 pub use summary::{Replaced, Row, Summary};
 

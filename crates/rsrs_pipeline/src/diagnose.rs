@@ -6,7 +6,6 @@
 
 mod remedy;
 mod repair;
-mod surplus;
 
 use std::path::Path;
 
@@ -18,9 +17,10 @@ use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
-use crate::best_setting::search::{Search, Tried};
+use crate::best_setting::search::{Changes, Search, Tried};
 use crate::best_setting::{self, Best, Subject, best, confirm};
 use crate::sweep::result::SweepResult;
+use remedy::savings;
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -185,7 +185,7 @@ pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> 
     let search = Search::new(&result, options.best)?;
     let tried = tried(&result);
     if diagnosis.viable {
-        diagnosis.spare = surplus::spare(&search, &tried)?;
+        diagnosis.spare = spare(&search, &tried)?;
         return Ok(diagnosis);
     }
     diagnosis.as_measured = as_measured(&result, options.best)?;
@@ -239,4 +239,42 @@ fn in_order(mut causes: Vec<Cause>, costs: &[(Axis, f64)]) -> Vec<Cause> {
     };
     causes.sort_by(|one, other| of_all(one).total_cmp(&of_all(other)));
     causes
+}
+
+/// Finds how much worse each capability may be while all others stay, from the settings that were
+/// tried with the robot as it is.
+fn spare(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Vec<Spare>> {
+    let mut found = Vec::new();
+    for remedy in savings(&search.source.profile) {
+        let mut fails = None;
+        let mut holds = (remedy.now, unchanged.to_vec());
+        for &value in &remedy.values {
+            let tried = search.again(&vec![(remedy.axis, value)], &holds.1, remedy.axis.key())?;
+            if search.suffices(&tried) {
+                holds = (value, tried);
+            } else {
+                fails = Some((value, tried));
+                break;
+            }
+        }
+        // From what is too little towards what the robot has.
+        let (from, tried) = fails.unwrap_or_else(|| holds.clone());
+        let way = remedy::Remedy { now: from, ..remedy.clone() };
+        let at = |share: f64| -> Changes { vec![(way.axis, way.towards(remedy.now, share))] };
+        let smallest = search.smallest(&at, [&tried, &holds.1], remedy.axis.key())?;
+        let Some((changes, confirmed)) = smallest else { continue };
+        let enough = changes[0].1;
+        if (enough - remedy.now).abs() <= 1e-9 {
+            continue;
+        }
+        found.push(Spare {
+            capability: remedy.axis,
+            now: remedy.now,
+            enough,
+            b_s: confirmed.b_s,
+            b_s_low: confirmed.b_s_low,
+            cell: confirmed.cell,
+        });
+    }
+    Ok(found)
 }

@@ -11,14 +11,14 @@ pub mod judge;
 mod search;
 mod settings;
 mod space;
-pub mod start_table;
 mod trial;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use rsrs_core::conditions::Walls;
 use rsrs_core::conditions::controller_table::ControllerTable;
+use rsrs_core::conditions::start_file::read_starts;
+use rsrs_core::conditions::{Placement, Walls};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Trajectory;
@@ -29,11 +29,12 @@ use rsrs_sim::exploration::niche::Niche;
 use rsrs_sim::exploration::space::Directions;
 use serde::Serialize;
 
+use crate::error::helped;
 use crate::execution::Execution;
+use crate::files::read_text;
 use crate::sweep::source::{read_controller, read_profile, read_world, robots_beside};
 use folder::Folder;
 use settings::Settings;
-use start_table::StartTable;
 use trial::Laboratory;
 
 /// What is searched for, with which robots.
@@ -240,4 +241,22 @@ pub fn explore(profile: &Path, folder: &Path, options: &Options) -> anyhow::Resu
     let mut site = Folder::open(folder, &measured, &settings, options.starts)?;
     let finds = search::search(&laboratory, &mut site.journal, options)?;
     gallery::write(&laboratory, &site, finds, options)
+}
+
+/// A table of start poses, checked, and as it was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StartTable {
+    /// The table's text.
+    pub text: String,
+    /// Replicate k of a search takes set k, and after the last one the first again.
+    pub placement: Placement,
+}
+
+impl StartTable {
+    /// Reads a table, which must have headings.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        let text = read_text(path)?;
+        let starts = read_starts(&path.display().to_string(), &text, None).map_err(helped)?;
+        Ok(Self { text, placement: Placement::Given { starts: starts.starts } })
+    }
 }

@@ -1,7 +1,6 @@
 //! The sweep file: which cells to simulate, how often, and from which seed.
 
 mod check;
-mod controller;
 mod digest;
 mod schema;
 

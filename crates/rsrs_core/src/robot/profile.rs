@@ -3,7 +3,6 @@
 mod check;
 mod differences;
 mod file;
-mod origin;
 mod unmeasured;
 
 use std::collections::BTreeMap;
@@ -22,7 +21,6 @@ use file::ProfileFile;
 
 pub(crate) use check::is_convex;
 pub use check::{MAX_HALF_ANGLE_RAD, MOST_FRICTION, PERIOD_BOUNDS_S};
-pub use origin::TrialOrigin;
 
 /// A robot as it was measured: every capability, with where its number comes from.
 ///
@@ -377,6 +375,26 @@ fn read_table(table: &[(f64, f64)], command: f64) -> GainAt {
     let (low, high) = (table[above - 1], table[above]);
     let share = (command - low.0) / (high.0 - low.0);
     GainAt { mean: low.1 + share * (high.1 - low.1), held: false }
+}
+
+/// How far trials are those of a simulator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TrialOrigin {
+    /// All of them.
+    Simulated,
+    /// Some of them.
+    PartlySimulated,
+}
+
+impl TrialOrigin {
+    /// Whose trials they are, for a sentence: `trials of …`.
+    pub fn whose(self) -> &'static str {
+        match self {
+            Self::Simulated => "the simulator",
+            Self::PartlySimulated => "the simulator and of robots",
+        }
+    }
 }
 
 #[cfg(test)]

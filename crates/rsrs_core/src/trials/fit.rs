@@ -1,9 +1,11 @@
 //! Step 1 of the method: from trials to a measured robot, with how sure every number is.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use crate::help::Help;
-use crate::statistics::variance::{Estimate, MeanSquare, sd};
+use crate::statistics::variance::{Estimate, MeanSquare, mean, sd, squared_deviations};
 use crate::trials::trial::{
     ArcTrial, DetectionTrial, DrivenTrial, MovedBy, PeriodTrial, SpeedTrial, Trials, TurnTrial,
 };
@@ -13,13 +15,10 @@ pub use contour::{BearingReach, RELIABLE};
 pub use drift::{Drift, DriftSource};
 pub use inscribed::inscribed;
 pub use likelihood::Likelihood;
-pub use motion::{CommandGain, Population};
-pub use outlier::Outlier;
-pub use period::PeriodFit;
+pub use motion::{CommandGain, Outlier, Population};
 pub use profile::Unmeasured;
 pub use report::{SensorFit, SpeedFit, TurnFit};
-pub use sensor::{SensorMap, sensor_map};
-pub use sensor_point::{Rate, SensorPoint};
+pub use sensor::{Rate, SensorMap, SensorPoint, sensor_map};
 pub use steps::{StepNoise, step_noise};
 pub use yaw_lag::{YawLag, yaw_lag};
 
@@ -30,20 +29,15 @@ mod held_out;
 mod inscribed;
 mod likelihood;
 mod motion;
-mod observation;
-mod outlier;
-mod period;
-mod polygon;
 mod profile;
 mod report;
 mod sensor;
-mod sensor_point;
 mod steps;
 mod yaw_lag;
 
-use observation::Observation;
+use motion::Observation;
 
-pub(crate) use polygon::contains as polygon_contains;
+pub(crate) use inscribed::contains as polygon_contains;
 
 /// The tables of step 1.
 #[derive(Clone, Copy, Debug)]
@@ -202,7 +196,7 @@ pub fn fit(tables: Tables, unmeasured: &Unmeasured) -> Result<Fit, FitError> {
     let speed = speed_observations(tables.speed);
     let turn = turn_observations(tables.turn);
     let sensor = sensor_map(tables.detection, unmeasured.radius_m)?;
-    let period = tables.period.map(period::period);
+    let period = tables.period.map(period_fit);
     let period_s = period.map_or(unmeasured.period_s, |period| period.period_s.value);
     let gust_time_constant_s = unmeasured.gust_time_constant_s;
     let mut details = Details {
@@ -260,5 +254,40 @@ fn turn_observation(trial: &TurnTrial) -> Observation {
         line: trial.line,
         command: trial.commanded_rad_s,
         gain: trial.angle_rad / trial.duration_s / trial.commanded_rad_s,
+    }
+}
+
+/// The control period of a kind of robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PeriodFit {
+    /// Mean over robots, in seconds, with Student's interval over robots; for one robot, or for one
+    /// reading of each, over the readings.
+    pub period_s: Estimate,
+    /// Standard deviation of one robot's period from reading to reading, in seconds; `None` if no
+    /// robot was read twice.
+    pub jitter_s: Option<Estimate>,
+    /// Longest reading, in seconds.
+    pub longest_s: f64,
+}
+
+/// Mean period and jitter.
+///
+/// # Panics
+///
+/// If there is no reading: a parsed table has one.
+fn period_fit(trials: &Trials<PeriodTrial>) -> PeriodFit {
+    let mut robots: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    for trial in &trials.rows {
+        robots.entry(trial.robot).or_default().push(trial.period_s);
+    }
+    let all: Vec<f64> = trials.rows.iter().map(|trial| trial.period_s).collect();
+    let means: Vec<f64> = robots.values().map(|periods_s| mean(periods_s)).collect();
+    let df = (all.len() - robots.len()) as f64;
+    let squares: f64 = robots.values().map(|periods_s| squared_deviations(periods_s)).sum();
+    let jitter = MeanSquare { weight: 1.0, value: squares / df, df };
+    PeriodFit {
+        period_s: Estimate::of_mean(if sd(&means).is_some() { &means } else { &all }),
+        jitter_s: (df > 0.0).then(|| Estimate::of_variance(&[jitter]).sd(1.0)),
+        longest_s: all.iter().copied().fold(0.0, f64::max),
     }
 }

@@ -1,5 +1,6 @@
 //! What the swarm does as a whole: its last minute, and the order parameters of it.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -12,10 +13,8 @@ use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
-use super::name::Name;
 use super::robot::{ObservedRobot, Seen};
-use crate::timing::Transport;
-use crate::timing::{NODE_TIMEOUT, POSE_TIMEOUT, command_timeout};
+use crate::timing::{NODE_TIMEOUT, POSE_TIMEOUT, Transport, command_timeout};
 
 /// How often robots are looked at where their control period is unknown, in seconds.
 const SOME_PERIOD_S: f64 = 0.1;
@@ -205,5 +204,53 @@ impl Swarm {
 
     pub(super) fn order(&self) -> Option<SwarmOrder> {
         order_of(&self.trajectory, self.trajectory.n_samples(), &self.bodies, self.behaviour)
+    }
+}
+
+/// The name of a robot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Name(String);
+
+impl Name {
+    pub(super) fn new(name: String) -> Self {
+        Self(name)
+    }
+
+    pub(super) fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// What comes before the number at its end, and the number.
+    fn parts(&self) -> (&str, Option<u64>) {
+        let letters = self.0.trim_end_matches(|sign: char| sign.is_ascii_digit());
+        (letters, self.0[letters.len()..].parse().ok())
+    }
+}
+
+impl Ord for Name {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.parts().cmp(&other.parts()).then_with(|| self.0.cmp(&other.0))
+    }
+}
+
+impl PartialOrd for Name {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn robots_are_in_the_order_of_their_numbers() {
+        let mut names = ["robot_10", "robot_9", "base", "robot_2", "robot_02", "anna"]
+            .map(|name| Name::new(name.to_owned()));
+
+        names.sort();
+
+        let names = names.each_ref().map(Name::as_str);
+        assert_eq!(names, ["anna", "base", "robot_02", "robot_2", "robot_9", "robot_10"]);
     }
 }

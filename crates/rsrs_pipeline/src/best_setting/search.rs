@@ -9,11 +9,8 @@ use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, Swept, check, confirmation_seed, sweep};
 
 use super::Options;
-use super::settings::{first_of_each, with_settings};
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
-
-pub use super::settings::promising;
 
 /// Other values on some capabilities and on the limits, which are those of speed and turning rate.
 pub type Changes = Vec<(Axis, f64)>;
@@ -342,3 +339,37 @@ impl<'a> Search<'a> {
 
 /// The way is halved so often.
 const BISECTIONS: u32 = 5;
+
+/// Settings of each robot that are promising for others.
+const MOST_PROMISING: usize = 20;
+
+/// Settings that were good for one robot or another.
+pub fn promising(robots: &[&[Tried]]) -> Vec<Cell> {
+    first_of_each(robots, MOST_PROMISING)
+}
+
+fn first_of_each(robots: &[&[Tried]], n: usize) -> Vec<Cell> {
+    let mut cells: Vec<Cell> = Vec::new();
+    for tried in robots.iter().flat_map(|tried| tried.iter().take(n)) {
+        if !cells.contains(&tried.cell) {
+            cells.push(tried.cell.clone());
+        }
+    }
+    cells
+}
+
+/// Cells with the settings that are among some changes, each once.
+fn with_settings(cells: &[Cell], changes: &Changes) -> Vec<Cell> {
+    let mut changed: Vec<Cell> = Vec::new();
+    for cell in cells {
+        let value = |(axis, value)| {
+            let change = changes.iter().find(|(other, _)| *other == axis);
+            (axis, change.map_or(value, |(_, value)| *value))
+        };
+        let cell = Cell::new(cell.iter().map(value)).expect("the axes are those of a cell");
+        if !changed.contains(&cell) {
+            changed.push(cell);
+        }
+    }
+    changed
+}

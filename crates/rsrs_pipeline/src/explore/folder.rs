@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::robot::profile::RobotProfile;
 
+use super::StartTable;
 use super::journal::Journal;
 use super::settings::Settings;
-use super::start_table::StartTable;
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
 use crate::files::{read_text, write_file};

@@ -4,9 +4,11 @@ use super::{
     MOST_CELLS, MOST_REPLICATES, SEED_LIMIT, SweepFile, SweepFileError, SweepProblem, in_file,
 };
 use crate::conditions::MOST_DURATION_S;
+use crate::conditions::controller_table::ControllerSource;
 use crate::conditions::start_file::StartPlacement;
 use crate::out_of_range::OutOfRange;
 use crate::quantity::{Axis, Cell};
+use crate::robot::profile::RobotProfile;
 
 impl SweepFile {
     /// Checks all that can be checked without the profile.
@@ -133,5 +135,31 @@ fn check_cells(cells: &[Cell]) -> Result<(), SweepProblem> {
     match sorted.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         Some(pair) => refuse(pair[0].1, "occurs twice"),
         None => Ok(()),
+    }
+}
+
+impl SweepFile {
+    /// Whether the axes are those of the controller, once its table has been read, and its rows are for what these
+    /// robots report, if they are known.
+    pub fn check_controller(
+        &self,
+        file: &str,
+        robot: Option<&RobotProfile>,
+    ) -> Result<(), SweepFileError> {
+        self.check_axes(robot).map_err(in_file(file))
+    }
+
+    pub(super) fn check_axes(&self, robot: Option<&RobotProfile>) -> Result<(), SweepProblem> {
+        if let Some(ControllerSource::File(_)) = self.controller {
+            return Ok(());
+        }
+        let table = self.table();
+        if let Some(table) = table {
+            table.check()?;
+            robot.map_or(Ok(()), |robot| table.check_rows(&robot.reading_names()))?;
+        }
+        let fixed = self.fixed.values.iter().map(|(axis, _)| *axis);
+        let mut axes = self.swept_axes().into_iter().chain(fixed);
+        Ok(axes.try_for_each(|axis| crate::conditions::check_axis(axis, table))?)
     }
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::polygon::area_m2;
-use super::sensor_point::{SensorPoint, place_m};
+use super::inscribed::area_m2;
+use super::sensor::{SensorPoint, place_m};
 
 /// The share of detections that the paper's blue polygon stands for.
 ///
