@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use mcap::WriteOptions;
 use rsrs_bags::{
     Bag, BagError, BagOptions, BagWriter, Compression, LossKind, Packing, Sample, recover,
     recover_into,
@@ -170,11 +171,16 @@ fn the_beginning_of_a_large_compressed_chunk_is_saved_too() {
     }
 }
 
+/// A file without chunks, with so many messages.
+fn loose(n_messages: u64) -> Vec<u8> {
+    recording::foreign(WriteOptions::new().profile("ros2").use_chunks(false), 0..n_messages)
+}
+
 #[test]
 fn files_without_chunks_are_saved_message_by_message() {
     let folder = temporary();
     let path = folder.path().join("loose.mcap");
-    recording::unchunked_file(&path, 50);
+    fs::write(&path, loose(50)).unwrap();
     let whole = messages(&path);
     let bytes = fs::read(&path).unwrap();
     let of_messages: Vec<_> = records(&bytes).into_iter().filter(|record| record.1 == 5).collect();
@@ -198,7 +204,7 @@ fn files_without_chunks_are_saved_message_by_message() {
 fn silent_changes_outside_of_chunks_are_found_by_the_checksum_over_all() {
     let folder = temporary();
     let path = folder.path().join("loose.mcap");
-    recording::unchunked_file(&path, 10);
+    fs::write(&path, loose(10)).unwrap();
     let mut bytes = fs::read(&path).unwrap();
     let last = records(&bytes).into_iter().rfind(|record| record.1 == 5).unwrap();
     bytes[last.2 - 1] ^= 1;

@@ -109,6 +109,10 @@ impl Scan<'_> {
                 self.chunk(from, &body, LossKind::EndOfChunk)?;
             }
             Frame::Broken => {
+                // Where a record makes sense, its bytes may be those of a chunk's head by chance.
+                if self.is_chunk_behind_head().map_err(|source| self.io(source))? {
+                    self.layout = Layout::Chunks;
+                }
                 let next = search::next_record(self.bytes, from + 1, self.sink, self.layout);
                 self.at = next.map_err(|source| self.io(source))?;
                 self.hasher = None;
@@ -144,7 +148,7 @@ impl Scan<'_> {
         }
         let Some((opcode, length)) = records::head(&start) else { return Ok(Frame::Broken) };
         let chunk_head = ChunkHead::parse(&start[HEAD_BYTES..]);
-        if opcode == op::CHUNK || chunk_head.as_ref().is_some_and(ChunkHead::is_filled) {
+        if opcode == op::CHUNK {
             self.layout = Layout::Chunks;
         }
         let available = self.bytes.len() - self.at - HEAD_BYTES as u64;
@@ -178,6 +182,13 @@ impl Scan<'_> {
             return Ok(Frame::Broken);
         }
         Ok(Frame::Record { opcode, body })
+    }
+
+    /// Whether the head of a record that is here, whatever it says, is followed by that of a chunk.
+    fn is_chunk_behind_head(&mut self) -> io::Result<bool> {
+        let start = self.bytes.read(self.at, HEAD_BYTES + validity::MAX_CHUNK_HEAD_BYTES)?;
+        let head = start.get(HEAD_BYTES..).and_then(ChunkHead::parse);
+        Ok(head.is_some_and(|head| head.is_filled()))
     }
 
     /// Whether a message that nothing sensible follows has a wrong length, or was half written.

@@ -4,8 +4,7 @@ pub mod damage;
 pub mod outcome;
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufWriter, Cursor};
+use std::io::Cursor;
 use std::path::Path;
 
 use mcap::WriteOptions;
@@ -16,7 +15,7 @@ use rsrs_msgs::geometry_msgs::{Quaternion, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::std_msgs::Bool;
-use rsrs_msgs::{RosMessage, cdr, schema, topics};
+use rsrs_msgs::{RosMessage, cdr, topics};
 
 /// Control period, in nanoseconds.
 pub const PERIOD_NS: u64 = 130_000_000;
@@ -118,22 +117,6 @@ pub fn foreign(options: WriteOptions, log_times_ns: impl IntoIterator<Item = u64
     writer.finish().expect("room");
     drop(writer);
     file.into_inner()
-}
-
-/// A file by another recorder: one detection a nanosecond, and no chunks.
-pub fn unchunked_file(path: &Path, n_messages: u64) {
-    let file = BufWriter::new(File::create(path).expect("room"));
-    let options = WriteOptions::new().profile("ros2").use_chunks(false);
-    let mut writer = options.create(file).expect("room");
-    let text = schema::schema_text("std_msgs/msg/Bool").expect("known");
-    let id = writer.add_schema("std_msgs/msg/Bool", "ros2msg", text.as_bytes()).expect("room");
-    let channel_id = writer.add_channel(id, "/detection", "cdr", &BTreeMap::new()).expect("room");
-    for log_time in 0..n_messages {
-        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: 1 };
-        let data = cdr::encode(&Bool { data: true });
-        writer.write_to_known_channel(&header, &data).expect("room");
-    }
-    writer.finish().expect("room");
 }
 
 fn add(writer: &mut BagWriter, topic: topics::Topic, robot: &str) -> ChannelId {
