@@ -229,7 +229,6 @@ fn stands() -> Vec<Cause> {
         Asking {}: "Its node has just started, and takes over what the e-stop has locked.", "Wait for 2 s.";
         WithoutWorld {}: "A simulated robot without a world.", "Let a run set its conditions, or set `cell` by hand.";
         Armed {}: "The countdown is running.", "Wait, or Ctrl-C.";
-        NotArmed {}: "It was started again during the run.", "It takes part in the next one.";
         LeaseLapsed {}: "No lease reached it in time: bad Wi-Fi, a runner that was stopped, or a computer on either side that is very busy.", "[Wi-Fi](troubleshooting.md#wi-fi); look at the load of both computers.";
         ControllerUnconfirmed {}: "Its controller has ended, or somebody has changed its parameters in the run.", "Look at the controller's log.";
         EStop {}: "The e-stop is pressed, or its publisher fell silent in the run.", "When the floor is safe, `rsrs stop --release`.";

@@ -153,7 +153,7 @@ impl Batch {
     /// How many replicates of a cell are best run together: the lanes of the widest unit, or 1 for
     /// a cell that is run one world at a time.
     pub fn at_once(&self, conditions: &Conditions, duration_s: f64) -> usize {
-        if can_run(conditions, duration_s) { self.lanes() } else { 1 }
+        if runs_in_lanes(conditions, duration_s) { self.lanes() } else { 1 }
     }
 
     /// Runs and judges replicates of one cell, with the seed of the sweep, for `duration_s` of
@@ -173,7 +173,7 @@ impl Batch {
         for replicates in all.chunks(self.lanes()) {
             let run = |replicate: &u64| RunKey::new(Seed { seed, replicate: *replicate }, digest);
             let runs: Vec<RunKey> = replicates.iter().map(run).collect();
-            let in_lanes = if can_run(conditions, duration_s) {
+            let in_lanes = if runs_in_lanes(conditions, duration_s) {
                 // A replicate that cannot be placed is left to the reference, which reports it.
                 self.engine_for(runs.len())
                     .judge((conditions, rules), &runs, duration_s)
@@ -269,12 +269,6 @@ const MOST_NORMAL: f64 = 6.0;
 /// Lanes of the widest unit of any machine.
 pub const MOST_LANES: usize = 16;
 
-/// Whether replicates of a cell are run in the lanes of a vector, on any machine, or one world at a
-/// time.
-pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
-    can_run(conditions, duration_s)
-}
-
 fn assert_in_lanes(conditions: &Conditions) {
     assert!(
         are_for_lanes(conditions),
@@ -321,9 +315,9 @@ fn is_moderate(conditions: &Conditions, fastest: Command) -> bool {
     angle_rad < f64::from(LIMIT_RAD) && way_m < 1e6
 }
 
-/// Whether the lanes can run and judge a cell. What they cannot is left to the reference: it is
-/// what is refused, or far from what robots do.
-fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
+/// Whether replicates of a cell are run and judged in the lanes of a vector, on any machine, and not one
+/// world at a time by the reference: what is refused, or far from what robots do.
+pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
     let window = conditions.behaviour.window();
     let n_samples = conditions.steps(duration_s);
     let is_long_enough = n_samples >= samples_in(window.least_s(), conditions.period_s) as u64;

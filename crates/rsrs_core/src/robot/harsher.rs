@@ -53,17 +53,7 @@ fn is_one(factor: &f64) -> bool {
 
 impl Default for HarsherFactors {
     fn default() -> Self {
-        Self {
-            gain_sd_factor: 2.5,
-            miss_factor: 10.0,
-            false_positive_factor: 1.23,
-            polygon_scale: 1.0,
-            latency_extra_steps: 0,
-            gust_factor: 1.0,
-            drift_factor: 1.0,
-            yaw_lag_factor: 1.0,
-            friction_factor: 1.0,
-        }
+        Self { gain_sd_factor: 2.5, miss_factor: 10.0, false_positive_factor: 1.23, ..Self::NONE }
     }
 }
 

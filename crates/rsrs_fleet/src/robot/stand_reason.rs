@@ -17,9 +17,6 @@ pub enum StandReason {
     /// It waits for the start.
     #[error("armed, waiting for the start")]
     Armed,
-    /// It receives a running lease but was not armed for it, as after a restart.
-    #[error("not armed in this run")]
-    NotArmed,
     /// No lease has echoed a recent enough status.
     #[error("lease ran out")]
     LeaseLapsed,
@@ -45,7 +42,6 @@ impl StandReason {
             Self::Asking => StopCause::Asking,
             Self::WithoutWorld => StopCause::NoWorld,
             Self::Armed => StopCause::Waiting,
-            Self::NotArmed => StopCause::NotArmed,
             Self::LeaseLapsed => StopCause::Lease,
             Self::ControllerUnconfirmed => StopCause::Controller,
             Self::EStop => StopCause::EStop,

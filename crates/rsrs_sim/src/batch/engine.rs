@@ -19,7 +19,7 @@ pub trait Engine: Send {
     fn lanes(&self) -> usize;
 
     /// Runs and judges one to [`Self::lanes`] replicates of one cell, with conditions as
-    /// [`super::can_run`] asks; `None` if a number did not stay finite.
+    /// [`super::runs_in_lanes`] asks; `None` if a number did not stay finite.
     fn judge(
         &mut self,
         of: (&Conditions, &Rules),
