@@ -60,7 +60,8 @@ def build_field(store, kind, value):
         return value - 256 if detail[0] == "byte" and value > 127 else value
     element, _ = detail
     if element[0] == Nodetype.BASE and element[1][0] in NUMPY_TYPES:
-        return numpy.array(value, dtype=NUMPY_TYPES[element[1][0]])
+        # A covariance is written row by row.
+        return numpy.array(value, dtype=NUMPY_TYPES[element[1][0]]).ravel()
     return [build_field(store, element, item) for item in value]
 
 
