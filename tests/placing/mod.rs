@@ -12,8 +12,7 @@ fn start_poses_are_the_same_for_a_seed_and_come_with_a_picture() {
     let folder = tempfile::tempdir().unwrap();
     let (svg, png) = (folder.path().join("start.svg"), folder.path().join("start.png"));
     let place = |more: &[&str]| {
-        let output = done(&repository(), &[&["place", EXPERIMENT], more].concat());
-        output
+        done(&repository(), &[&["place", EXPERIMENT], more].concat())
     };
 
     let first = place(&["--format", "json", "-o", &svg.display().to_string()]);
