@@ -11,9 +11,7 @@ const EXPERIMENT: &str = "launch_configs/experiments/flockbot_milling.yaml";
 fn start_poses_are_the_same_for_a_seed_and_come_with_a_picture() {
     let folder = tempfile::tempdir().unwrap();
     let (svg, png) = (folder.path().join("start.svg"), folder.path().join("start.png"));
-    let place = |more: &[&str]| {
-        done(&repository(), &[&["place", EXPERIMENT], more].concat())
-    };
+    let place = |more: &[&str]| done(&repository(), &[&["place", EXPERIMENT], more].concat());
 
     let first = place(&["--format", "json", "-o", &svg.display().to_string()]);
     let again = place(&["--format", "json", "--seed", "1", "-o", &png.display().to_string()]);

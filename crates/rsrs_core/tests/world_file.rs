@@ -157,7 +157,7 @@ fn edited(text: &str, from: &str, to: &str) -> String {
 
 /// Holds how a file is refused where the sides of the arenas, in metres, and the numbers of robots are these.
 fn assert_refused(text: &str, (arenas_m, robots): (&[f64], &[usize]), expected: &str, cure: &str) {
-    let error = WorldFile::parse("world.yaml", text, arenas_m, robots).unwrap_err();
+    let error = WorldFile::parse("world.yaml", text, arenas_m, robots).expect_err("it is refused");
 
     assert!(error.to_string().starts_with(expected), "{error}");
     assert!(error.help().unwrap_or_default().starts_with(cure), "{:?}", error.help());
