@@ -1,7 +1,9 @@
 //! `rsrs init`: a folder to begin with.
 
+use std::fmt::Display;
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use anyhow::Context;
 use rsrs_core::quantity::Axis;
@@ -71,11 +73,11 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let robots = if std::io::stdin().is_terminal() {
-        ask(arguments, &mut std::io::stdin().lock(), &mut std::io::stderr())?
-    } else {
-        given(arguments)?
-    };
+    let (mut input, mut output) = (std::io::stdin().lock(), std::io::stderr());
+    let mut questions = Questions::new(
+        std::io::stdin().is_terminal().then_some((&mut input as _, &mut output as _)),
+    );
+    let robots = robots(arguments, &mut questions)?;
     let begun = init(&arguments.folder, &robots)?;
     let arena = match robots.arena_m {
         Some(_) => String::new(),
@@ -94,183 +96,157 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Everything from the command line; what is missing is named all at once.
-fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
-    let Arguments { name, robots, radius, speed, turn_rate, range, half_angle, period, .. } =
-        arguments;
-    let missing: Vec<&str> = [
-        ("--name", name.is_none()),
-        ("--robots", robots.is_none()),
-        ("--radius", radius.is_none()),
-        ("--speed", speed.is_none()),
-        ("--turn-rate", turn_rate.is_none()),
-        ("--range", range.is_none()),
-        ("--half-angle", half_angle.is_none()),
-        ("--period", period.is_none()),
-    ]
-    .into_iter()
-    .filter_map(|(flag, is_missing)| is_missing.then_some(flag))
-    .collect();
-    if let (
-        Some(name),
-        Some(robots),
-        Some(radius_m),
-        Some(speed_m_s),
-        Some(turn_rate_rad_s),
-        Some(range_m),
-        Some(half_angle_rad),
-        Some(period_s),
-    ) = (name, *robots, *radius, *speed, *turn_rate, *range, *half_angle, *period)
-    {
-        check_flag("--name", check_name(name))?;
-        check_flag("--robots", check_count(usize::from(robots)))?;
-        check_flag("--radius", check_radius(radius_m))?;
-        for (flag, axis, value) in [
-            ("--speed", Axis::Speed, Some(speed_m_s)),
-            ("--turn-rate", Axis::TurnRate, Some(turn_rate_rad_s)),
-            ("--range", Axis::Range, Some(range_m)),
-            ("--half-angle", Axis::HalfAngle, Some(half_angle_rad)),
-            ("--period", Axis::Period, Some(period_s)),
-            ("--arena", Axis::Arena, arguments.arena),
-        ] {
-            check_flag(flag, value.map_or(Ok(()), |value| check_number(axis, value)))?;
-        }
-        let wheels = arguments.wheels.wheels()?;
-        if let Some(Wheels { speed_max_m_s, .. }) = wheels {
-            check_flag("--wheel-speed", check_wheel_speed(speed_max_m_s, speed_m_s))?;
-        }
-        let (name, n_robots) = (name.clone(), usize::from(robots));
-        return Ok(Robots {
-            name,
-            n_robots,
-            radius_m,
-            contact: arguments.contact.unwrap_or_default(),
-            speed_m_s,
-            turn_rate_rad_s,
-            wheels,
-            range_m,
-            half_angle_rad,
-            period_s,
-            arena_m: arguments.arena,
-        });
-    }
-    Err(bad_arguments(with_help(
-        format!("{} not given, and standard input is no terminal", missing.join(", ")),
-        "give all of them, or run it in a terminal, where it asks",
-    )))
-}
-
-/// Asks for what was not given; Enter takes what is in brackets.
-fn ask(
-    arguments: &Arguments,
-    input: &mut impl BufRead,
-    output: &mut impl Write,
-) -> anyhow::Result<Robots> {
-    let mut questions = Questions { input, output };
+/// The robots of the command line, and of the answers to what it does not say.
+fn robots(arguments: &Arguments, questions: &mut Questions) -> anyhow::Result<Robots> {
     let of = |axis| move |value: &f64| check_number(axis, *value);
-    let asked = Robots {
-        name: questions.or_ask(
-            arguments.name.clone(),
-            ("name of the kind of robot", "robot".to_owned()),
-            |name| check_name(name),
-        )?,
-        n_robots: questions.or_ask(
-            arguments.robots.map(usize::from),
-            ("how many there are", 9),
-            |n| check_count(*n),
-        )?,
-        radius_m: questions.or_ask(
-            arguments.radius,
-            ("radius of the body, in m", 0.075),
-            |radius_m| check_radius(*radius_m),
-        )?,
-        contact: questions.or_ask(
-            arguments.contact,
-            ("what robots do that touch: stop, push each other, or none", ContactModel::Stop),
-            |_| Ok(()),
-        )?,
-        speed_m_s: questions.or_ask(
-            arguments.speed,
-            ("fastest safe speed, in m/s", 0.3),
-            of(Axis::Speed),
-        )?,
-        turn_rate_rad_s: questions.or_ask(
-            arguments.turn_rate,
-            ("fastest safe turn, in rad/s; a full circle is 6.28", 2.0),
-            of(Axis::TurnRate),
-        )?,
-        wheels: None,
-        range_m: questions.or_ask(
-            arguments.range,
-            ("how far from its centre it detects another robot, in m", 1.0),
-            of(Axis::Range),
-        )?,
-        half_angle_rad: questions.or_ask(
-            arguments.half_angle,
-            ("half of the angle in which it does, in rad; 10° are 0.175", 0.2),
-            of(Axis::HalfAngle),
-        )?,
-        period_s: questions.or_ask(
-            arguments.period,
-            ("time between two detections, in s", 0.1),
-            of(Axis::Period),
-        )?,
-        arena_m: Some(questions.or_ask(
-            arguments.arena,
-            ("side of the square floor that the swarm has, in m", 4.0),
-            of(Axis::Arena),
-        )?),
-    };
-    let base_m = questions.or_ask(
-        arguments.wheels.wheel_base,
+    let name = questions.required(
+        ("--name", arguments.name.clone()),
+        ("name of the kind of robot", "robot".to_owned()),
+        |name| check_name(name),
+    )?;
+    let n_robots = questions.required(
+        ("--robots", arguments.robots.map(usize::from)),
+        ("how many there are", 9),
+        |n| check_count(*n),
+    )?;
+    let radius_m = questions.required(
+        ("--radius", arguments.radius),
+        ("radius of the body, in m", 0.075),
+        |radius_m| check_radius(*radius_m),
+    )?;
+    let contact = questions.optional(
+        ("--contact", arguments.contact),
+        ("what robots do that touch: stop, push each other, or none", ContactModel::Stop),
+        |_| Ok(()),
+    )?;
+    let speed_m_s = questions.required(
+        ("--speed", arguments.speed),
+        ("fastest safe speed, in m/s", 0.3),
+        of(Axis::Speed),
+    )?;
+    let turn_rate_rad_s = questions.required(
+        ("--turn-rate", arguments.turn_rate),
+        ("fastest safe turn, in rad/s; a full circle is 6.28", 2.0),
+        of(Axis::TurnRate),
+    )?;
+    let range_m = questions.required(
+        ("--range", arguments.range),
+        ("how far from its centre it detects another robot, in m", 1.0),
+        of(Axis::Range),
+    )?;
+    let half_angle_rad = questions.required(
+        ("--half-angle", arguments.half_angle),
+        ("half of the angle in which it does, in rad; 10° are 0.175", 0.2),
+        of(Axis::HalfAngle),
+    )?;
+    let period_s = questions.required(
+        ("--period", arguments.period),
+        ("time between two detections, in s", 0.1),
+        of(Axis::Period),
+    )?;
+    let arena_m = questions.optional(
+        ("--arena", arguments.arena),
+        ("side of the square floor that the swarm has, in m", 4.0),
+        of(Axis::Arena),
+    )?;
+    // No wheels, a base of 0, is an answer; the flags are not given for it.
+    arguments.wheels.wheels()?;
+    let base_m = questions.optional(
+        ("--wheel-base", arguments.wheels.wheel_base),
         ("distance of its two wheels, in m; 0 if it drives on anything else", 0.0),
         |base_m| if *base_m == 0.0 { Ok(()) } else { check_wheel_base(*base_m) },
     )?;
-    if base_m == 0.0 {
-        return Ok(asked);
+    let wheels = match base_m {
+        None | Some(0.0) => None,
+        Some(base_m) => {
+            let speed_max_m_s = questions.required(
+                ("--wheel-speed", arguments.wheels.wheel_speed),
+                ("fastest speed of a wheel over the floor, in m/s", speed_m_s),
+                |wheel_m_s| check_wheel_speed(*wheel_m_s, speed_m_s),
+            )?;
+            Some(Wheels { base_m, speed_max_m_s })
+        }
+    };
+    if !questions.missing.is_empty() {
+        return Err(bad_arguments(with_help(
+            format!(
+                "{} not given, and standard input is no terminal",
+                questions.missing.join(", ")
+            ),
+            "give all of them, or run it in a terminal, where it asks",
+        )));
     }
-    let speed_max_m_s = questions.or_ask(
-        arguments.wheels.wheel_speed,
-        ("fastest speed of a wheel over the floor, in m/s", asked.speed_m_s),
-        |wheel_m_s| check_wheel_speed(*wheel_m_s, asked.speed_m_s),
-    )?;
-    Ok(Robots { wheels: Some(Wheels { base_m, speed_max_m_s }), ..asked })
+    Ok(Robots {
+        name,
+        n_robots,
+        radius_m,
+        contact: contact.unwrap_or_default(),
+        speed_m_s,
+        turn_rate_rad_s,
+        wheels,
+        range_m,
+        half_angle_rad,
+        period_s,
+        arena_m,
+    })
 }
 
-/// Where questions go, and where answers come from.
-struct Questions<'a, I, O> {
-    input: &'a mut I,
-    output: &'a mut O,
+/// Where answers come from, and where questions go.
+type Terminal<'a> = (&'a mut dyn BufRead, &'a mut dyn Write);
+
+/// What is not given is asked for, where there is a terminal; Enter takes what is in brackets.
+struct Questions<'a> {
+    terminal: Option<Terminal<'a>>,
+    /// Flags of what is needed, was not given, and could not be asked for.
+    missing: Vec<&'static str>,
 }
 
-impl<I: BufRead, O: Write> Questions<'_, I, O> {
-    /// What was given, else the first answer that can be true.
-    fn or_ask<T: std::str::FromStr + std::fmt::Display>(
+impl<'a> Questions<'a> {
+    fn new(terminal: Option<Terminal<'a>>) -> Self {
+        Self { terminal, missing: Vec::new() }
+    }
+
+    /// What is given or answered; what is usual, and a missing flag, if nobody can be asked.
+    fn required<T: FromStr + Display + Clone>(
         &mut self,
-        given: Option<T>,
+        (flag, given): (&'static str, Option<T>),
         (what, usual): (&str, T),
         check: impl Fn(&T) -> anyhow::Result<()>,
     ) -> anyhow::Result<T> {
+        let answer = self.optional((flag, given), (what, usual.clone()), check)?;
+        Ok(answer.unwrap_or_else(|| {
+            self.missing.push(flag);
+            usual
+        }))
+    }
+
+    /// What is given, else the first answer that can be true; `None` if nobody can be asked.
+    fn optional<T: FromStr + Display>(
+        &mut self,
+        (flag, given): (&str, Option<T>),
+        (what, usual): (&str, T),
+        check: impl Fn(&T) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Option<T>> {
         if let Some(given) = given {
-            return Ok(given);
+            check_flag(flag, check(&given))?;
+            return Ok(Some(given));
         }
+        let Some((input, output)) = &mut self.terminal else { return Ok(None) };
         let is_word = usual.to_string().parse::<f64>().is_err();
         let alone = if is_word { "a word" } else { "a number" };
         loop {
-            write!(self.output, "{what} [{usual}]: ")
-                .and_then(|()| self.output.flush())
-                .context("asking")?;
+            write!(output, "{what} [{usual}]: ").and_then(|()| output.flush()).context("asking")?;
             let mut line = String::new();
-            if self.input.read_line(&mut line).context("reading the answer")? == 0 {
+            if input.read_line(&mut line).context("reading the answer")? == 0 {
                 anyhow::bail!("standard input ended before all was answered; nothing was written");
             }
             let answer = line.trim();
             if answer.is_empty() {
-                return Ok(usual);
+                return Ok(Some(usual));
             }
             let refusal = match answer.parse() {
                 Ok(value) => match check(&value) {
-                    Ok(()) => return Ok(value),
+                    Ok(()) => return Ok(Some(value)),
                     Err(error) => {
                         let help =
                             help_of(&error).map_or_else(String::new, |help| format!("; {help}"));
@@ -279,7 +255,7 @@ impl<I: BufRead, O: Write> Questions<'_, I, O> {
                 },
                 Err(_) => format!("`{answer}` is no answer: {alone} alone is, such as {usual}"),
             };
-            writeln!(self.output, "{refusal}").context("asking")?;
+            writeln!(output, "{refusal}").context("asking")?;
         }
     }
 }
@@ -300,13 +276,16 @@ mod tests {
         Line::parse_from([["rsrs", "mine"].as_slice(), line].concat()).arguments
     }
 
+    fn answered(line: &[&str], answers: &mut &[u8], asked: &mut Vec<u8>) -> anyhow::Result<Robots> {
+        robots(&arguments(line), &mut Questions::new(Some((answers, asked))))
+    }
+
     #[test]
     fn what_is_not_given_is_asked_for_until_it_is_answered() {
         let mut answers = "\nmany\n4\n\nshove\npush\n0.2\n\n\n\n\n0.12\n0.1\n0.25\n".as_bytes();
         let mut asked = Vec::new();
 
-        let robots =
-            ask(&arguments(&["--period", "0.13"]), &mut answers, &mut asked).expect("answered");
+        let robots = answered(&["--period", "0.13"], &mut answers, &mut asked).expect("answered");
 
         let expected = Robots {
             name: "robot".to_owned(),
@@ -337,7 +316,7 @@ mod tests {
         let given =
             [&given[..], &["--period", "0.1", "--arena", "3", "--contact", "none"]].concat();
 
-        let robots = ask(&arguments(&given), &mut answers, &mut asked).expect("answered");
+        let robots = answered(&given, &mut answers, &mut asked).expect("answered");
 
         assert_eq!((robots.name.as_str(), robots.n_robots), ("e_puck_2", 6));
         assert_eq!(robots.radius_m.to_bits(), 0.035_f64.to_bits());
@@ -355,7 +334,9 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_named_all_at_once() {
-        let error = given(&arguments(&["--name", "a", "--speed", "0.2"])).unwrap_err().to_string();
+        let given = arguments(&["--name", "a", "--speed", "0.2"]);
+
+        let error = robots(&given, &mut Questions::new(None)).unwrap_err().to_string();
 
         let missing = "--robots, --radius, --turn-rate, --range, --half-angle, --period not given";
         assert!(error.contains(missing), "{error}");
