@@ -69,7 +69,7 @@ impl Output {
         };
         DETAIL.get_or_init(|| detail);
         if detail == Detail::Steps {
-            logging::init_steps(std::env::var("RUST_LOG").ok().as_deref());
+            logging::init_steps();
         }
     }
 }

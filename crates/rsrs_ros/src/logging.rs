@@ -80,18 +80,18 @@ const MIDDLEWARE: [(&str, LevelFilter); 11] = [
     ("ros2_client::rosout", LevelFilter::Off),
 ];
 
-/// Sends log lines of our own crates to stderr, those of `level` and worse; the contents of
-/// `RUST_LOG`, if it is set, override that for developers.
+/// Sends log lines of our own crates to stderr, those of `level` and worse; `RUST_LOG`, if it is
+/// set, overrides that for developers.
 ///
 /// A second call in one process changes nothing.
-pub fn init(level: Level, developer_filter: Option<&str>) {
-    install(builder(level, developer_filter));
+pub fn init(level: Level) {
+    install(builder(level));
 }
 
 /// As [`init`], for a person who wants to read every step of a command: what is done stands there
 /// without where it is logged, and anything worse has its severity in front.
-pub fn init_steps(developer_filter: Option<&str>) {
-    let mut builder = builder(Level::Info, developer_filter);
+pub fn init_steps() {
+    let mut builder = builder(Level::Info);
     builder.format(|out, record| match record.level() {
         log::Level::Info => writeln!(out, "{}", text_of(record)),
         level => writeln!(out, "{}: {}", level.as_str().to_lowercase(), text_of(record)),
@@ -99,14 +99,14 @@ pub fn init_steps(developer_filter: Option<&str>) {
     install(builder);
 }
 
-fn builder(level: Level, developer_filter: Option<&str>) -> env_logger::Builder {
+fn builder(level: Level) -> env_logger::Builder {
     let mut builder = env_logger::Builder::new();
     builder.filter_level(level.as_log().to_level_filter());
     for (module, filter) in MIDDLEWARE {
         builder.filter_module(module, filter);
     }
-    if let Some(filter) = developer_filter {
-        builder.parse_filters(filter);
+    if let Ok(filter) = std::env::var("RUST_LOG") {
+        builder.parse_filters(&filter);
     }
     // A pipe has no colours by itself.
     let is_plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());

@@ -151,7 +151,7 @@ impl RosArgs {
     pub fn start_logging(&self, level: Option<Level>) {
         if self.to_stderr {
             let level = level.unwrap_or(Level::Info);
-            logging::init(level, std::env::var("RUST_LOG").ok().as_deref());
+            logging::init(level);
         }
     }
 

@@ -62,10 +62,7 @@ pub fn in_own_network_with(test: &str, variables: &[(&str, OsString)], body: imp
     }
 
     assert!(confine::is_confined().expect("/proc is readable"), "the child sees the LAN");
-    rsrs_ros::logging::init(
-        rsrs_ros::logging::Level::Warn,
-        std::env::var("RUST_LOG").ok().as_deref(),
-    );
+    rsrs_ros::logging::init(rsrs_ros::logging::Level::Warn);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()

@@ -128,7 +128,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     };
     // Before the first thread is started.
     let network = OwnNetwork::enter()?;
-    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    logging::init(Level::Warn);
     DryRun { arguments, folder, network }.whole_loop()
 }
 

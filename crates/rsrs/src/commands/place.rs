@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         other_profile: OtherProfile::Insisted,
     })?;
     if arguments.check {
-        logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+        logging::init(Level::Warn);
         let network = chosen_network(&arguments.interface, Member::Viewer)?;
         let is_once = arguments.once || arguments.format == Format::Json;
         let until = if is_once { Until::AllAreSeen } else { Until::Stopped };

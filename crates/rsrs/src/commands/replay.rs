@@ -104,7 +104,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         report(arguments.format, &replay, render::into_controller(&replay))?;
         return Ok(if replay.is_same() { Outcome::Done } else { Outcome::NegativeAnswer });
     }
-    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    logging::init(Level::Warn);
     let network = chosen_network(&arguments.interface, Member::Runner)?;
     let selection = select(&bag, &arguments.topics)?;
     let options = PublishOptions {

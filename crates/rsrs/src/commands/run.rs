@@ -103,12 +103,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Backend::Sim => {
             // Before the first thread is started.
             let network = OwnNetwork::enter()?;
-            logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+            logging::init(Level::Warn);
             print_note(&network.note);
             runtime()?.block_on(simulated(&plan, &network))?
         }
         Backend::Fleet => {
-            logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+            logging::init(Level::Warn);
             let network = chosen_network(&arguments.interface, Member::Runner)?;
             runtime()?.block_on(on_fleet(&plan, &network, place_command))?
         }

@@ -87,7 +87,7 @@ struct RobotRow {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    logging::init(Level::Warn);
     rsrs_ros::session::start_again_after_deadlock();
     let network = chosen_network(&arguments.interface, Member::Stop)?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled_robots)?;

@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     check(&environment)?;
     // What is logged to the terminal would lie over the picture.
     if !std::io::stderr().is_terminal() {
-        logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+        logging::init(Level::Warn);
     }
     let look = Look::of(anstream::ColorChoice::global(), &environment);
     match arguments.bag() {
@@ -98,7 +98,7 @@ impl Arguments {
 
 /// Serves topics until Ctrl-C, or until a bag is over.
 fn serve(arguments: &Arguments, address: SocketAddr) -> anyhow::Result<Outcome> {
-    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    logging::init(Level::Warn);
     let network = match arguments.bag() {
         Some(_) => None,
         None => Some(chosen_network(&arguments.interface, Member::Viewer)?),

@@ -197,7 +197,7 @@ fn enter(backend: Backend, interfaces: &[String]) -> anyhow::Result<RunTarget> {
         Backend::Sim => RunTarget::Simulated(OwnNetwork::enter()?),
         Backend::Fleet => RunTarget::Real(chosen_network(interfaces, Member::Runner)?),
     };
-    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    logging::init(Level::Warn);
     Ok(target)
 }
 
