@@ -1,6 +1,8 @@
 //! The network in which robots are.
 
+use rsrs_fleet::record::Backend;
 use rsrs_ros::environment::Environment;
+use rsrs_ros::logging::{self, Level};
 use rsrs_ros::network::NetworkError;
 use rsrs_ros::ros_args::{OtherMiddleware, RosArgs};
 use rsrs_ros::security::Member;
@@ -8,11 +10,28 @@ use rsrs_ros::session::SessionOptions;
 
 use crate::failure::bad_arguments;
 use crate::notes::print_note;
+use rsrs_operate::run::RunTarget;
+use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_pipeline::error::helped;
 
 /// Why robots may not be found although they run, where the environment shows it.
 pub fn other_middleware() -> Option<OtherMiddleware> {
     OtherMiddleware::of(&Environment::of_this_process())
+}
+
+/// Enters the network of the robots of a run; to be called before the first thread is started.
+pub fn enter(backend: Backend, interfaces: &[String]) -> anyhow::Result<RunTarget> {
+    logging::init(Level::Warn);
+    Ok(match backend {
+        Backend::Simulator => {
+            let network = OwnNetwork::enter()?;
+            print_note(&network.note);
+            RunTarget::Simulator(network)
+        }
+        Backend::Fleet | Backend::Mixed => {
+            RunTarget::Fleet(chosen_network(interfaces, Member::Runner)?)
+        }
+    })
 }
 
 /// The network that a person has chosen, by `--interface` or the environment, in the enclave of

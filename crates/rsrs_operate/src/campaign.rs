@@ -12,7 +12,7 @@ use rsrs_fleet::record::{self, ExperimentRecord};
 use rsrs_pipeline::campaign::{Experiment, Item, file, is_same};
 use rsrs_pipeline::error::with_help;
 
-pub use conduct::{Conductor, OperatorDecision, Placer, RunTarget};
+pub use conduct::{Conductor, OperatorDecision, Placer};
 
 /// What is to be run.
 pub struct Campaign {

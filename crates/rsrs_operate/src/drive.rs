@@ -16,12 +16,11 @@ use rsrs_experiment_runner::plan::{Plan, Trial, TrialRequest, Unmeasured};
 use rsrs_fleet::record::Backend;
 use rsrs_pipeline::measure::sensor_readings;
 
-use crate::run::RunSummary;
 use crate::run::operator::Operator;
+use crate::run::{RunSummary, RunTarget};
 pub use filling::{Filled, fill_plan, fill_table};
 use result::{Motion, Source, TrialResult};
 use rsrs_ros::runtime::runtime;
-pub use trial_nodes::RunTarget;
 use trial_nodes::TrialNodes;
 
 /// Detections come this often where nothing else is given, in seconds: those of the Flockbot.

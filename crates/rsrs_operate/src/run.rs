@@ -28,6 +28,14 @@ use self::operator::{Operator, Verbosity};
 use crate::run::own_network::OwnNetwork;
 use crate::run::simulated_fleet::SimulatedFleet;
 
+/// Where the robots are, and in which network.
+pub enum RunTarget {
+    /// In a simulator that is started for it.
+    Simulator(OwnNetwork),
+    /// On the floor.
+    Fleet(SessionOptions),
+}
+
 /// What a run came to.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunSummary {

@@ -6,19 +6,16 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_ros::logging::{self, Level};
-use rsrs_ros::security::Member;
 
 use crate::commands::{Backend, Format, PlaceCheck, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
-use crate::fleet_network::chosen_network;
+use crate::fleet_network::enter;
 use crate::notes::print_note;
 use crate::profile_arguments::ProfileArguments;
 use prompt::Prompt;
 use rsrs_files::quoted;
-use rsrs_operate::campaign::{self, Campaign, Conductor, RunTarget};
-use rsrs_operate::run::own_network::OwnNetwork;
+use rsrs_operate::campaign::{self, Campaign, Conductor};
 use rsrs_pipeline::campaign::{CampaignFolder, Summary};
 use rsrs_pipeline::error::with_help;
 use rsrs_render::campaign as render;
@@ -100,7 +97,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
              `--yes` where nobody has to place them",
         ));
     }
-    let floor = floor(arguments)?;
+    let target = enter(arguments.backend.into(), &arguments.interface)?;
     let folder = CampaignFolder::open(&arguments.output, &text, &items)?;
     // Threads begin here, behind the network.
     let ended = runtime()?.block_on(async {
@@ -109,7 +106,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             None if asks => Prompt::at_keyboard(),
             None => Prompt::Silent,
         };
-        let conductor = Conductor::new(&folder, floor, prompt, &TerminalOperator);
+        let conductor = Conductor::new(&folder, target, prompt, &TerminalOperator);
         conductor.with_tries(arguments.retry.map(|retry| retry + 1)).conduct(&items).await
     });
     if let Err(error) = ended {
@@ -118,23 +115,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let summary = Summary::of(&folder, &items, &command(arguments))?;
     report(arguments.format, &summary, render::text(&summary))?;
     Ok(if summary.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer })
-}
-
-fn floor(arguments: &Arguments) -> anyhow::Result<RunTarget> {
-    let level = std::env::var("RUST_LOG").ok();
-    match arguments.backend {
-        Backend::Sim => {
-            // Before the first thread is started.
-            let network = OwnNetwork::enter()?;
-            logging::init(Level::Warn, level.as_deref());
-            print_note(&network.note);
-            Ok(RunTarget::Simulator { network, fleet: None })
-        }
-        Backend::Fleet => {
-            logging::init(Level::Warn, level.as_deref());
-            Ok(RunTarget::Fleet { network: chosen_network(&arguments.interface, Member::Runner)? })
-        }
-    }
 }
 
 /// The command that goes on.

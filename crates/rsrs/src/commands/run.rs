@@ -8,23 +8,21 @@ use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::E_STOP_REASON;
 use rsrs_fleet::record::{self, EndingKind, ExperimentRecord};
-use rsrs_ros::logging::{self, Level};
-use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 
 use crate::commands::{Backend, Format, PlaceCheck, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
-use crate::fleet_network::{chosen_network, other_middleware};
+use crate::fleet_network::{enter, other_middleware};
 use crate::interrupt::asked_to_stop;
-use crate::notes::{print_always, print_note};
+use crate::notes::print_always;
 use crate::profile_arguments::ProfileArguments;
 use rsrs_files::quoted;
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_operate::run::place_command;
 use rsrs_operate::run::simulated_fleet::SimulatedFleet;
 use rsrs_operate::run::start_poses::StartPoses;
-use rsrs_operate::run::{NOT_STANDING, RunSummary, on_simulated_fleet, watched};
+use rsrs_operate::run::{NOT_STANDING, RunSummary, RunTarget, on_simulated_fleet, watched};
 use rsrs_pipeline::error::with_help;
 use rsrs_render::gaps;
 use rsrs_render::words::{Tone, Words};
@@ -92,27 +90,20 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         other_profile: arguments.other.profile(),
     })?;
     let place_command = arguments.place_command.as_deref();
-    let summary = match arguments.backend {
-        Backend::Sim if place_command.is_some() => {
-            return Err(with_help(
-                "`--place-command` places the robots of a fleet, and this run is one in the simulator, \
-                 which places its own",
-                "for the fleet: `--backend fleet --interface NAME`; else leave it out",
-            ));
+    if arguments.backend == Backend::Sim && place_command.is_some() {
+        return Err(with_help(
+            "`--place-command` places the robots of a fleet, and this run is one in the simulator, \
+             which places its own",
+            "for the fleet: `--backend fleet --interface NAME`; else leave it out",
+        ));
+    }
+    let target = enter(arguments.backend.into(), &arguments.interface)?;
+    let summary = runtime()?.block_on(async {
+        match &target {
+            RunTarget::Simulator(network) => simulated(&plan, network).await,
+            RunTarget::Fleet(network) => on_fleet(&plan, network, place_command).await,
         }
-        Backend::Sim => {
-            // Before the first thread is started.
-            let network = OwnNetwork::enter()?;
-            logging::init(Level::Warn);
-            print_note(&network.note);
-            runtime()?.block_on(simulated(&plan, &network))?
-        }
-        Backend::Fleet => {
-            logging::init(Level::Warn);
-            let network = chosen_network(&arguments.interface, Member::Runner)?;
-            runtime()?.block_on(on_fleet(&plan, &network, place_command))?
-        }
-    };
+    })?;
     let same = same_again(&plan.record, arguments.seed);
     finish((arguments.format, same), &plan.record, &summary)
 }

@@ -12,31 +12,13 @@ use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::Settledness;
 use rsrs_render::{gaps, label};
-use rsrs_ros::session::SessionOptions;
 
 use super::plan_now;
 use crate::run::operator::Operator;
-use crate::run::own_network::OwnNetwork;
 use crate::run::place_command::WantedPlacement;
 use crate::run::simulated_fleet::SimulatedFleet;
 use crate::run::start_poses::StartPoses;
-use crate::run::{RunSummary, on_simulated_fleet, watched};
-
-/// Where the robots are.
-pub enum RunTarget {
-    /// In a simulator that is started for the campaign.
-    Simulator {
-        /// Where it is.
-        network: OwnNetwork,
-        /// Its processes.
-        fleet: Option<Box<SimulatedFleet>>,
-    },
-    /// On the floor.
-    Fleet {
-        /// Where they are received.
-        network: SessionOptions,
-    },
-}
+use crate::run::{RunSummary, RunTarget, on_simulated_fleet, watched};
 
 /// Whoever places the robots of a fleet before each run.
 pub trait Placer {
@@ -83,6 +65,8 @@ enum Next {
 pub struct Conductor<'a, P> {
     folder: &'a CampaignFolder,
     target: RunTarget,
+    /// What is started of the simulator.
+    simulated: Option<SimulatedFleet>,
     placer: P,
     operator: &'a dyn Operator,
     /// How often each experiment is tried at most, until it has a result.
@@ -101,10 +85,10 @@ impl<'a, P: Placer> Conductor<'a, P> {
         operator: &'a dyn Operator,
     ) -> Self {
         let tries = match target {
-            RunTarget::Simulator { .. } => SIMULATED_TRIES,
-            RunTarget::Fleet { .. } => 1,
+            RunTarget::Simulator(_) => SIMULATED_TRIES,
+            RunTarget::Fleet(_) => 1,
         };
-        Self { folder, target, placer, operator, tries }
+        Self { folder, target, simulated: None, placer, operator, tries }
     }
 
     /// The same, with so many tries of each experiment, the first included.
@@ -127,8 +111,8 @@ impl<'a, P: Placer> Conductor<'a, P> {
             }
         }
         let ended = self.all(&open, items.len()).await;
-        if let RunTarget::Simulator { fleet: Some(mut fleet), .. } = self.target {
-            fleet.stop().await?;
+        if let Some(mut nodes) = self.simulated {
+            nodes.stop().await?;
         }
         ended
     }
@@ -215,7 +199,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
         let summary = self.run(&plan).await?;
         let tried = self.settle(item, plan, &summary)?;
         // The simulator stands still by itself; nobody can go and look there.
-        let is_fleet = matches!(self.target, RunTarget::Fleet { .. });
+        let is_fleet = matches!(self.target, RunTarget::Fleet(_));
         if let Some(stands) = summary.unconfirmed().filter(|_| is_fleet) {
             let name = &item.experiment.folder;
             return Err(match &tried {
@@ -230,7 +214,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
 
     /// Has the robots placed; in the simulator they place themselves.
     async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<OperatorDecision> {
-        let RunTarget::Fleet { .. } = self.target else { return Ok(OperatorDecision::Start) };
+        let RunTarget::Fleet(_) = self.target else { return Ok(OperatorDecision::Start) };
         let settings = controller_values(&plan.record.conditions.controller);
         let settings: Vec<String> = (settings.into_iter())
             .map(|(axis, value)| match axis {
@@ -251,19 +235,19 @@ impl<'a, P: Placer> Conductor<'a, P> {
     }
 
     async fn run(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
-        let (network, fleet) = match &mut self.target {
-            RunTarget::Fleet { network } => {
+        let network = match &self.target {
+            RunTarget::Fleet(network) => {
                 return watched(plan, network, self.operator.stop_requested(), self.operator).await;
             }
-            RunTarget::Simulator { network, fleet } => (network, fleet),
+            RunTarget::Simulator(network) => network,
         };
-        if let Some(mut other) = fleet.take_if(|it| !it.is_for(plan)) {
+        if let Some(mut other) = self.simulated.take_if(|it| !it.is_for(plan)) {
             other.stop().await?;
         }
-        if fleet.is_none() {
-            *fleet = Some(Box::new(SimulatedFleet::start(network, plan)?));
-        }
-        let nodes = fleet.as_mut().expect("it was started above");
+        let nodes = match &mut self.simulated {
+            Some(nodes) => nodes,
+            none => none.insert(SimulatedFleet::start(network, plan)?),
+        };
         on_simulated_fleet(plan, network, nodes, self.operator).await
     }
 

@@ -12,9 +12,10 @@ use tokio::runtime::Runtime;
 use super::period_table::PeriodTable;
 use super::placement;
 use super::result::{TrialResult, backend};
-use super::trial_nodes::{RunTarget, TrialNodes};
+use super::trial_nodes::TrialNodes;
 use super::trial_table::{Kind, Todo, TrialTable};
 use super::{DriveOptions, Ready, TrialOperator, made};
+use crate::run::RunTarget;
 use rsrs_files::quoted;
 use rsrs_ros::runtime::runtime;
 

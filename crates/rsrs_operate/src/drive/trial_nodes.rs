@@ -12,20 +12,12 @@ use crate::run::node_process::NodeProcess;
 use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
 use crate::run::simulated_fleet::{CONSTANT, SimulatedFleet, limit_parameters};
-use crate::run::{RunSummary, on_simulated_fleet, watched};
+use crate::run::{RunSummary, RunTarget, on_simulated_fleet, watched};
 
 /// The variable that names the enclave of a program.
 const ENCLAVE: &str = "ROS_SECURITY_ENCLAVE_OVERRIDE";
 /// The enclave of controllers that are not on their robots.
 const CONTROLLERS: &str = "/controllers";
-
-/// Where trials are driven.
-pub enum RunTarget {
-    /// A network of this process's own.
-    Simulated(OwnNetwork),
-    /// The fleet's.
-    Real(SessionOptions),
-}
 
 /// The processes that answer detections with a constant command, and what they move.
 pub struct TrialNodes<'a> {
@@ -35,9 +27,9 @@ pub struct TrialNodes<'a> {
 
 enum Processes<'a> {
     /// A simulator and its controllers.
-    Simulated(&'a OwnNetwork, Box<SimulatedFleet>),
+    Simulator(&'a OwnNetwork, Box<SimulatedFleet>),
     /// The controllers of robots of the floor, whose own nodes run already.
-    Real(&'a SessionOptions, NodeProcess),
+    Fleet(&'a SessionOptions, NodeProcess),
 }
 
 impl<'a> TrialNodes<'a> {
@@ -52,11 +44,11 @@ impl<'a> TrialNodes<'a> {
     ) -> anyhow::Result<Self> {
         let robots = &plan.record.robots;
         let processes = match floor {
-            RunTarget::Simulated(network) => {
+            RunTarget::Simulator(network) => {
                 let fleet = SimulatedFleet::start_constant(network, plan)?;
-                Processes::Simulated(network, Box::new(fleet))
+                Processes::Simulator(network, Box::new(fleet))
             }
-            RunTarget::Real(network) => {
+            RunTarget::Fleet(network) => {
                 if !plan.is_measured {
                     operator.note(&unmeasured(plan));
                 }
@@ -72,7 +64,7 @@ impl<'a> TrialNodes<'a> {
                     }
                 };
                 let controller = NodeProcess::start("controller", robots, &parameters, start)?;
-                Processes::Real(network, controller)
+                Processes::Fleet(network, controller)
             }
         };
         Ok(Self { processes, operator })
@@ -82,10 +74,10 @@ impl<'a> TrialNodes<'a> {
     pub async fn conduct(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
         let operator = self.operator;
         let summary = match &mut self.processes {
-            Processes::Simulated(network, fleet) => {
+            Processes::Simulator(network, fleet) => {
                 on_simulated_fleet(plan, network, fleet, operator).await
             }
-            Processes::Real(network, controller) => {
+            Processes::Fleet(network, controller) => {
                 let stop = async {
                     tokio::select! {
                         reason = operator.stop_requested() => reason,
@@ -102,8 +94,8 @@ impl<'a> TrialNodes<'a> {
     /// Ends the processes.
     pub async fn stop(self) -> anyhow::Result<()> {
         match self.processes {
-            Processes::Simulated(_, mut fleet) => fleet.stop().await,
-            Processes::Real(_, mut controller) => controller.stop().await,
+            Processes::Simulator(_, mut fleet) => fleet.stop().await,
+            Processes::Fleet(_, mut controller) => controller.stop().await,
         }
         .context("ending the nodes of the trial")
     }

@@ -10,14 +10,11 @@ use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_experiment_runner::plan::Trial;
-use rsrs_operate::drive::{DriveOptions, RunTarget, SingleTrial, drive, fill_plan, fill_table};
-use rsrs_operate::run::own_network::OwnNetwork;
-use rsrs_ros::logging::{self, Level};
-use rsrs_ros::security::Member;
+use rsrs_operate::drive::{DriveOptions, SingleTrial, drive, fill_plan, fill_table};
 
 use crate::commands::{Backend, Format, report};
 use crate::failure::Outcome;
-use crate::fleet_network::chosen_network;
+use crate::fleet_network;
 use placing::Placing;
 
 /// Drive one trial, or all trials of a plan, recorded in bags: a robot moves by one constant command,
@@ -167,7 +164,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         seed: arguments.seed,
         period_s: arguments.period,
     };
-    let enter = || enter(arguments.backend(), &arguments.interface);
+    let enter = || fleet_network::enter(arguments.backend().into(), &arguments.interface);
     let placing = Placing::new(arguments)?;
     if let Some(filled) = match (&arguments.plan, &arguments.template) {
         (Some(folder), _) => Some(fill_plan(&options, folder, enter, &placing)?),
@@ -189,16 +186,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     report(arguments.format, &found, found.text())?;
     let is_whole = summary.n_lost == 0 && found.paused_s.is_none();
     Ok(if is_whole { Outcome::Done } else { Outcome::NegativeAnswer })
-}
-
-/// Enters the network of the robots; to be called before the first thread is started.
-fn enter(backend: Backend, interfaces: &[String]) -> anyhow::Result<RunTarget> {
-    let target = match backend {
-        Backend::Sim => RunTarget::Simulated(OwnNetwork::enter()?),
-        Backend::Fleet => RunTarget::Real(chosen_network(interfaces, Member::Runner)?),
-    };
-    logging::init(Level::Warn);
-    Ok(target)
 }
 
 /// The trial that the command line itself asks for.
