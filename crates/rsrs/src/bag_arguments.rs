@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::robot::pose_source::PoseSource;
 
+use crate::numbers::number;
 use crate::profile_arguments::ProfileArguments;
 use rsrs_pipeline::compare;
 use rsrs_pipeline::label::Labeller;
@@ -29,7 +30,7 @@ pub struct BagArguments {
     pub with_implausible: bool,
     /// By how much real robots may mill less often than simulated ones and still support the claim;
     /// choose it before the first run (default: 0.1, or what was fixed for the campaign).
-    #[arg(long, value_name = "SHARE", value_parser = margin)]
+    #[arg(long, value_name = "SHARE", value_parser = margin())]
     pub margin: Option<f64>,
     /// Where poses come from in all of these bags (default: what each run went by).
     #[arg(long, value_parser = crate::pose_arguments::pose_sources())]
@@ -57,13 +58,8 @@ impl BagArguments {
 }
 
 /// Reads a margin, a share from 0 to 0.5.
-pub fn margin(text: &str) -> Result<f64, String> {
-    let margin: f64 = text.parse().map_err(|error| format!("`{text}` is not a number: {error}"))?;
-    if (0.0..=0.5).contains(&margin) {
-        Ok(margin)
-    } else {
-        Err(format!(
-            "found {margin}, expected a share from 0 to 0.5, such as 0.1 for 10 percentage points"
-        ))
-    }
+pub fn margin() -> impl Fn(&str) -> Result<f64, String> + Clone {
+    number("a share from 0 to 0.5, such as 0.1 for 10 percentage points", |margin| {
+        (0.0..=0.5).contains(&margin)
+    })
 }

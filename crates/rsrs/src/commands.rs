@@ -90,24 +90,6 @@ pub enum Format {
     Json,
 }
 
-/// A positive number, from the command line.
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
-        _ => Err("expected a positive number".to_owned()),
-    }
-}
-
-/// A share strictly between 0 and 1, from the command line.
-fn wanted(text: &str) -> Result<f64, String> {
-    let share: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if share > 0.0 && share < 1.0 {
-        Ok(share)
-    } else {
-        Err("expected a share between 0 and 1".into())
-    }
-}
-
 /// Prints a result to standard output in the format asked for.
 pub fn report(
     format: Format,

@@ -9,6 +9,7 @@ mod fleet_network;
 mod interrupt;
 mod keyboard;
 mod notes;
+mod numbers;
 mod output;
 mod page_arguments;
 mod pose_arguments;

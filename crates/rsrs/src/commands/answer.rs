@@ -43,7 +43,7 @@ pub struct Arguments {
     page: PageArguments,
     /// Least lower bound of the share of runs that end as wanted (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
-          value_parser = super::wanted)]
+          value_parser = crate::numbers::share())]
     b_s: f64,
     /// Runs of each point of a curve, in each world (default: 250).
     #[arg(long, value_name = "N", default_value_t = REPLICATES, hide_default_value = true,

@@ -44,7 +44,7 @@ pub struct Arguments {
     folder: PathBuf,
     /// Least confirmed lower bound of `B_s` of a viable cell, in both worlds (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
-          value_parser = share)]
+          value_parser = crate::numbers::number("a share from 0 to 1", |share| (0.0..=1.0).contains(&share)))]
     viable: f64,
     /// Write the choice into this file too.
     #[arg(short, long, value_name = "FILE")]
@@ -56,31 +56,12 @@ pub struct Arguments {
     pseudo_realities: Option<u64>,
     /// How many times as wide as those intervals the draws are (default: 2).
     #[arg(long, value_name = "FACTOR", default_value_t = 2.0, hide_default_value = true,
-          requires = "pseudo_realities", value_parser = widening)]
+          requires = "pseudo_realities",
+          value_parser = crate::numbers::number("a factor above 0, such as 2", |factor| factor > 0.0))]
     widening: f64,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-}
-
-/// A share from 0 to 1, from the command line.
-fn share(text: &str) -> Result<f64, String> {
-    let share: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if (0.0..=1.0).contains(&share) {
-        Ok(share)
-    } else {
-        Err("expected a share from 0 to 1".into())
-    }
-}
-
-/// A positive factor from the command line.
-fn widening(text: &str) -> Result<f64, String> {
-    let factor: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if factor > 0.0 && factor.is_finite() {
-        Ok(factor)
-    } else {
-        Err("expected a factor above 0, such as 2".into())
-    }
 }
 
 /// Runs of each profile in each cell.

@@ -33,7 +33,7 @@ pub struct Arguments {
     sweep: Option<PathBuf>,
     /// Least confirmed lower bound of the share of runs that end as wanted (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
-          value_parser = super::wanted)]
+          value_parser = crate::numbers::share())]
     b_s: f64,
     /// What changing a capability costs, in any currency; changes are listed by it, cheapest first.
     #[arg(long, value_name = "CAPABILITY=NUMBER", value_parser = cost)]

@@ -31,7 +31,7 @@ pub struct Arguments {
     output: PathBuf,
     /// Seconds of the run in a second of the film (default: 10).
     #[arg(long, alias = "speed", value_name = "TIMES", default_value_t = 10.0, hide_default_value = true,
-          value_parser = super::positive)]
+          value_parser = crate::numbers::number("a positive number", |rate| rate > 0.0))]
     rate: f64,
     /// Frames in a second, from 1 to 50 (default: 15).
     #[arg(long, value_name = "N", default_value_t = 15, hide_default_value = true,

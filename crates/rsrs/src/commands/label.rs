@@ -65,7 +65,8 @@ pub struct Arguments {
     profile: Option<PathBuf>,
     /// How far from the centre of a robot it senses the centre of another, in metres (default:
     /// that of each bag's record).
-    #[arg(long, value_name = "M", conflicts_with = "profile", value_parser = reach)]
+    #[arg(long, value_name = "M", conflicts_with = "profile",
+          value_parser = crate::numbers::number("a positive number of metres", |reach_m| reach_m > 0.0))]
     reach: Option<f64>,
     /// What to judge it for: milling, aggregation, dispersal, or the path of a file (default: what the
     /// bag's record has, else milling).
@@ -81,16 +82,6 @@ pub struct Arguments {
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-}
-
-fn reach(text: &str) -> Result<f64, String> {
-    let reach_m: f64 =
-        text.parse().map_err(|_no_number| "expected a number of metres".to_owned())?;
-    if reach_m.is_finite() && reach_m > 0.0 {
-        Ok(reach_m)
-    } else {
-        Err("expected a positive number of metres".to_owned())
-    }
 }
 
 /// The phase of a name: of what is built in, of the file that `--behaviour` names, or of what the runs of

@@ -45,11 +45,11 @@ pub struct Arguments {
     /// By how much real robots may mill less often than simulated ones and still support the claim; the
     /// one that the comparison will have (default: 0.1).
     #[arg(long, value_name = "SHARE", default_value_t = MARGIN, hide_default_value = true,
-          value_parser = margin)]
+          value_parser = margin())]
     margin: f64,
     /// Probability with which the runs are to decide (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = WANTED, hide_default_value = true,
-          value_parser = super::wanted)]
+          value_parser = crate::numbers::share())]
     decided: f64,
     /// Simulated runs of robots as measured, in each cell (default: 20,000).
     #[arg(long, value_name = "N", default_value_t = REPLICATES, hide_default_value = true,

@@ -10,6 +10,7 @@ use crate::commands::{Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
+use crate::numbers::number;
 use rsrs_operate::publish::{PublishOptions, publish};
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::replay::{replay_into_controller, replay_into_judge, select};
@@ -45,7 +46,7 @@ pub struct Arguments {
     interface: Vec<String>,
     /// How many times faster than it was recorded (default: 1).
     #[arg(long, value_name = "TIMES", default_value_t = 1.0, hide_default_value = true,
-          value_parser = super::positive)]
+          value_parser = number("a positive number", |rate| rate > 0.0))]
     rate: f64,
     /// Topics to publish (default: all by which no robot is steered).
     #[arg(long, value_name = "TOPIC", num_args = 1..)]
@@ -55,11 +56,11 @@ pub struct Arguments {
     is_loop: bool,
     /// Leave out what was recorded in the first S seconds (default: 0).
     #[arg(long, value_name = "S", default_value_t = 0.0, hide_default_value = true,
-          value_parser = not_negative)]
+          value_parser = not_negative())]
     start: f64,
     /// Time for subscribers to find the topics before the first message, in s (default: 1).
     #[arg(long, value_name = "S", default_value_t = 1.0, hide_default_value = true,
-          value_parser = not_negative)]
+          value_parser = not_negative())]
     delay: f64,
     /// Feed the bag to a part of this program, instead of publishing it.
     #[arg(long, value_enum, conflicts_with_all =
@@ -70,10 +71,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", requires = "into")]
     recorded: Option<PathBuf>,
     /// Speed of the controller, in m/s (default: that of the bag's record).
-    #[arg(long, value_name = "M_PER_S", requires_all = ["into", "turn_rate"], value_parser = not_negative)]
+    #[arg(long, value_name = "M_PER_S", requires_all = ["into", "turn_rate"], value_parser = not_negative())]
     speed: Option<f64>,
     /// Turning rate of the controller, in rad/s (default: that of the bag's record).
-    #[arg(long, value_name = "RAD_PER_S", requires_all = ["into", "speed"], value_parser = not_negative)]
+    #[arg(long, value_name = "RAD_PER_S", requires_all = ["into", "speed"], value_parser = not_negative())]
     turn_rate: Option<f64>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
@@ -128,9 +129,6 @@ fn judge(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if replay.is_same { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 
-fn not_negative(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() && number >= 0.0 => Ok(number),
-        _ => Err("expected a number that is not negative".to_owned()),
-    }
+fn not_negative() -> impl Fn(&str) -> Result<f64, String> + Clone {
+    number("a number that is not negative", |number| number >= 0.0)
 }
