@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::e_stop::Message;
 use rsrs_fleet::experiment::Time as TimeMode;
-use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
+use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::topics::{self, Topic};
+use rsrs_ros::cmd_vel;
 use rsrs_ros::e_stop::EStopSubscriptions;
 use rsrs_ros::session::{EndpointKind, NodeHandle, Session, Subscription};
 use tokio::sync::mpsc::UnboundedSender;
@@ -158,19 +159,10 @@ fn listen_to_commands(
     topic: Topic,
     received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Commands> {
-    let (received, name) = (received.clone(), topic.for_robot(&robot.name));
-    let is_unstamped = topic.type_name == topics::CMD_VEL_UNSTAMPED.type_name;
-    let subscription = if is_unstamped {
-        session.subscribe(&robot.node, &name, topic.qos, move |sample| {
-            let twist: Twist = sample.message;
-            drop(received.send(Input::Command { robot: index, stamp_ns: None, twist }));
-        })?
-    } else {
-        session.subscribe(&robot.node, &name, topic.qos, move |sample| {
-            let TwistStamped { header, twist } = sample.message;
-            let stamp_ns = header.stamp.to_nanos();
-            drop(received.send(Input::Command { robot: index, stamp_ns, twist }));
-        })?
+    let received = received.clone();
+    let deliver = move |twist, stamp_ns| {
+        drop(received.send(Input::Command { robot: index, stamp_ns, twist }));
     };
+    let subscription = cmd_vel::subscribe(session, &robot.node, &robot.name, topic, deliver)?;
     Ok(Commands { topic, _subscription: subscription })
 }

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use rsrs_core::document;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::Tracker;
+use rsrs_msgs::topics::{self, Topic};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 
 use crate::geofence::Geofence;
@@ -92,6 +93,44 @@ pub enum CmdVel {
     Twist,
 }
 
+impl CmdVel {
+    const ALL: [Self; 2] = [Self::TwistStamped, Self::Twist];
+
+    /// What files and parameters call it, the topic of a robot that is commanded so, and that of its
+    /// base driver.
+    fn row(self) -> (&'static str, Topic, Topic) {
+        match self {
+            Self::TwistStamped => ("twist_stamped", topics::CMD_VEL, topics::HARDWARE_CMD_VEL),
+            Self::Twist => ("twist", topics::CMD_VEL_UNSTAMPED, topics::HARDWARE_CMD_VEL_UNSTAMPED),
+        }
+    }
+
+    /// What files and parameters call it.
+    pub fn key(self) -> &'static str {
+        self.row().0
+    }
+
+    /// The one that files and parameters call so; `None` if there is none.
+    pub fn from_key(key: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|it| it.key() == key)
+    }
+
+    /// The one of messages of a type such as `geometry_msgs/msg/Twist`; `None` if no command is of it.
+    pub fn of_type(type_name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|it| it.topic().type_name == type_name)
+    }
+
+    /// The topic of a robot that is commanded so.
+    pub fn topic(self) -> Topic {
+        self.row().1
+    }
+
+    /// The topic of a base driver that is commanded so.
+    pub fn hardware_topic(self) -> Topic {
+        self.row().2
+    }
+}
+
 /// Who holds a robot's lease.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -103,6 +142,16 @@ pub enum LeaseHolder {
     /// in front of its wheels. When the lease ends its controller sends zero; if the controller or
     /// the network dies, only the robot itself can stop.
     Controller,
+}
+
+impl LeaseHolder {
+    /// What files and parameters call it.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Gate => "gate",
+            Self::Controller => "controller",
+        }
+    }
 }
 
 /// An experiment with more robots than the fleet has.

@@ -9,7 +9,7 @@ use std::fmt;
 use rsrs_core::robot::profile::RobotProfile;
 use serde::{Deserialize, Serialize};
 
-use crate::fleet_file::{CmdVel, FleetRobot};
+use crate::fleet_file::FleetRobot;
 
 /// The parameters of a robot's controller.
 pub mod controller {
@@ -44,12 +44,8 @@ pub mod controller {
     pub const TRANSITION_KEY: &str = "transition_key";
     /// The class of its robot, whose start among the states is that of the table; empty where there are none.
     pub const CLASS: &str = "class";
-    /// Who holds the lease: [`LEASE_GATE`] or [`LEASE_CONTROLLER`].
+    /// Who holds the lease: a [`LeaseHolder`](crate::fleet_file::LeaseHolder).
     pub const LEASE: &str = "lease";
-    /// The robot has a gate of ours in front of its wheels.
-    pub const LEASE_GATE: &str = "gate";
-    /// It has none: the controller holds the lease.
-    pub const LEASE_CONTROLLER: &str = "controller";
 }
 
 /// The parameters of the gate in front of a robot's wheels.
@@ -231,11 +227,7 @@ pub fn of_gate(robot: &FleetRobot, profile: Option<&RobotProfile>) -> GateSettin
     if let Some(threshold_m) = threshold_m {
         set(gate::DETECTION_THRESHOLD, Value::Double(threshold_m));
     }
-    let cmd_vel = match robot.cmd_vel {
-        CmdVel::TwistStamped => "twist_stamped",
-        CmdVel::Twist => "twist",
-    };
-    set(gate::CMD_VEL_TYPE, Value::Text(cmd_vel.to_owned()));
+    set(gate::CMD_VEL_TYPE, Value::Text(robot.cmd_vel.key().to_owned()));
     settings
 }
 

@@ -8,6 +8,7 @@ use rsrs_msgs::topics;
 
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
+use crate::fleet_file::CmdVel;
 use crate::geofence::Geofence;
 use crate::message::{RobotState, Status};
 use crate::parameters::{GateSettings, controller, gate};
@@ -137,19 +138,10 @@ pub struct UnfitTopic {
     pub reason: String,
 }
 
-/// What a fleet file and a controller's parameter call commands of this type; `None` if no command is of it.
-pub(crate) fn command_word(type_name: &str) -> Option<&'static str> {
-    match type_name {
-        "geometry_msgs/msg/Twist" => Some("twist"),
-        "geometry_msgs/msg/TwistStamped" => Some("twist_stamped"),
-        _ => None,
-    }
-}
-
 /// What to type so that a robot is commanded by messages of this type, to be put behind a sentence;
 /// `None` if no command is of it.
 pub fn commands_as(type_name: &str) -> Option<String> {
-    let word = command_word(type_name)?;
+    let word = CmdVel::of_type(type_name)?.key();
     Some(format!(
         ": set `cmd_vel: {word}` in the fleet file, and start the controller with \
          `-p cmd_vel_type:={word}`"

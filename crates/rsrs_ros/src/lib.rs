@@ -13,12 +13,13 @@
 //! * [`security`] — which enclave of a keystore a process has.
 //! * [`runtime`] — on what a program of nodes runs.
 //! * [`shutdown`], [`logging`], [`complaints`] and [`printing`] — how a node ends, what it logs, and who prints it.
-//! * [`e_stop`] — the three topics of the e-stop.
+//! * [`e_stop`] and [`cmd_vel`] — the three topics of the e-stop, and velocity commands of either type.
 //!
 //! What it does not do: lifecycle nodes, actions, discovery servers, static peers.
 
 mod boot_time;
 pub mod clock;
+pub mod cmd_vel;
 pub mod complaints;
 pub mod confine;
 pub mod e_stop;

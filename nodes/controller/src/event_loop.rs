@@ -9,12 +9,12 @@ use rsrs_fleet::e_stop::{Locks, Message};
 use rsrs_fleet::timing::{HEARTBEAT_PERIOD, TICK};
 use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::{since_boot, wall_time};
+use rsrs_ros::cmd_vel::CmdVelPublisher;
 use rsrs_ros::complaints::Complaints;
 use rsrs_ros::e_stop::{EStopSubscriptions, LocksPublisher};
 use rsrs_ros::logging::Level;
@@ -47,7 +47,7 @@ struct Hosted {
     robot: String,
     machine: Controller,
     node: NodeHandle,
-    cmd_vel: CmdVel,
+    cmd_vel: CmdVelPublisher,
     status: Publisher<RobotStatus>,
     /// The status of the gate, where it is in the controller.
     gate_status: Option<Publisher<RobotStatus>>,
@@ -56,11 +56,6 @@ struct Hosted {
     sight: VirtualSight,
     /// What its controller needs besides `detection`.
     further: BTreeMap<String, (Stamp, Subscription)>,
-}
-
-enum CmdVel {
-    Stamped(Publisher<TwistStamped>),
-    Unstamped(Publisher<Twist>),
 }
 
 /// A controller that is to be hosted.
@@ -138,12 +133,8 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
 
 fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Result<Hosted> {
     let node = session.node(&format!("/{robot}"), NODE)?;
-    let topic = topics::CMD_VEL.for_robot(robot);
-    let cmd_vel = if parameters::is_stamped(server, node.full_name()) {
-        CmdVel::Stamped(session.publish_on(&node, &topic, topics::CMD_VEL.qos)?)
-    } else {
-        CmdVel::Unstamped(session.publish_on(&node, &topic, topics::CMD_VEL_UNSTAMPED.qos)?)
-    };
+    let cmd_vel = parameters::cmd_vel(server, node.full_name()).topic();
+    let cmd_vel = CmdVelPublisher::new(session, &node, robot, cmd_vel)?;
     let status = topics::CONTROLLER_STATUS;
     let status = session.publish_on(&node, &status.for_robot(robot), status.qos)?;
     let first_counter = wire::first_counter(wall_time());
@@ -385,14 +376,7 @@ async fn step(
         match action {
             Action::Command { command, stamp_ns } => {
                 let stamp = stamp_ns.map_or_else(wall_time, Time::from_nanos);
-                match &controller.cmd_vel {
-                    CmdVel::Stamped(publisher) => {
-                        publisher.publish(wire::twist_stamped(command, stamp)).await?;
-                    }
-                    CmdVel::Unstamped(publisher) => {
-                        publisher.publish(wire::twist(command)).await?;
-                    }
-                }
+                controller.cmd_vel.publish(command, stamp).await?;
             }
             Action::Status(status) => {
                 let message = wire::status_message(&status, wall_time());

@@ -7,10 +7,11 @@ use rsrs_core::robot::controller::state_machine::StateMachine;
 use rsrs_core::robot::controller::{Command, Controller, ControllerParameters, Reaction};
 use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_fleet::controller::{Controller as Node, Settings, Stamp};
+use rsrs_fleet::fleet_file::{CmdVel, LeaseHolder};
 use rsrs_fleet::parameters::controller::{
-    CLASS, CMD_VEL_TYPE, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, NODE, PERIOD,
-    SPEED, SPEED_MAX, STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX,
-    UNDETECTED_SPEED, UNDETECTED_TURN_RATE,
+    CLASS, CMD_VEL_TYPE, CONSTANT, LEASE, MIRRORED, NODE, PERIOD, SPEED, SPEED_MAX,
+    STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED,
+    UNDETECTED_TURN_RATE,
 };
 use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_ros::parameters::{
@@ -102,13 +103,15 @@ pub fn declare(
     let stamp = Descriptor::new(STAMP_FROM_CLOCK, Kind::Bool, stamp);
     let cmd_vel = "Type of cmd_vel: twist_stamped, or twist for Humble's drivers.";
     let cmd_vel = Descriptor::new(CMD_VEL_TYPE, Kind::String, cmd_vel).read_only();
-    let is_cmd_vel = |it: &_| [text("twist"), text("twist_stamped")].contains(it);
+    let is_cmd_vel =
+        |it: &_| [CmdVel::Twist, CmdVel::TwistStamped].map(|it| text(it.key())).contains(it);
     let constant = "Whether it turns counterclockwise whatever is detected: for measuring robots.";
     let constant = Descriptor::new(CONSTANT, Kind::Bool, constant).read_only();
     let lease = "Who holds the lease: the gate in front of the robot's wheels, or, if it has none, \
                  this controller, which then sends zero without one.";
     let lease = Descriptor::new(LEASE, Kind::String, lease).read_only();
-    let is_lease = |it: &_| [text(LEASE_GATE), text(LEASE_CONTROLLER)].contains(it);
+    let is_lease =
+        |it: &_| [LeaseHolder::Gate, LeaseHolder::Controller].map(|it| text(it.key())).contains(it);
     let period = "Interval of the robot's detections, in s; without one for 2.5 of them, and at \
                   least 0.3 s, a controller that holds the lease sends zero.";
     let period = Descriptor::new(PERIOD, Kind::Double, period).read_only();
@@ -123,9 +126,9 @@ pub fn declare(
     parameters.extend([
         take(mirrored, Value::Bool(true), &is_bool, "true or false")?,
         take(stamp, Value::Bool(false), &is_bool, "true or false")?,
-        take(cmd_vel, text("twist_stamped"), &is_cmd_vel, "`twist` or `twist_stamped`")?,
+        take(cmd_vel, text(CmdVel::default().key()), &is_cmd_vel, "`twist` or `twist_stamped`")?,
         take(constant, Value::Bool(false), &is_bool, "true or false")?,
-        take(lease, text(LEASE_GATE), &is_lease, "`gate` or `controller`")?,
+        take(lease, text(LeaseHolder::default().key()), &is_lease, "`gate` or `controller`")?,
         take(period, Value::Double(0.13), &is_period, &range_s)?,
         take(table, text(""), &|it| *it == text(""), none_yet)?,
         take(key, Value::Integer(0), &is_integer, "an integer")?,
@@ -219,9 +222,9 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
     }
 }
 
-/// Whether a controller publishes stamped commands.
-pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
-    server.get(node, CMD_VEL_TYPE) != Some(Value::String("twist".to_owned()))
+/// As what a controller publishes commands.
+pub fn cmd_vel(server: &ParameterServer, node: &str) -> CmdVel {
+    CmdVel::from_key(&server.text(node, CMD_VEL_TYPE)).expect("it was declared to be one")
 }
 
 /// A controller of a robot, as its parameters define it.
@@ -232,7 +235,7 @@ pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
 pub fn controller(server: &ParameterServer, node: &str, robot: &str, transport: Transport) -> Node {
     let settings = settings(server, node);
     let period_s = server.double(node, PERIOD);
-    if server.get(node, LEASE) == Some(Value::String(LEASE_CONTROLLER.to_owned())) {
+    if server.text(node, LEASE) == LeaseHolder::Controller.key() {
         Node::holding_lease(robot, settings, command_timeout(period_s, transport))
     } else {
         Node::new(robot, settings)

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rsrs_fleet::fleet_file::CmdVel;
+use rsrs_fleet::parameters::gate::ROS_CMD_VEL_TYPE;
 use rsrs_fleet::preflight::{UnfitTopic, commands_as};
 use rsrs_msgs::topics::{self, Durability, Qos, Reliability, Topic};
 use rsrs_ros::session::{Endpoint, EndpointKind};
@@ -176,12 +178,10 @@ fn advice(reader: &Endpoint, writer: &Endpoint) -> String {
     let ends_with = |topic: &Topic| reader.topic.ends_with(&format!("/{}", topic.name));
     let short = |type_name: &str| type_name.rsplit('/').next().map(str::to_owned);
     if ends_with(&topics::HARDWARE_CMD_VEL) && is_ours(writer) {
-        let word = match short(&reader.type_name).as_deref() {
-            Some("Twist") => "twist",
-            Some("TwistStamped") => "twist_stamped",
-            _ => return String::new(),
+        let start = |taken: CmdVel| {
+            format!(": start `rsrs node robot` with `-p {ROS_CMD_VEL_TYPE}:={}`", taken.key())
         };
-        return format!(": start `rsrs node robot` with `-p ros.cmd_vel_type:={word}`");
+        return CmdVel::of_type(&reader.type_name).map_or_else(String::new, start);
     }
     if ends_with(&topics::CMD_VEL) {
         return commands_as(&reader.type_name).unwrap_or_default();

@@ -8,9 +8,8 @@ use rsrs_core::robot::controller::{Command, Controller, ControllerParameters, Re
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::LeaseHolder;
 use rsrs_fleet::parameters::controller::{
-    self, CLASS, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, SPEED, SPEED_MAX,
-    STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED,
-    UNDETECTED_TURN_RATE,
+    self, CLASS, CONSTANT, LEASE, MIRRORED, SPEED, SPEED_MAX, STAMP_FROM_CLOCK, TABLE,
+    TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED, UNDETECTED_TURN_RATE,
 };
 use rsrs_fleet::parameters::{GateSettings, Value, gate, simulator};
 use rsrs_fleet::runner::Target;
@@ -144,10 +143,7 @@ fn value(found: ParameterValue) -> Value {
 }
 
 fn check_lease(found: &str, expected: LeaseHolder) -> Result<(), String> {
-    let expected = match expected {
-        LeaseHolder::Gate => LEASE_GATE,
-        LeaseHolder::Controller => LEASE_CONTROLLER,
-    };
+    let expected = expected.key();
     if found == expected {
         return Ok(());
     }

@@ -8,7 +8,7 @@ use rsrs_bags::trajectory::TrackedTopic;
 use rsrs_core::robot::sensor::ReadingNames;
 use rsrs_core::world::WorldFile;
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetRobot};
+use rsrs_fleet::fleet_file::{Driver, FleetRobot};
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{ReceivedRaw, Session, SessionError, Subscription};
 use tokio::sync::mpsc::UnboundedSender;
@@ -157,13 +157,9 @@ pub fn recorded_topics(
     };
     let mut recorded_topics = Vec::new();
     for (index, robot) in robots.iter().enumerate() {
-        let cmd_vel = match robot.cmd_vel {
-            CmdVel::TwistStamped => topics::CMD_VEL,
-            CmdVel::Twist => topics::CMD_VEL_UNSTAMPED,
-        };
         for (topic, role) in [
             (topics::DETECTION, Role::Detection(index)),
-            (cmd_vel, Role::Command(index)),
+            (robot.cmd_vel.topic(), Role::Command(index)),
             (topics::ODOM, Role::Odometry(index)),
             (topics::POSE, Role::Pose(index)),
             (topics::RANGE, Role::Other),

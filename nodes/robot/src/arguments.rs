@@ -5,8 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
-use rsrs_fleet::fleet_file::{self, FleetFile, FleetFileError, FleetRobot};
-use rsrs_fleet::parameters::controller::{LEASE, LEASE_CONTROLLER};
+use rsrs_fleet::fleet_file::{self, FleetFile, FleetFileError, FleetRobot, LeaseHolder};
+use rsrs_fleet::parameters::controller::LEASE;
 use rsrs_fleet::parameters::gate::{
     DETECTION_THRESHOLD, NODE, SERIAL_BAUD as BAUD, SERIAL_PORT as PORT,
 };
@@ -89,7 +89,8 @@ pub enum ArgumentsError {
     /// The controller is to hold the lease, and this program is a gate.
     #[error(
         "/{robot}/{NODE} is the gate in front of the wheels, so its controller holds no lease: leave \
-         `-p {LEASE}:={LEASE_CONTROLLER}` out, or start the controller alone"
+         `-p {LEASE}:={}` out, or start the controller alone",
+        LeaseHolder::Controller.key()
     )]
     Lease {
         /// The robot.
@@ -181,7 +182,7 @@ impl RobotArguments {
         // A value for all nodes may be meant for the robot alone.
         to_controller.retain(|name, _| of_controller(name) || !is_known(name));
         controller.extend(to_controller);
-        let holds_lease = ParameterValue::String(LEASE_CONTROLLER.to_owned());
+        let holds_lease = ParameterValue::String(LeaseHolder::Controller.key().to_owned());
         if controller.get(LEASE) == Some(&holds_lease) {
             return Err(ArgumentsError::Lease { robot });
         }

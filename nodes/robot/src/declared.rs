@@ -1,6 +1,8 @@
 //! Parameters as drivers and robots declare them.
 
-use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
+use anyhow::Context;
+use rsrs_fleet::fleet_file::CmdVel;
+use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterServer, ParameterValue};
 
 /// A text that is one of a few words, for good.
 pub fn choice(
@@ -11,4 +13,11 @@ pub fn choice(
 ) -> (Descriptor, ParameterValue) {
     let descriptor = Descriptor::new(name, ParameterKind::String, description);
     (descriptor.limited_to(words).read_only(), ParameterValue::String(value.to_owned()))
+}
+
+/// The type of commands that a parameter of a node names.
+pub fn cmd_vel_type(server: &ParameterServer, node: &str, name: &str) -> anyhow::Result<CmdVel> {
+    let found = server.text(node, name);
+    CmdVel::from_key(&found)
+        .with_context(|| format!("`{name}` is `{found}`, expected twist_stamped or twist"))
 }

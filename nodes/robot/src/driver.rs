@@ -4,7 +4,6 @@
 //! [`DriverKind`], and give it an arm in `node::run`. The node does all the rest: the gate, limits,
 //! debouncing, topics, diagnostics. `ros.rs` is the shortest complete example.
 
-mod cmd_vel_publisher;
 pub mod ros;
 pub mod serial;
 pub mod virtual_robot;

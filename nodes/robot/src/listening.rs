@@ -1,9 +1,11 @@
 //! What the robot node receives from the network.
 
 use rsrs_fleet::e_stop::Message;
-use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
+use rsrs_fleet::fleet_file::CmdVel;
+use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::topics;
+use rsrs_ros::cmd_vel;
 use rsrs_ros::e_stop::EStopSubscriptions;
 use rsrs_ros::session::{NodeHandle, Session, SessionError, Subscription};
 use tokio::sync::mpsc::UnboundedSender;
@@ -23,24 +25,16 @@ pub enum Input {
     Parameters,
 }
 
-/// The type of velocity commands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Commands {
-    /// `geometry_msgs/TwistStamped`.
-    Stamped,
-    /// `geometry_msgs/Twist`.
-    Unstamped,
-}
-
 /// Starts to listen.
 pub fn listen(
     session: &Session,
     node: &NodeHandle,
     robot: &str,
-    commands: Commands,
+    commands: CmdVel,
     received: &UnboundedSender<Input>,
 ) -> Result<[Subscription; 3], SessionError> {
-    let (to_lease, to_controller) = (received.clone(), received.clone());
+    let (to_lease, to_controller, to_commands) =
+        (received.clone(), received.clone(), received.clone());
     let (lease, status) = (topics::LEASE, topics::CONTROLLER_STATUS);
     // In all of these, the receiver is gone only while the node shuts down.
     Ok([
@@ -50,7 +44,9 @@ pub fn listen(
         session.subscribe(node, &status.for_robot(robot), status.qos, move |sample| {
             drop(to_controller.send(Input::Controller(sample.message)));
         })?,
-        listen_to_commands(session, node, robot, commands, received.clone())?,
+        cmd_vel::subscribe(session, node, robot, commands.topic(), move |twist, _stamp| {
+            drop(to_commands.send(Input::Command(twist)));
+        })?,
     ])
 }
 
@@ -65,28 +61,4 @@ pub fn listen_to_e_stop(
         // The receiver is gone only while the node shuts down.
         drop(received.send(Input::EStop(message)));
     })
-}
-
-fn listen_to_commands(
-    session: &Session,
-    node: &NodeHandle,
-    robot: &str,
-    commands: Commands,
-    received: UnboundedSender<Input>,
-) -> Result<Subscription, SessionError> {
-    match commands {
-        Commands::Stamped => {
-            let topic = topics::CMD_VEL;
-            session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
-                let stamped: TwistStamped = sample.message;
-                drop(received.send(Input::Command(stamped.twist)));
-            })
-        }
-        Commands::Unstamped => {
-            let topic = topics::CMD_VEL_UNSTAMPED;
-            session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
-                drop(received.send(Input::Command(sample.message)));
-            })
-        }
-    }
 }

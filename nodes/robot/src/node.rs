@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use anyhow::bail;
 use rsrs_controller_node::Hosting;
 use rsrs_core::robot::controller::Command;
 use rsrs_fleet::epoch::ImplausibleEpoch;
@@ -25,13 +24,14 @@ use rsrs_ros::shutdown;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::arguments::RobotArguments;
+use crate::declared::cmd_vel_type;
 use crate::diagnostics::Health;
 use crate::driver::ros::RosDriver;
 use crate::driver::serial::SerialDriver;
 use crate::driver::virtual_robot::VirtualDriver;
 use crate::driver::{Driver, DriverContext, DriverKind, Report, Sensed};
 use crate::further_readings::FurtherReadings;
-use crate::listening::{Commands, Input, listen, listen_to_e_stop};
+use crate::listening::{Input, listen, listen_to_e_stop};
 use crate::parameters::{self, Settings};
 use crate::publishers::Publishers;
 
@@ -148,11 +148,7 @@ impl<'a, D: Driver> RobotNode<'a, D> {
         let server = ParameterServer::start(session, vec![declared], move |_, _| {
             changed.send(Input::Parameters).map_err(|_closed| "shutting down".to_owned())
         })?;
-        let commands = match server.text(full_name, CMD_VEL_TYPE).as_str() {
-            "twist_stamped" => Commands::Stamped,
-            "twist" => Commands::Unstamped,
-            other => bail!("`{CMD_VEL_TYPE}` is `{other}`, expected twist_stamped or twist"),
-        };
+        let commands = cmd_vel_type(&server, full_name, CMD_VEL_TYPE)?;
         let period_s = server.double(full_name, PERIOD);
         let place = DriverContext { session, node: &node, robot: &name, server: &server };
         let gate = Robot::new(RobotOptions {

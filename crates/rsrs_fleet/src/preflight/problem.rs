@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use rsrs_msgs::topics;
 
-use super::{ClockLead, DiagnosticError, UnfitTopic, command_word, commands_as, objects};
+use super::{ClockLead, DiagnosticError, UnfitTopic, commands_as, objects};
 use crate::epoch::ImplausibleEpoch;
+use crate::fleet_file::CmdVel;
 use crate::parameters::Deviation;
 use crate::placement;
 use crate::timing::LEASE_DURATION;
@@ -22,13 +23,13 @@ fn of_commands(topic: &str, found: &str) -> String {
 
 /// What to type where commands are published as another type, by what the robot's base takes.
 fn of_publisher(topic: &str, found: &str, (expected, taken): (&str, &BTreeSet<String>)) -> String {
-    let words = command_word(found).zip(command_word(expected));
+    let words = CmdVel::of_type(found).zip(CmdVel::of_type(expected));
     match words.filter(|_| topic.ends_with("/cmd_vel")) {
-        Some((_, expected_word)) if taken.contains(expected) => {
-            format!(": start the controller with `-p cmd_vel_type:={expected_word}`")
+        Some((_, wanted)) if taken.contains(expected) => {
+            format!(": start the controller with `-p cmd_vel_type:={}`", wanted.key())
         }
-        Some((found_word, _)) if taken.contains(found) => {
-            format!(": set `cmd_vel: {found_word}` in the fleet file")
+        Some((sent, _)) if taken.contains(found) => {
+            format!(": set `cmd_vel: {}` in the fleet file", sent.key())
         }
         _ => of_commands(topic, found),
     }

@@ -2,7 +2,8 @@
 
 use anyhow::Context;
 use rsrs_experiment_runner::plan::Plan;
-use rsrs_fleet::fleet_file::{CmdVel, FleetRobot, LeaseHolder};
+use rsrs_fleet::fleet_file::{FleetRobot, LeaseHolder};
+use rsrs_fleet::parameters::controller::{CMD_VEL_TYPE, LEASE, PERIOD};
 use rsrs_fleet::record::{self, EndingKind};
 use rsrs_pipeline::error::with_help;
 use rsrs_ros::interfaces;
@@ -118,13 +119,9 @@ fn controller_parameters(plan: &Plan) -> Vec<String> {
     let mut parameters: Vec<String> = CONSTANT.map(str::to_owned).to_vec();
     parameters.extend(limit_parameters(plan));
     let mut set = |parameter: String| parameters.extend(["-p".to_owned(), parameter]);
-    set(format!("period:={:?}", plan.record.conditions.period_s));
-    if robot.cmd_vel == CmdVel::Twist {
-        set("cmd_vel_type:=twist".to_owned());
-    }
-    if robot.lease == LeaseHolder::Controller {
-        set("lease:=controller".to_owned());
-    }
+    set(format!("{PERIOD}:={:?}", plan.record.conditions.period_s));
+    set(format!("{CMD_VEL_TYPE}:={}", robot.cmd_vel.key()));
+    set(format!("{LEASE}:={}", robot.lease.key()));
     parameters
 }
 

@@ -5,25 +5,32 @@
 //! `hardware/cmd_vel`. The base driver must have a timeout of its own: if this process dies, nobody
 //! else stops its wheels.
 
+use std::time::Duration;
+
 use anyhow::{Context, Result, bail};
 use rsrs_core::robot::controller::Command;
+use rsrs_fleet::fleet_file::CmdVel;
 use rsrs_msgs::sensor_msgs::{LaserScan, Range};
 use rsrs_msgs::{RosMessage, std_msgs, topics};
+use rsrs_ros::clock::wall_time;
+use rsrs_ros::cmd_vel::CmdVelPublisher;
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
 use rsrs_ros::session::{Received, Subscription};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use super::cmd_vel_publisher::CmdVelPublisher;
 use super::{Driver, DriverContext, Report, Sensed, next_of};
-use crate::declared::choice;
+use crate::declared::{choice, cmd_vel_type};
 use rsrs_fleet::parameters::gate::{
     ROS_CMD_VEL_TYPE as CMD_VEL_TYPE, ROS_SECTOR as SECTOR, ROS_SENSOR_TOPIC as SENSOR_TOPIC,
     ROS_SENSOR_TYPE as SENSOR_TYPE,
 };
 
+/// A command that a subscriber does not take within this time is late.
+const LATE: Duration = Duration::from_millis(100);
+
 /// The driver.
 pub struct RosDriver {
-    cmd_vel_publisher: CmdVelPublisher,
+    cmd_vel: CmdVelPublisher,
     reports: UnboundedReceiver<Report>,
     sensor_topic: String,
     subscription: Subscription,
@@ -34,7 +41,7 @@ impl RosDriver {
     /// `reading` is what a message says.
     pub(super) fn follow<M: RosMessage>(
         place: DriverContext<'_>,
-        cmd_vel_publisher: CmdVelPublisher,
+        cmd_vel: CmdVel,
         (given, usual): (&str, topics::Topic),
         reading: impl Fn(M) -> Sensed + Send + 'static,
     ) -> Result<Self> {
@@ -47,7 +54,9 @@ impl RosDriver {
             drop(to_node.send(Report::Sensed(reading(sample.message))));
         };
         let subscription = place.session.subscribe(place.node, &sensor_topic, usual.qos, follow)?;
-        Ok(Self { cmd_vel_publisher, reports, sensor_topic, subscription })
+        let DriverContext { session, node, robot, .. } = place;
+        let cmd_vel = CmdVelPublisher::new(session, node, robot, cmd_vel.hardware_topic())?;
+        Ok(Self { cmd_vel, reports, sensor_topic, subscription })
     }
 
     /// Messages that could be read so far.
@@ -75,17 +84,13 @@ impl Driver for RosDriver {
 
     fn open(place: DriverContext<'_>) -> Result<Self> {
         let value = |name| place.server.text(place.node.full_name(), name);
-        let cmd_vel_publisher = match value(CMD_VEL_TYPE).as_str() {
-            "twist" => CmdVelPublisher::unstamped(place)?,
-            "twist_stamped" => CmdVelPublisher::stamped(place)?,
-            other => bail!("`{CMD_VEL_TYPE}` is `{other}`, expected twist or twist_stamped"),
-        };
+        let cmd_vel = cmd_vel_type(place.server, place.node.full_name(), CMD_VEL_TYPE)?;
         let given = value(SENSOR_TOPIC);
         match value(SENSOR_TYPE).as_str() {
             "range" => {
                 let reading =
                     |message| Sensed { range: Some(usable(message)), ..Sensed::default() };
-                Self::follow(place, cmd_vel_publisher, (&given, topics::HARDWARE_RANGE), reading)
+                Self::follow(place, cmd_vel, (&given, topics::HARDWARE_RANGE), reading)
             }
             "laser_scan" => {
                 let half_angle_rad = place.server.double(place.node.full_name(), SECTOR);
@@ -93,11 +98,11 @@ impl Driver for RosDriver {
                     range: Some(nearest(&scan, half_angle_rad)),
                     ..Sensed::default()
                 };
-                Self::follow(place, cmd_vel_publisher, (&given, topics::HARDWARE_SCAN), reading)
+                Self::follow(place, cmd_vel, (&given, topics::HARDWARE_SCAN), reading)
             }
             "bool" => {
                 let topic = (given.as_str(), topics::HARDWARE_DETECTION);
-                Self::follow(place, cmd_vel_publisher, topic, seen)
+                Self::follow(place, cmd_vel, topic, seen)
             }
             other => bail!("`{SENSOR_TYPE}` is `{other}`, expected range, laser_scan or bool"),
         }
@@ -109,7 +114,10 @@ impl Driver for RosDriver {
     }
 
     async fn drive(&mut self, command: Command) -> Result<()> {
-        self.cmd_vel_publisher.drive(command).await
+        match tokio::time::timeout(LATE, self.cmd_vel.publish(command, wall_time())).await {
+            Ok(sent) => Ok(sent?),
+            Err(_late) => bail!("no command was taken for {} ms", LATE.as_millis()),
+        }
     }
 
     fn sensor(&self) -> String {

@@ -4,10 +4,10 @@
 
 use anyhow::Result;
 use rsrs_core::robot::controller::Command;
+use rsrs_fleet::fleet_file::CmdVel;
 use rsrs_msgs::topics;
 use rsrs_ros::parameters::{Descriptor, ParameterValue};
 
-use super::cmd_vel_publisher::CmdVelPublisher;
 use super::ros::{RosDriver, seen};
 use super::{Driver, DriverContext, Report};
 
@@ -21,7 +21,7 @@ impl Driver for VirtualDriver {
 
     fn open(place: DriverContext<'_>) -> Result<Self> {
         let topic = ("", topics::VIRTUAL_DETECTION);
-        RosDriver::follow(place, CmdVelPublisher::stamped(place)?, topic, seen).map(Self)
+        RosDriver::follow(place, CmdVel::TwistStamped, topic, seen).map(Self)
     }
 
     async fn report(&mut self) -> Report {
