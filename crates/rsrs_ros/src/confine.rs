@@ -5,11 +5,13 @@
 //! network namespace, which has a loopback interface and nothing else.
 
 use std::collections::BTreeSet;
-use std::ffi::c_int;
 use std::io;
 use std::path::Path;
 use std::process::Command;
 
+use nix::errno::Errno;
+use nix::sched::{CloneFlags, unshare};
+use nix::unistd::{getegid, geteuid};
 use rsrs_core::help::Help;
 
 use crate::kernel;
@@ -186,7 +188,7 @@ fn bound_ports(socket_table: &str) -> impl Iterator<Item = u16> {
 
 /// The system calls of [`into_own_network`], exchangeable so that a refusal can be tested.
 struct Steps {
-    unshare: fn(c_int) -> io::Result<()>,
+    unshare: fn(CloneFlags) -> nix::Result<()>,
     write: fn(&str, &[u8]) -> io::Result<()>,
     bring_loopback_up: fn() -> io::Result<()>,
     /// Text for the kernel's tables of users and groups: everybody stays who they are.
@@ -196,9 +198,9 @@ struct Steps {
 
 impl Steps {
     fn of_the_kernel() -> Self {
-        let (uid, gid) = kernel::effective_ids();
+        let (uid, gid) = (geteuid(), getegid());
         Self {
-            unshare: kernel::unshare,
+            unshare,
             write: |path, text| std::fs::write(path, text),
             bring_loopback_up: kernel::bring_loopback_up,
             uid_map: format!("{uid} {uid} 1"),
@@ -208,17 +210,17 @@ impl Steps {
 
     /// Enters a new network; returns whether it took a user namespace. Allocates nothing.
     fn enter(&self) -> io::Result<bool> {
-        let user_namespace = match (self.unshare)(kernel::NEW_NETWORK) {
+        let user_namespace = match (self.unshare)(CloneFlags::CLONE_NEWNET) {
             Ok(()) => false,
-            Err(error) if error.raw_os_error() == Some(libc::EPERM) => {
-                (self.unshare)(kernel::NEW_USERS | kernel::NEW_NETWORK)?;
+            Err(Errno::EPERM) => {
+                (self.unshare)(CloneFlags::CLONE_NEWUSER | CloneFlags::CLONE_NEWNET)?;
                 // Without it, only root may write the table of groups.
                 (self.write)("/proc/self/setgroups", b"deny")?;
                 (self.write)("/proc/self/uid_map", self.uid_map.as_bytes())?;
                 (self.write)("/proc/self/gid_map", self.gid_map.as_bytes())?;
                 true
             }
-            Err(error) => return Err(error),
+            Err(error) => return Err(error.into()),
         };
         (self.bring_loopback_up)()?;
         Ok(user_namespace)
@@ -229,15 +231,15 @@ impl Steps {
 mod tests {
     use super::*;
 
-    fn refused(_: c_int) -> io::Result<()> {
-        Err(io::Error::from_raw_os_error(libc::EPERM))
+    fn refused(_: CloneFlags) -> nix::Result<()> {
+        Err(Errno::EPERM)
     }
 
-    fn granted_with_users(flags: c_int) -> io::Result<()> {
-        if flags & kernel::NEW_USERS == 0 { refused(flags) } else { Ok(()) }
+    fn granted_with_users(flags: CloneFlags) -> nix::Result<()> {
+        if flags.contains(CloneFlags::CLONE_NEWUSER) { Ok(()) } else { refused(flags) }
     }
 
-    fn steps(unshare: fn(c_int) -> io::Result<()>) -> Steps {
+    fn steps(unshare: fn(CloneFlags) -> nix::Result<()>) -> Steps {
         Steps {
             unshare,
             write: |_, _| Ok(()),
@@ -249,12 +251,12 @@ mod tests {
 
     #[test]
     fn whatever_a_kernel_calls_a_machine_without_namespaces_it_is_forbidden() {
-        let refusals: [fn(c_int) -> io::Result<()>; 5] = [
+        let refusals: [fn(CloneFlags) -> nix::Result<()>; 5] = [
             refused,
-            |_| Err(io::Error::from_raw_os_error(libc::EINVAL)),
-            |_| Err(io::Error::from_raw_os_error(libc::EUSERS)),
-            |_| Err(io::Error::from_raw_os_error(libc::ENOSPC)),
-            |_| Err(io::Error::from_raw_os_error(libc::ENOSYS)),
+            |_| Err(Errno::EINVAL),
+            |_| Err(Errno::EUSERS),
+            |_| Err(Errno::ENOSPC),
+            |_| Err(Errno::ENOSYS),
         ];
         for refusal in refusals {
             let error = ConfineError::of(steps(refusal).enter().unwrap_err());

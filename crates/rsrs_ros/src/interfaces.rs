@@ -3,9 +3,9 @@
 use std::io;
 use std::net::{IpAddr, Ipv4Addr};
 
+use nix::ifaddrs::getifaddrs;
+use nix::net::if_::InterfaceFlags;
 use rsrs_core::help::Help;
-
-use crate::kernel;
 
 /// Name of the environment variable that chooses interfaces: names or addresses with commas between them.
 pub const VARIABLE: &str = "RSRS_INTERFACE";
@@ -82,12 +82,13 @@ fn listed(interfaces: &[Interface]) -> String {
 
 /// The interfaces that are up and have an IPv4 address, which is what the middleware can use.
 pub fn list() -> Result<Vec<Interface>, InterfaceError> {
-    let addresses =
-        kernel::interface_addresses().map_err(|source| InterfaceError::Kernel { source })?;
-    Ok(addresses
-        .into_iter()
-        .filter(|(_, address)| address.is_ipv4())
-        .map(|(name, address)| Interface { name, address })
+    let all = getifaddrs().map_err(|error| InterfaceError::Kernel { source: error.into() })?;
+    let up = all.filter(|it| it.flags.contains(InterfaceFlags::IFF_UP));
+    Ok(up
+        .filter_map(|it| {
+            let address = it.address?.as_sockaddr_in()?.ip().into();
+            Some(Interface { name: it.interface_name, address })
+        })
         .collect())
 }
 

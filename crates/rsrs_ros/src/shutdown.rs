@@ -4,6 +4,9 @@ use std::io::{self, Write};
 use std::os::unix::process::parent_id;
 use std::process::ExitCode;
 
+use nix::sys::prctl::set_pdeathsig;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::kernel;
@@ -34,7 +37,9 @@ pub async fn requested() -> io::Result<Request> {
 
 /// Asks another process, of the same user, to end, with `SIGTERM`.
 pub fn terminate(pid: u32) -> io::Result<()> {
-    kernel::terminate(pid)
+    let pid =
+        i32::try_from(pid).map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
+    Ok(kill(Pid::from_raw(pid), Signal::SIGTERM)?)
 }
 
 /// Why this process would outlive its parent.
@@ -69,8 +74,8 @@ pub enum ParentError {
 ///
 /// [`ParentError::Gone`] if the parent ended before this call.
 pub fn die_with_parent(parent: u32) -> Result<(), ParentError> {
-    kernel::terminate_with_parent()
-        .map_err(|source| ParentError::Kernel { expected: parent, source })?;
+    set_pdeathsig(Signal::SIGTERM)
+        .map_err(|error| ParentError::Kernel { expected: parent, source: error.into() })?;
     let found = parent_id();
     if found == parent { Ok(()) } else { Err(ParentError::Gone { expected: parent, found }) }
 }

@@ -15,6 +15,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
+use nix::unistd::gettid;
+
 use super::lock;
 use crate::{kernel, logging};
 
@@ -70,7 +72,7 @@ struct Watched<'a>(&'a Watchdog);
 
 impl<'a> Watched<'a> {
     fn begin(watchdog: &'a Watchdog) -> Self {
-        watchdog.tell(Some(kernel::thread_id()));
+        watchdog.tell(Some(gettid().as_raw().cast_unsigned()));
         Self(watchdog)
     }
 }
