@@ -1,12 +1,12 @@
 //! The fleet file: which robots there are and how to reach them.
 
 mod error;
-mod ordered;
 mod tracker;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use indexmap::IndexMap;
 use rsrs_core::document;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::Tracker;
@@ -15,7 +15,6 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 
 use crate::geofence::Geofence;
 
-use ordered::Ordered;
 use tracker::WrittenTracker;
 
 pub use error::{FleetFileError, Lack};
@@ -182,17 +181,14 @@ impl FleetFile {
                 found: written.fileversion,
             });
         }
-        let lacks: Vec<Lack> = written
-            .robots
-            .entries()
-            .filter_map(|(name, robot)| written.lack(name, robot))
-            .collect();
+        let lacks: Vec<Lack> =
+            written.robots.iter().filter_map(|(name, robot)| written.lack(name, robot)).collect();
         if !lacks.is_empty() {
             return Err(FleetFileError::Missing { file: file.to_owned(), robots: lacks });
         }
         let robots = written
             .robots
-            .entries()
+            .iter()
             .map(|(name, robot)| written.resolve(file, name, robot))
             .collect::<Result<Vec<_>, _>>()?;
         check_namespaces(file, &robots)?;
@@ -260,12 +256,12 @@ struct Written {
     all: Layer,
     /// What holds for the robots of a type.
     #[serde(default)]
-    robot_types: Ordered<Layer>,
+    robot_types: IndexMap<String, Layer>,
     /// A rectangle of the floor, in the frame of the poses; a robot whose centre leaves it in a run is
     /// lost (default: there is none).
     geofence: Option<Geofence>,
     /// The robots, in the order in which experiments take them.
-    robots: Ordered<WrittenRobot>,
+    robots: IndexMap<String, WrittenRobot>,
 }
 
 /// What can be set for all robots, or for those of a type.
@@ -344,7 +340,7 @@ impl Written {
 
     /// The profile from which robots with another one differ.
     fn fleet_profile(&self) -> Option<String> {
-        let enabled = self.robots.entries().map(|(_, robot)| robot);
+        let enabled = self.robots.values();
         let enabled: Vec<_> = enabled.filter(|robot| robot.enabled == Some(true)).collect();
         let of_type = |robot: &&WrittenRobot| {
             let of_type = self.robot_types.get(robot.robot_type.as_ref()?)?;
@@ -372,7 +368,7 @@ impl Written {
                     file: file.to_owned(),
                     robot: name.to_owned(),
                     found: found.clone(),
-                    expected: self.robot_types.entries().map(|(key, _)| key.clone()).collect(),
+                    expected: self.robot_types.keys().cloned().collect(),
                 })?
             }
         };
@@ -569,6 +565,7 @@ robots:
             ),
             ("zebra:", "Zébra:", "robot name `Zébra`"),
             ("zebra:", "ze__bra:", "robot name `ze__bra`, expected a letter, then letters, digits"),
+            ("  bee:", "  ant:", "key `ant` is given twice"),
             ("enabled: false", "enable: false", "did you mean `enabled`?"),
             ("type: flockbot}", "type: flocbot}", "type `flocbot`, expected one of: flockbot"),
             ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),
