@@ -413,7 +413,8 @@ pub struct LostRobot {
 }
 
 /// How a run ended, in a word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(into = "&'static str")]
 pub enum EndingKind {
     /// All of it was run and recorded: it counts.
     Completed,
@@ -441,6 +442,12 @@ impl EndingKind {
             Self::Aborted => "aborted",
             Self::Failed => "failed",
         }
+    }
+}
+
+impl From<EndingKind> for &'static str {
+    fn from(kind: EndingKind) -> Self {
+        kind.key()
     }
 }
 

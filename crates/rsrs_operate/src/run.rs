@@ -43,8 +43,8 @@ pub struct RunSummary {
     pub run_id: String,
     /// The bag; `None` if none was opened. One without `metadata.yaml` was not closed.
     pub bag: Option<PathBuf>,
-    /// How the run ended: completed, void, aborted or failed.
-    pub ending: &'static str,
+    /// How the run ended.
+    pub ending: EndingKind,
     /// Why, if it was not completed.
     pub reason: String,
     /// Whether the robots were allowed to move.
@@ -87,7 +87,7 @@ impl RunSummary {
         Attempt {
             run_id: self.run_id.clone(),
             robots: record.robots.clone(),
-            ending: self.ending.to_owned(),
+            ending: self.ending.key().to_owned(),
             reason: self.reason.clone(),
             has_started: self.has_started,
             lost_robots: self.lost_robots.clone(),
@@ -121,7 +121,7 @@ pub async fn on_simulated_fleet(
         }
     };
     let summary = watched(plan, &network.session, stop, operator).await?;
-    fleet.has_completed = summary.ending == EndingKind::Completed.key();
+    fleet.has_completed = summary.ending == EndingKind::Completed;
     Ok(summary)
 }
 
@@ -148,10 +148,11 @@ pub async fn watched(
 fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
     let record = &plan.record;
     let simulated_s = plan.steps() as f64 * record.conditions.period_s;
-    let is_paced = record.time == Time::Lockstep && report.ending.kind == EndingKind::Completed;
+    let ending = report.ending.kind;
+    let is_paced = record.time == Time::Lockstep && ending == EndingKind::Completed;
     RunSummary {
         run_id: record.run_id.clone(),
-        ending: report.ending.kind.key(),
+        ending,
         reason: report.ending.reason,
         has_started: report.has_started,
         lost_robots: report.ending.lost,

@@ -179,7 +179,7 @@ impl DryRun<'_> {
         self.print(chosen(&choice))?;
 
         let experiments = self.run_experiments(&files, &sweep, &choice)?;
-        let counted = experiments.iter().filter(|run| run.ending == EndingKind::Completed.key());
+        let counted = experiments.iter().filter(|run| run.ending == EndingKind::Completed);
         let bags = counted.filter_map(|summary| summary.bag.clone()).collect();
         let runs = compare::Options {
             bags,

@@ -151,8 +151,7 @@ fn finish(
         let names = summary.not_standing.join(", ");
         print_always(Words::toned(Tone::Bad, NOT_STANDING).then(format!(": {names}")));
     }
-    let is_void = summary.ending == EndingKind::Void.key();
-    if summary.ending != EndingKind::Completed.key() && !is_void {
+    if let EndingKind::Aborted | EndingKind::Failed = summary.ending {
         let kept = summary.bag.as_ref();
         let kept = kept.map(|bag| {
             let recover = if bag.join("metadata.yaml").exists() {
@@ -168,7 +167,8 @@ fn finish(
         let middleware = other_middleware().filter(|_| kept.is_none());
         let middleware = middleware.map(|other| other.to_string());
         let help: Vec<String> = kept.into_iter().chain(release).chain(middleware).collect();
-        let message = format!("run {}: {}", summary.ending, summary.reason.replace("; ", "\n  "));
+        let message =
+            format!("run {}: {}", summary.ending.key(), summary.reason.replace("; ", "\n  "));
         return Err(if help.is_empty() {
             anyhow::anyhow!(message)
         } else {
@@ -182,7 +182,7 @@ fn finish(
 
 /// What the exit code states of a run that was completed or is void.
 fn outcome(record: &ExperimentRecord, summary: &RunSummary) -> Outcome {
-    let is_completed = summary.ending == EndingKind::Completed.key();
+    let is_completed = summary.ending == EndingKind::Completed;
     let counts = is_completed && record.counts_without(&summary.lost_robots);
     // What a best-effort topic loses on its way is listed, and was to be expected.
     let has_overflowed = summary.gaps.iter().any(|gap| gap.n_overflowed > 0);
@@ -210,8 +210,8 @@ fn text((summary, judged): (&RunSummary, Window), same: Option<String>) -> Words
         .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
     let (duration_s, n_messages) = (summary.duration_s, summary.n_messages);
     let mut words = Words::from(format!("{bag}: {duration_s} s, {n_messages} messages{pace}"));
-    if summary.ending != EndingKind::Completed.key() {
-        let ending = Words::toned(Tone::Bad, summary.ending);
+    if summary.ending != EndingKind::Completed {
+        let ending = Words::toned(Tone::Bad, summary.ending.key());
         words = words.below(ending.then(format!(": {}", summary.reason)));
     }
     let mut lines: Vec<String> = Vec::new();
@@ -244,7 +244,7 @@ mod tests {
         RunSummary {
             run_id: "run".to_owned(),
             bag: None,
-            ending: EndingKind::Completed.key(),
+            ending: EndingKind::Completed,
             reason: String::new(),
             has_started: true,
             lost_robots: Vec::new(),
@@ -285,7 +285,7 @@ mod tests {
             vec![LostRobot { robot, after_s, reason }]
         };
         let moving = RunSummary { not_standing: vec!["robot_1".to_owned()], ..completed() };
-        let void = RunSummary { ending: EndingKind::Void.key(), ..completed() };
+        let void = RunSummary { ending: EndingKind::Void, ..completed() };
         let without = |after_s| RunSummary { lost_robots: lost(after_s), ..completed() };
         for (summary, rule, is_done) in [
             (completed(), RobotLost::Abort, true),

@@ -254,11 +254,11 @@ impl<'a, P: Placer> Conductor<'a, P> {
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.
     fn settle(&self, item: &Item, plan: Plan, summary: &RunSummary) -> anyhow::Result<Tried> {
         let name = &item.experiment.folder;
-        let kind = EndingKind::from_key(summary.ending).expect("a run has an ending");
         let mut attempt = summary.attempt(&plan.record);
-        if kind == EndingKind::Completed {
+        if summary.ending == EndingKind::Completed {
             let (lost, paused) = (summary.lost_robots.clone(), summary.paused_robots.clone());
-            let ending = Ending { kind, reason: summary.reason.clone(), lost, paused };
+            let ending =
+                Ending { kind: summary.ending, reason: summary.reason.clone(), lost, paused };
             match self.folder.finish(item, plan.record, &ending, Some(summary.n_lost))? {
                 Finished::Result(manifest) => {
                     self.note_result(name, &manifest, self.folder.settledness(item)?);

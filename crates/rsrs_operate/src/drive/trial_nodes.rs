@@ -130,10 +130,11 @@ fn completed(plan: &Plan, summary: &RunSummary, operator: &dyn Operator) -> anyh
     if let Some(unconfirmed) = summary.unconfirmed() {
         operator.note(&unconfirmed);
     }
-    if summary.ending == EndingKind::Completed.key() && summary.bag.is_some() {
+    if summary.ending == EndingKind::Completed && summary.bag.is_some() {
         return Ok(());
     }
-    let message = format!("trial {}: {}", summary.ending, summary.reason.replace("; ", "\n  "));
+    let message =
+        format!("trial {}: {}", summary.ending.key(), summary.reason.replace("; ", "\n  "));
     if plan.record.backend == record::Backend::Simulator {
         return Err(anyhow::anyhow!(message));
     }

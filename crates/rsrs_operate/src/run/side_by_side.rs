@@ -170,7 +170,7 @@ impl Worker<'_> {
                 None => fleet.insert(SimulatedFleet::start(network, &plan)?),
             };
             let mut summary = on_simulated_fleet(&plan, network, fleet, &operator).await?;
-            if summary.ending == EndingKind::Completed.key() {
+            if summary.ending == EndingKind::Completed {
                 return Ok(Completed { summary, before });
             }
             let attempt = summary.attempt(&plan.record);
