@@ -42,9 +42,6 @@ use rsrs_msgs::topics::Qos;
 
 use crate::ros_args::RosArgs;
 
-pub use absence::{OutOfReach, OwnLeaseExpired};
-pub use addresses::AddressChanged;
-pub use authentication::NotAuthenticated;
 pub(crate) use close::is_stuck;
 pub use deadlock::start_again_after_deadlock;
 pub use endpoint::{Endpoint, EndpointKind};
@@ -55,8 +52,7 @@ pub use publisher::Publisher;
 pub(crate) use qos::profile;
 pub use raw::RawPublisher;
 pub(crate) use subscription::Task;
-pub use subscription::{Counts, Received, ReceivedRaw, Subscription, SubscriptionEnded};
-pub use threads::MiddlewareEnded;
+pub use subscription::{Counts, Received, ReceivedRaw, Subscription};
 pub(crate) use wire::Bytes;
 
 use absence::Absences;
@@ -291,20 +287,20 @@ impl Session {
         loop {
             tokio::time::sleep(LOOK).await;
             if let Some(ended) = self.threads.have_ended() {
-                return ended.into();
+                return ended;
             }
             if let Some(broken) = self.tasks.broken() {
-                return broken.into();
+                return broken;
             }
             if let Some(changed) = self.addresses.change() {
-                return changed.into();
+                return changed;
             }
             // While the interface is down, a program that starts anew finds no network.
             if self.local.is_some()
                 && self.absences.has_lost_itself()
                 && self.addresses.are_present()
             {
-                return OwnLeaseExpired.into();
+                return SessionEnded::OwnLeaseExpired;
             }
             if let Some(ended) = self.absences.update() {
                 return ended;
@@ -314,7 +310,7 @@ impl Session {
 
     /// Whether the middleware has ended, for a program that has itself stood still for a while: a
     /// process that was stopped should not take the silence of others for their fault.
-    pub async fn has_ended_meanwhile(&self) -> Option<MiddlewareEnded> {
+    pub async fn has_ended_meanwhile(&self) -> Option<SessionEnded> {
         // A thread whose wait was interrupted ends when it runs next, which a busy machine delays; one
         // that is asleep waits again.
         let deadline = Instant::now() + INTERRUPTED;

@@ -256,7 +256,7 @@ impl<'a> Run<'a> {
                 && let Some(ended) = session.has_ended_meanwhile().await
             {
                 self.is_cut_off = true;
-                self.advance(interrupt(&ended.into()), &mut requests).await?;
+                self.advance(interrupt(&ended), &mut requests).await?;
             }
             match woken {
                 Woken::Stop(reason) => {

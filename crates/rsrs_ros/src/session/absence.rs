@@ -22,30 +22,6 @@ use super::{SessionEnded, lock};
 /// After the first return, the others announce themselves within this time: every 10 s at the latest.
 const ALL_ARE_BACK: Duration = Duration::from_secs(15);
 
-/// This participant was out of reach of others for longer than their leases, and they are back.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{returned} of {known} other participants were out of reach for longer than their leases, and \
-     the middleware does not match their topics again: start this program again"
-)]
-pub struct OutOfReach {
-    /// Participants that were lost, and are back.
-    pub returned: usize,
-    /// These, and those that were there all the time.
-    pub known: usize,
-}
-
-/// This participant received nothing of its own for longer than its lease, and dropped itself.
-///
-/// Each participant discovers itself, too. With its interface down for that long it drops its own keys in a
-/// secured session, and then nobody can authenticate with it any more. A plain session goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the network interface was down for longer than the leases of DDS, after which a secured \
-     participant does not join again: start this program again"
-)]
-pub struct OwnLeaseExpired;
-
 /// Receives who joins, leaves and is lost, and who has authenticated this participant.
 pub(super) struct Absences {
     listener: DomainParticipantStatusListener,
@@ -101,8 +77,7 @@ impl Absences {
                 _ => {}
             }
         }
-        let out_of_reach = record.out_of_reach(now).map(SessionEnded::from);
-        out_of_reach.or_else(|| handshakes.timed_out(now).map(SessionEnded::from))
+        record.out_of_reach(now).or_else(|| handshakes.timed_out(now))
     }
 }
 
@@ -140,7 +115,7 @@ impl Record {
     }
 
     /// Whether this participant belongs to the part of the network that has to join anew.
-    fn out_of_reach(&mut self, now: Instant) -> Option<OutOfReach> {
+    fn out_of_reach(&mut self, now: Instant) -> Option<SessionEnded> {
         let first = *self.returned.values().min()?;
         let is_settled = now.saturating_duration_since(first) >= ALL_ARE_BACK;
         if !self.present.is_empty() && !is_settled {
@@ -148,7 +123,7 @@ impl Record {
         }
         let (returned, n_present) = (self.returned.len(), self.present.len());
         if returned >= n_present {
-            return Some(OutOfReach { returned, known: returned + n_present });
+            return Some(SessionEnded::OutOfReach { returned, known: returned + n_present });
         }
         // They belong to the smaller part, and join anew.
         self.present.extend(std::mem::take(&mut self.returned).into_keys());
@@ -181,7 +156,9 @@ mod tests {
     fn the_part_to_which_at_least_as_many_return_as_stayed_is_out_of_reach() {
         let back = Instant::now();
         let settled = back + ALL_ARE_BACK;
-        for (n_lost, expected) in [(4, None), (5, Some(OutOfReach { returned: 5, known: 10 }))] {
+        for (n_lost, expected) in
+            [(4, None), (5, Some(SessionEnded::OutOfReach { returned: 5, known: 10 }))]
+        {
             let mut record = network(10, 0..n_lost);
             for id in 0..n_lost {
                 record.discover([id; 12], back);
@@ -201,7 +178,10 @@ mod tests {
 
         record.discover([3; 12], back);
 
-        assert_eq!(record.out_of_reach(back), Some(OutOfReach { returned: 1, known: 1 }));
+        assert_eq!(
+            record.out_of_reach(back),
+            Some(SessionEnded::OutOfReach { returned: 1, known: 1 })
+        );
     }
 
     #[test]

@@ -7,22 +7,8 @@
 
 use std::net::IpAddr;
 
+use super::SessionEnded;
 use crate::interfaces::{self, Interface};
-
-/// An interface of this participant has another address than at the start.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the network interface {interface} had {before} and has {now} now, and the middleware receives at \
-     the old address only: start this program again"
-)]
-pub struct AddressChanged {
-    /// Its name.
-    pub interface: String,
-    /// Its address when this participant was started.
-    pub before: IpAddr,
-    /// One that it has now.
-    pub now: IpAddr,
-}
 
 /// The interfaces that a participant was started with.
 pub(super) struct Addresses(Vec<Interface>);
@@ -41,18 +27,18 @@ impl Addresses {
     }
 
     /// Looks whether they have other addresses.
-    pub(super) fn change(&self) -> Option<AddressChanged> {
+    pub(super) fn change(&self) -> Option<SessionEnded> {
         change(&self.0, &interfaces::list().ok()?)
     }
 }
 
-fn change(used: &[Interface], present: &[Interface]) -> Option<AddressChanged> {
+fn change(used: &[Interface], present: &[Interface]) -> Option<SessionEnded> {
     let of = |before: &Interface| {
         if present.contains(before) {
             return None;
         }
         let now = present.iter().find(|interface| interface.name == before.name)?;
-        Some(AddressChanged {
+        Some(SessionEnded::AddressChanged {
             interface: before.name.clone(),
             before: before.address,
             now: now.address,
@@ -79,7 +65,12 @@ mod tests {
         assert_eq!(of(&[other.clone(), used[0].clone()]), None);
         assert_eq!(of(std::slice::from_ref(&other)), None, "it is down: a program could not start");
         assert_eq!(of(&[interface("wlan0", "10.0.0.8"), used[0].clone()]), None, "it has two");
-        let changed = of(&[other, interface("wlan0", "10.0.0.8")]).unwrap();
-        assert_eq!((changed.before, changed.now), (used[0].address, "10.0.0.8".parse().unwrap()));
+        let changed = of(&[other, interface("wlan0", "10.0.0.8")]);
+        let expected = SessionEnded::AddressChanged {
+            interface: "wlan0".to_owned(),
+            before: used[0].address,
+            now: "10.0.0.8".parse().unwrap(),
+        };
+        assert_eq!(changed, Some(expected));
     }
 }

@@ -11,24 +11,11 @@ use std::time::{Duration, Instant};
 
 use rustdds::DomainParticipantStatusEvent;
 
+use super::SessionEnded;
 use super::prefix::Prefix;
 
 /// How long a handshake may take: ten that start together take 6 to 10 s.
-const TIMEOUT: Duration = Duration::from_secs(20);
-
-/// Nobody authenticated this participant in time.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "no handshake with any of {n_others} other participants was completed within {} s ({ids}): start \
-     this program again, a second apart from others",
-    TIMEOUT.as_secs()
-)]
-pub struct NotAuthenticated {
-    /// How many were tried.
-    pub n_others: usize,
-    /// Their identities in DDS, in hexadecimal digits.
-    pub ids: String,
-}
+pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// How far a handshake with another participant has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,14 +81,14 @@ impl Handshakes {
     }
 
     /// Whether nobody authenticated this participant in time.
-    pub(super) fn timed_out(&self, now: Instant) -> Option<NotAuthenticated> {
-        let late = |begun: &&Instant| now.saturating_duration_since(**begun) >= TIMEOUT;
+    pub(super) fn timed_out(&self, now: Instant) -> Option<SessionEnded> {
+        let late = |begun: &&Instant| now.saturating_duration_since(**begun) >= HANDSHAKE_TIMEOUT;
         if !self.completed.is_empty() || !self.begun.values().any(|begun| late(&begun)) {
             return None;
         }
         let digits = |id: &Prefix| id.map(|byte| format!("{byte:02x}")).concat();
         let ids: Vec<String> = self.begun.keys().map(digits).collect();
-        Some(NotAuthenticated { n_others: ids.len(), ids: ids.join(", ") })
+        Some(SessionEnded::NotAuthenticated { n_others: ids.len(), ids: ids.join(", ") })
     }
 }
 
@@ -120,7 +107,7 @@ mod tests {
 
             settle(&mut handshakes);
 
-            assert_eq!(handshakes.timed_out(start + TIMEOUT * 2), None, "{n_strangers}");
+            assert_eq!(handshakes.timed_out(start + HANDSHAKE_TIMEOUT * 2), None, "{n_strangers}");
         }
     }
 
@@ -129,10 +116,13 @@ mod tests {
         let (mut handshakes, start) = (Handshakes::default(), Instant::now());
         handshakes.begin([1; 12], start);
         // Announced again, as every few seconds.
-        handshakes.begin([1; 12], start + TIMEOUT / 2);
+        handshakes.begin([1; 12], start + HANDSHAKE_TIMEOUT / 2);
 
-        assert_eq!(handshakes.timed_out(start + TIMEOUT / 2), None);
-        let error = handshakes.timed_out(start + TIMEOUT).unwrap();
-        assert_eq!((error.n_others, error.ids.as_str()), (1, "010101010101010101010101"));
+        assert_eq!(handshakes.timed_out(start + HANDSHAKE_TIMEOUT / 2), None);
+        let ids = "010101010101010101010101".to_owned();
+        assert_eq!(
+            handshakes.timed_out(start + HANDSHAKE_TIMEOUT),
+            Some(SessionEnded::NotAuthenticated { n_others: 1, ids })
+        );
     }
 }

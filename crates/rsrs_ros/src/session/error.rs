@@ -1,9 +1,9 @@
 //! What can go wrong in a session.
 
-use super::{
-    AddressChanged, EndpointKind, MiddlewareEnded, NotAuthenticated, OutOfReach, OwnLeaseExpired,
-    SubscriptionEnded,
-};
+use std::net::IpAddr;
+
+use super::EndpointKind;
+use super::authentication::HANDSHAKE_TIMEOUT;
 
 /// Why there is no session, node or endpoint.
 #[derive(Debug, thiserror::Error)]
@@ -117,22 +117,69 @@ pub enum PublishError {
 /// Why nothing is sent or received any more.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SessionEnded {
-    /// The middleware has ended by itself.
-    #[error(transparent)]
-    Middleware(#[from] MiddlewareEnded),
-    /// A subscription has ended by itself; it may be the one to stops.
-    #[error(transparent)]
-    Subscription(#[from] SubscriptionEnded),
-    /// The others were out of reach for too long.
-    #[error(transparent)]
-    OutOfReach(#[from] OutOfReach),
-    /// The interface of a secured participant was down for too long.
-    #[error(transparent)]
-    OwnLeaseExpired(#[from] OwnLeaseExpired),
-    /// This participant's interface has another address.
-    #[error(transparent)]
-    AddressChanged(#[from] AddressChanged),
-    /// The others of a secured network have not authenticated this participant.
-    #[error(transparent)]
-    NotAuthenticated(#[from] NotAuthenticated),
+    /// A thread of the middleware has ended, although the session is open.
+    #[error(
+        "the middleware has ended ({found} of its {expected} threads run), as it does when a process \
+         is stopped (Ctrl-Z, SIGSTOP) and continued: nothing is sent or received any more; start this \
+         program again"
+    )]
+    Middleware {
+        /// Threads that still run.
+        found: usize,
+        /// Threads that it started.
+        expected: usize,
+    },
+    /// A subscription takes nothing any more although nobody has ended it; it may be the one to stops.
+    #[error("`{topic}` is not received any more: {reason}")]
+    Subscription {
+        /// The topic, absolute.
+        topic: String,
+        /// Why.
+        reason: String,
+    },
+    /// This participant was out of reach of others for longer than their leases, and they are back.
+    #[error(
+        "{returned} of {known} other participants were out of reach for longer than their leases, and \
+         the middleware does not match their topics again: start this program again"
+    )]
+    OutOfReach {
+        /// Participants that were lost, and are back.
+        returned: usize,
+        /// These, and those that were there all the time.
+        known: usize,
+    },
+    /// This participant received nothing of its own for longer than its lease, and dropped itself.
+    ///
+    /// Each participant discovers itself, too. With its interface down for that long it drops its own keys
+    /// in a secured session, and then nobody can authenticate with it any more. A plain session goes on.
+    #[error(
+        "the network interface was down for longer than the leases of DDS, after which a secured \
+         participant does not join again: start this program again"
+    )]
+    OwnLeaseExpired,
+    /// An interface of this participant has another address than at the start.
+    #[error(
+        "the network interface {interface} had {before} and has {now} now, and the middleware receives \
+         at the old address only: start this program again"
+    )]
+    AddressChanged {
+        /// Its name.
+        interface: String,
+        /// Its address when this participant was started.
+        before: IpAddr,
+        /// One that it has now.
+        now: IpAddr,
+    },
+    /// Nobody in a secured network authenticated this participant in time.
+    #[error(
+        "no handshake with any of {n_others} other participants was completed within {} s ({ids}): \
+         start this program again, a second apart from others",
+        HANDSHAKE_TIMEOUT.as_secs()
+    )]
+    NotAuthenticated {
+        /// How many were tried.
+        n_others: usize,
+        /// Their identities in DDS, in hexadecimal digits.
+        ids: String,
+    },
 }

@@ -11,8 +11,8 @@ use rsrs_msgs::RosMessage;
 use tokio::runtime::Handle;
 use tokio::task::{AbortHandle, JoinSet};
 
-use super::lock;
 use super::wire::Wire;
+use super::{SessionEnded, lock};
 use crate::wall_time::wall_time;
 
 /// A message and where it comes from.
@@ -102,17 +102,7 @@ pub(super) struct Tasks {
     runtime: Handle,
     running: Mutex<JoinSet<()>>,
     /// The first subscription that has ended by itself.
-    broken: Arc<Mutex<Option<SubscriptionEnded>>>,
-}
-
-/// A subscription takes nothing any more although nobody has ended it.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{topic}` is not received any more: {reason}")]
-pub struct SubscriptionEnded {
-    /// The topic, absolute.
-    pub topic: String,
-    /// Why.
-    pub reason: String,
+    broken: Arc<Mutex<Option<SessionEnded>>>,
 }
 
 impl Tasks {
@@ -140,7 +130,7 @@ impl Tasks {
     }
 
     /// The first subscription that has ended by itself, if any has.
-    pub(super) fn broken(&self) -> Option<SubscriptionEnded> {
+    pub(super) fn broken(&self) -> Option<SessionEnded> {
         lock(&self.broken).clone()
     }
 
@@ -175,12 +165,13 @@ pub(super) enum Failure {
 struct Watched {
     topic: String,
     is_delivering: bool,
-    broken: Arc<Mutex<Option<SubscriptionEnded>>>,
+    broken: Arc<Mutex<Option<SessionEnded>>>,
 }
 
 impl Watched {
     fn broke(&self, reason: &str) {
-        let ended = SubscriptionEnded { topic: self.topic.clone(), reason: reason.to_owned() };
+        let ended =
+            SessionEnded::Subscription { topic: self.topic.clone(), reason: reason.to_owned() };
         log::error!("{ended}");
         lock(&self.broken).get_or_insert(ended);
     }
@@ -290,7 +281,7 @@ mod tests {
         Received { message: sequence, source_time_ns: None, received_time_ns: 0, sequence, writer }
     }
 
-    async fn broken(tasks: &Tasks) -> SubscriptionEnded {
+    async fn broken(tasks: &Tasks) -> SessionEnded {
         loop {
             match tasks.broken() {
                 Some(ended) => return ended,
@@ -321,7 +312,10 @@ mod tests {
         let _subscription =
             tasks.deliver("/b", endless(), |_| panic!("a message of another world"));
 
-        assert_eq!(broken(&tasks).await.topic, "/b");
+        let SessionEnded::Subscription { topic, .. } = broken(&tasks).await else {
+            panic!("a subscription has ended")
+        };
+        assert_eq!(topic, "/b");
     }
 
     #[tokio::test(flavor = "current_thread")]

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::io;
 use std::sync::Mutex;
 
-use super::{SessionError, lock};
+use super::{SessionEnded, SessionError, lock};
 use crate::kernel;
 
 /// Start of the names that the middleware gives its threads.
@@ -21,20 +21,6 @@ static MAKING: Mutex<()> = Mutex::new(());
 #[derive(Debug)]
 pub(super) struct Threads {
     ids: BTreeSet<u32>,
-}
-
-/// A thread of the middleware has ended, although the session is open.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the middleware has ended ({found} of its {expected} threads run), as it does when a process \
-     is stopped (Ctrl-Z, SIGSTOP) and continued: nothing is sent or received any more; start this \
-     program again"
-)]
-pub struct MiddlewareEnded {
-    /// Threads that still run.
-    pub found: usize,
-    /// Threads that it started.
-    pub expected: usize,
 }
 
 impl Threads {
@@ -57,11 +43,11 @@ impl Threads {
     }
 
     /// Whether one of them has ended.
-    pub(super) fn have_ended(&self) -> Option<MiddlewareEnded> {
+    pub(super) fn have_ended(&self) -> Option<SessionEnded> {
         let expected = self.ids.len();
         // A table that cannot be read now is read again.
         let found = running().map_or(expected, |now| self.ids.intersection(&now).count());
-        (found < expected).then_some(MiddlewareEnded { found, expected })
+        (found < expected).then_some(SessionEnded::Middleware { found, expected })
     }
 
     /// Whether all of them wait, and so none is about to end.
@@ -148,6 +134,6 @@ mod tests {
         });
 
         assert_eq!(early, None);
-        assert_eq!(ended, Some(MiddlewareEnded { found: 0, expected: 1 }));
+        assert_eq!(ended, Some(SessionEnded::Middleware { found: 0, expected: 1 }));
     }
 }
