@@ -16,10 +16,11 @@ use rsrs_fleet::timing::TICK;
 use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist};
+use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{RobotStatus, WorldDigest};
 use rsrs_msgs::simulation_interfaces::{Result as Outcome, StepSimulationResponse};
 use rsrs_msgs::topics;
-use rsrs_ros::clock::{ClockPublisher, wall_time};
+use rsrs_ros::clock::wall_time;
 use rsrs_ros::complaints::Complaints;
 use rsrs_ros::e_stop::LocksPublisher;
 use rsrs_ros::logging::Level;
@@ -67,7 +68,7 @@ pub struct Simulation<'a> {
     pub(crate) placed_world: Option<PlacedWorld>,
     /// Simulated time of the last step, in nanoseconds; `None` in real time.
     pub(crate) stamp_ns: Option<u64>,
-    clock: ClockPublisher,
+    clock: Publisher<Clock>,
     digest: Publisher<WorldDigest>,
     status: Publisher<RobotStatus>,
     server: ParameterServer,
@@ -182,7 +183,7 @@ impl<'a> Simulation<'a> {
             robots,
             machine: Simulator::new(),
             placed_world: None,
-            clock: ClockPublisher::new(session, &node)?,
+            clock: session.publish_on(&node, topics::CLOCK.name, topics::CLOCK.qos)?,
             digest: session.publish_on(&node, digest.name, digest.qos)?,
             status: session.publish_on(&node, status.name, status.qos)?,
             locks: LocksPublisher::new(session, &node)?,
@@ -405,7 +406,7 @@ impl<'a> Simulation<'a> {
             self.placed_world.as_mut().expect("the machine senses only worlds that were placed");
         self.stamp_ns = stamp_ns;
         if let Some(stamp_ns) = stamp_ns {
-            self.clock.publish(stamp_ns).await?;
+            self.clock.publish(Clock { clock: Time::from_nanos(stamp_ns) }).await?;
         }
         let stamp = stamp_ns.map_or_else(wall_time, Time::from_nanos);
         let Sensed { digest, ours, virtual_detections, objects_m } = placed_world.sense();

@@ -8,13 +8,14 @@ use std::time::{Duration, Instant};
 use rsrs_bags::{Bag, BagError};
 use rsrs_core::numerals::{count, counted};
 use rsrs_msgs::RosMessage;
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::topics;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::replay::{Selected, Selection};
-use rsrs_ros::clock::ClockPublisher;
 use rsrs_ros::parameters::ParameterServer;
-use rsrs_ros::session::{Endpoint, EndpointKind, RawPublisher, Session, SessionOptions};
+use rsrs_ros::session::{Endpoint, EndpointKind, Publisher, RawPublisher, Session, SessionOptions};
 use serde::Serialize;
 
 use crate::run::operator::Operator;
@@ -197,7 +198,8 @@ async fn play(
     } else {
         let node = session.node("/", "replay")?;
         let parameters = ParameterServer::without_parameters(session, &node)?;
-        Some((ClockPublisher::new(session, &node)?, parameters))
+        let clock = session.publish_on(&node, topics::CLOCK.name, topics::CLOCK.qos)?;
+        Some((clock, parameters))
     };
     let mut player = Player {
         publishers,
@@ -220,7 +222,7 @@ async fn play(
 struct Player<'a> {
     publishers: BTreeMap<&'a str, RawPublisher>,
     /// The clock, and the parameter services of its node.
-    clock: Option<(ClockPublisher, ParameterServer)>,
+    clock: Option<(Publisher<Clock>, ParameterServer)>,
     rate: f64,
     /// A log time, in nanoseconds, and when it was played.
     anchor: Option<(u64, Instant)>,
@@ -293,7 +295,9 @@ impl Player<'_> {
 
     async fn show_time(&self, time_ns: u64) -> anyhow::Result<()> {
         match &self.clock {
-            Some((clock, _)) => Ok(clock.publish(time_ns).await?),
+            Some((clock, _)) => {
+                Ok(clock.publish(Clock { clock: Time::from_nanos(time_ns) }).await?)
+            }
             None => Ok(()),
         }
     }

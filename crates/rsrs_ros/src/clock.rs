@@ -1,66 +1,47 @@
-//! Time: simulated, on `/clock`, wall-clock time, and time since boot.
-//!
-//! ros2-client follows `/clock` with a type that no ROS 2 program publishes, so this is our own.
+//! Time: wall-clock time, and time since boot, by which permissions and commands grow old.
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::rosgraph_msgs::Clock;
-use rsrs_msgs::topics;
-use tokio::sync::watch;
+use rustix::time::{ClockId, clock_gettime};
 
-use crate::session::{
-    NodeHandle, PublishError, Publisher, Received, Session, SessionError, Subscription,
-};
-
-pub use crate::boot_time::since_boot;
-pub use crate::wall_time::wall_time;
-
-/// Publishes the time to the network.
-pub struct ClockPublisher {
-    publisher: Publisher<Clock>,
+/// Wall-clock time, for stamps that people read; nothing is decided by it.
+pub fn wall_time() -> Time {
+    Time::from_nanos(u64::try_from(since_1970().as_nanos()).unwrap_or(u64::MAX))
 }
 
-impl ClockPublisher {
-    /// Starts to publish `/clock`.
-    pub fn new(session: &Session, node: &NodeHandle) -> Result<Self, SessionError> {
-        let publisher = session.publish_on(node, topics::CLOCK.name, topics::CLOCK.qos)?;
-        Ok(Self { publisher })
-    }
-
-    /// Sets the time, in nanoseconds since the start of the simulation.
-    pub async fn publish(&self, time_ns: u64) -> Result<(), PublishError> {
-        self.publisher.publish(Clock { clock: Time::from_nanos(time_ns) }).await
-    }
+/// The same as one span of time, for what holds from one date to another.
+pub fn since_1970() -> Duration {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
 }
 
-/// Follows the network's time.
-pub struct ClockFollower {
-    time_ns: watch::Receiver<Option<u64>>,
-    _subscription: Subscription,
+/// Time since the computer was started, with that in which it slept: a robot that wakes up after hours has
+/// no permission left, which the clock of `Instant` would still count by.
+///
+/// # Panics
+///
+/// Never: this clock begins at 0.
+pub fn since_boot() -> Duration {
+    let now = clock_gettime(ClockId::Boottime);
+    let seconds = u64::try_from(now.tv_sec).expect("this clock begins at 0");
+    Duration::from_secs(seconds) + Duration::from_nanos(now.tv_nsec.unsigned_abs())
 }
 
-impl ClockFollower {
-    /// Starts to follow `/clock`.
-    pub fn new(session: &Session, node: &NodeHandle) -> Result<Self, SessionError> {
-        let (sender, time_ns) = watch::channel(None);
-        let deliver = move |received: Received<Clock>| {
-            // No clock was read before its own start.
-            if let Some(now_ns) = received.message.clock.to_nanos() {
-                sender.send_replace(Some(now_ns));
-            }
-        };
-        let subscription =
-            session.subscribe(node, topics::CLOCK.name, topics::CLOCK.qos, deliver)?;
-        Ok(Self { time_ns, _subscription: subscription })
-    }
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
 
-    /// Nanoseconds since the start of the simulation; `None` until the first message on `/clock`.
-    pub fn now_ns(&self) -> Option<u64> {
-        *self.time_ns.borrow()
-    }
+    use super::*;
 
-    /// Waits until the time is at least `time_ns`, and returns it; `None` if the session is closed.
-    pub async fn reached(&mut self, time_ns: u64) -> Option<u64> {
-        let now = self.time_ns.wait_for(|now| now.is_some_and(|now_ns| now_ns >= time_ns)).await;
-        now.ok().and_then(|now| *now)
+    #[test]
+    fn time_since_boot_goes_as_fast_as_the_other_clock_while_nothing_sleeps() {
+        let (start, other_start) = (since_boot(), Instant::now());
+        std::thread::sleep(Duration::from_millis(20));
+        let other = other_start.elapsed();
+
+        let passed = since_boot().saturating_sub(start);
+
+        assert!(other >= Duration::from_millis(20) && passed >= Duration::from_millis(20));
+        assert!(passed >= other, "it is read before and after the other: {passed:?}, {other:?}");
     }
 }

@@ -6,7 +6,7 @@
 //! * [`session`] — one participant with any number of nodes, publishers and subscriptions.
 //! * [`parameters`] — the six parameter services for many nodes, and a client for them.
 //! * [`services`] — services of any other type, and a client.
-//! * [`clock`] — simulated time on `/clock`, wall-clock time, time since boot.
+//! * [`clock`] — wall-clock time, and time since boot.
 //! * [`environment`] and [`ros_args`] — variables, `--ros-args`, parameter files, `ROS_DOMAIN_ID` and its kin.
 //! * [`network`] — which network to join, by those.
 //! * [`confine`] and [`interfaces`] — where the packets may go.
@@ -17,7 +17,6 @@
 //!
 //! What it does not do: lifecycle nodes, actions, discovery servers, static peers.
 
-mod boot_time;
 pub mod clock;
 pub mod cmd_vel;
 pub mod complaints;
@@ -38,4 +37,3 @@ pub mod security;
 pub mod services;
 pub mod session;
 pub mod shutdown;
-mod wall_time;

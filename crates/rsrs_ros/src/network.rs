@@ -4,12 +4,12 @@ use std::path::Path;
 
 use rsrs_core::help::Help;
 
+use crate::clock::since_1970;
 use crate::environment::Environment;
 use crate::interfaces::{self, InterfaceError, LOOPBACK};
 use crate::ros_args::{Note, RosArgs, USUAL_KEYSTORE};
 use crate::security::{Enclave, Member, SecurityError, SecurityRequest};
 use crate::session::SessionOptions;
-use crate::wall_time::since_1970;
 
 /// Why there is no network to join.
 #[derive(Debug, thiserror::Error)]

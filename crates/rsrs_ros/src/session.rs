@@ -21,7 +21,6 @@ mod join;
 mod local;
 mod matching;
 mod node;
-mod prefix;
 mod publisher;
 mod qos;
 mod quality;
@@ -387,7 +386,7 @@ impl Session {
             .make(1, || raw::reader(&self.participant, &self.subscriber, &names, &policies))?;
         let (graph, participant) = (Arc::clone(&self.graph), self.participant.clone());
         let deliver = move |sample: ReceivedRaw| {
-            let writer = prefix::prefix(sample.writer);
+            let writer = endpoint::prefix(sample.writer);
             graph.update(writer, sample.message, || endpoint::participants(&participant));
         };
         let subscription = self.tasks.deliver(graph::TOPIC, raw::stream(reader), deliver);

@@ -8,7 +8,6 @@ use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_msgs::{RosMessage, cdr};
-use rsrs_ros::clock::{ClockFollower, ClockPublisher};
 use rsrs_ros::session::{Endpoint, EndpointKind, Received, ReceivedRaw, Session};
 use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 use tokio::sync::mpsc;
@@ -286,28 +285,6 @@ fn a_subscriber_that_never_comes_is_named_with_the_topic() {
 }
 
 #[test]
-fn the_clock_of_one_session_is_followed_by_another() {
-    in_own_network("the_clock_of_one_session_is_followed_by_another", async || {
-        let (simulator, robot) = (session(), session());
-        let clock = ClockPublisher::new(&simulator, &simulator.node("/", "sim").unwrap()).unwrap();
-        let mut follower = ClockFollower::new(&robot, &robot.node("/", "robot").unwrap()).unwrap();
-        simulator.wait_for_readers("/clock", 1, TIMEOUT).await.unwrap();
-        robot.wait_for_writers("/clock", 1, TIMEOUT).await.unwrap();
-        assert_eq!(follower.now_ns(), None);
-
-        for step in 1..=10_u64 {
-            clock.publish(step * 130_000_000).await.unwrap();
-        }
-
-        let reached = tokio::time::timeout(TIMEOUT, follower.reached(1_300_000_000)).await;
-        assert_eq!(reached.expect("the clock moves"), Some(1_300_000_000));
-        drop((clock, follower));
-        simulator.close().await;
-        robot.close().await;
-    });
-}
-
-#[test]
 fn what_a_driver_holds_can_go_to_another_thread() {
     fn is_send<T: Send + 'static>() {}
 
@@ -317,5 +294,4 @@ fn what_a_driver_holds_can_go_to_another_thread() {
     is_send::<rsrs_ros::session::Subscription>();
     is_send::<rsrs_ros::session::NodeHandle>();
     is_send::<rsrs_ros::parameters::ParameterServer>();
-    is_send::<ClockFollower>();
 }

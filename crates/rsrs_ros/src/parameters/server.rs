@@ -9,10 +9,10 @@ use tokio::sync::mpsc;
 
 use super::service::{Reply, Request, Service, answer};
 use super::store::{Arming, Refusal, Setter, Store};
+use crate::clock::wall_time;
 use crate::parameter_value::{Descriptor, ParameterValue};
 use crate::services::raw;
 use crate::session::{NodeHandle, Publisher, Session, SessionError, Task, lock};
-use crate::wall_time::wall_time;
 
 /// A node and its parameters.
 #[derive(Clone, Debug, PartialEq)]

@@ -16,7 +16,7 @@ use rustdds::{
 };
 
 use super::authentication::{self, Handshake, Handshakes};
-use super::prefix::{Prefix, prefix};
+use super::endpoint::{Prefix, prefix};
 use super::{SessionEnded, lock};
 
 /// After the first return, the others announce themselves within this time: every 10 s at the latest.

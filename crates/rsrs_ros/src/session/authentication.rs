@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use rustdds::DomainParticipantStatusEvent;
 
 use super::SessionEnded;
-use super::prefix::Prefix;
+use super::endpoint::Prefix;
 
 /// How long a handshake may take: ten that start together take 6 to 10 s.
 pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(20);

@@ -9,8 +9,15 @@ use rustdds::DomainParticipant;
 
 use super::POLL;
 use super::graph::Graph;
-use super::prefix::{Prefix, prefix};
 use super::qos;
+
+/// Bytes of a GUID that name the participant; the first two name the vendor.
+pub(super) type Prefix = [u8; 12];
+
+/// The participant in the identity of one of its endpoints.
+pub(super) fn prefix(guid: [u8; 16]) -> Prefix {
+    *guid.first_chunk().expect("a GUID is longer than its prefix")
+}
 
 /// Which end of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

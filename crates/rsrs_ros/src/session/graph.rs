@@ -7,8 +7,8 @@ use rsrs_msgs::topics::Qos;
 use rsrs_msgs::{RosMessage, cdr};
 use serde::{Deserialize, Serialize};
 
+use super::endpoint::{Prefix, prefix};
 use super::lock;
-use super::prefix::{Prefix, prefix};
 
 /// The DDS topic on which participants announce their nodes; it has no ROS name.
 pub(super) const TOPIC: &str = "ros_discovery_info";

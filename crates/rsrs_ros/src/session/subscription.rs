@@ -13,7 +13,7 @@ use tokio::task::{AbortHandle, JoinSet};
 
 use super::wire::Wire;
 use super::{SessionEnded, lock};
-use crate::wall_time::wall_time;
+use crate::clock::wall_time;
 
 /// A message and where it comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
