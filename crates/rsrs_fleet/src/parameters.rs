@@ -13,6 +13,9 @@ use crate::fleet_file::FleetRobot;
 
 /// The parameters of a robot's controller.
 pub mod controller {
+    use rsrs_core::robot::controller::state_machine::StateMachine;
+    use rsrs_core::robot::controller::{Command, Controller, ControllerParameters};
+
     /// Name of the node in its robot's namespace.
     pub const NODE: &str = "controller";
 
@@ -46,6 +49,30 @@ pub mod controller {
     pub const CLASS: &str = "class";
     /// Who holds the lease: a [`LeaseHolder`](crate::fleet_file::LeaseHolder).
     pub const LEASE: &str = "lease";
+
+    /// The controller that a [`TABLE`] makes, or where it is empty two commands: where something is detected, and
+    /// where nothing is, `None` if that is [`MIRRORED`].
+    ///
+    /// # Errors
+    ///
+    /// Why the table is none, in words.
+    pub fn of_values(
+        table: &str,
+        detected: Command,
+        undetected: Option<Command>,
+    ) -> Result<Controller, String> {
+        if !table.is_empty() {
+            let machine = StateMachine::from_json(table);
+            let failed = |error| format!("`{TABLE}` is no table: {error}");
+            return machine.map(Controller::Machine).map_err(failed);
+        }
+        Ok(match undetected {
+            Some(undetected) => ControllerParameters::of(detected, undetected).into(),
+            None => {
+                ControllerParameters::mirrored(detected.speed_m_s, detected.turn_rate_rad_s).into()
+            }
+        })
+    }
 }
 
 /// The parameters of the gate in front of a robot's wheels.

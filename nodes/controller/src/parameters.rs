@@ -3,15 +3,14 @@
 use std::collections::BTreeMap;
 
 use rsrs_core::draw::Key;
-use rsrs_core::robot::controller::state_machine::StateMachine;
-use rsrs_core::robot::controller::{Command, Controller, ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{Command, Reaction};
 use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_fleet::controller::{Controller as Node, Settings, Stamp};
 use rsrs_fleet::fleet_file::{CmdVel, LeaseHolder};
 use rsrs_fleet::parameters::controller::{
     CLASS, CMD_VEL_TYPE, CONSTANT, LEASE, MIRRORED, NODE, PERIOD, SPEED, SPEED_MAX,
     STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED,
-    UNDETECTED_TURN_RATE,
+    UNDETECTED_TURN_RATE, of_values,
 };
 use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_ros::parameters::{
@@ -155,9 +154,9 @@ pub fn check_table(
     changes: &[(String, Value)],
     [speed_max_m_s, turn_rate_max_rad_s]: [f64; 2],
 ) -> Result<(), String> {
-    let set = changes.iter().find(|(name, _)| name == TABLE).map(|(_, value)| value);
-    let Some(machine) = set.and_then(machine) else { return Ok(()) };
-    let fastest = Controller::Machine(machine?).fastest();
+    let set = changes.iter().find(|(name, _)| name == TABLE);
+    let Some((_, Value::String(table))) = set else { return Ok(()) };
+    let fastest = of_values(table, Command::STOP, None)?.fastest();
     for (found, most, unit) in [
         (fastest.speed_m_s, speed_max_m_s, "m/s"),
         (fastest.turn_rate_rad_s, turn_rate_max_rad_s, "rad/s"),
@@ -182,17 +181,6 @@ pub fn limits(declared: &NodeParameters) -> [f64; 2] {
     })
 }
 
-/// The machine of a table; `None` where there is no table.
-fn machine(table: &Value) -> Option<Result<StateMachine, String>> {
-    match table {
-        Value::String(text) if !text.is_empty() => Some(
-            StateMachine::from_json(text)
-                .map_err(|error| format!("`{TABLE}` is no table: {error}")),
-        ),
-        _ => None,
-    }
-}
-
 /// Reads what a controller is set to now.
 ///
 /// # Panics
@@ -204,15 +192,9 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
     let from_clock = is_set(STAMP_FROM_CLOCK);
     let command =
         |speed, turn_rate| Command { speed_m_s: double(speed), turn_rate_rad_s: double(turn_rate) };
-    let detected = command(SPEED, TURN_RATE);
-    let table = server.get(node, TABLE).as_ref().and_then(machine);
-    let controller = if let Some(machine) = table {
-        Controller::Machine(machine.expect("a table is checked before it is set"))
-    } else if is_set(MIRRORED) {
-        ControllerParameters::mirrored(detected.speed_m_s, detected.turn_rate_rad_s).into()
-    } else {
-        ControllerParameters::of(detected, command(UNDETECTED_SPEED, UNDETECTED_TURN_RATE)).into()
-    };
+    let undetected = (!is_set(MIRRORED)).then(|| command(UNDETECTED_SPEED, UNDETECTED_TURN_RATE));
+    let controller = of_values(&server.text(node, TABLE), command(SPEED, TURN_RATE), undetected)
+        .expect("a table is checked before it is set");
     Settings {
         transition_key: Key::from_bits(server.integer(node, TRANSITION_KEY).cast_unsigned()),
         start: controller.start(Some(&server.text(node, CLASS))),

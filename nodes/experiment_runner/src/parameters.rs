@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use rsrs_core::draw::Seed;
-use rsrs_core::robot::controller::state_machine::{self, StateMachine};
+use rsrs_core::robot::controller::state_machine;
 use rsrs_core::robot::controller::{Command, Controller, ControllerParameters, Reaction};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::LeaseHolder;
@@ -83,15 +83,10 @@ pub async fn read_back(
                 check_limits([*speed_max_m_s, *turn_rate_max_rad_s], plan.limits_of(robot))?;
             }
             let command = |speed_m_s, turn_rate_rad_s| Command { speed_m_s, turn_rate_rad_s };
-            let controller: Controller = if !table.is_empty() {
-                let machine = StateMachine::from_json(table);
-                Controller::Machine(machine.map_err(|error| format!("`{TABLE}`: {error}"))?)
-            } else if *is_mirrored {
-                ControllerParameters::mirrored(*speed_m_s, *turn_rate_rad_s).into()
-            } else {
-                let undetected = command(*undetected_m_s, *undetected_rad_s);
-                ControllerParameters::of(command(*speed_m_s, *turn_rate_rad_s), undetected).into()
-            };
+            let detected = command(*speed_m_s, *turn_rate_rad_s);
+            let undetected = command(*undetected_m_s, *undetected_rad_s);
+            let undetected = (!is_mirrored).then_some(undetected);
+            let controller = controller::of_values(table, detected, undetected)?;
             if *key != transition_key(plan, robot) {
                 return Err(format!("`{TRANSITION_KEY}` is not the one that was set"));
             }
