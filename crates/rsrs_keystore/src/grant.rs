@@ -21,11 +21,7 @@ impl GrantText<'_> {
         let Rights { may_not_publish, may_not_receive, may_publish, may_receive } =
             self.role.rights(robots);
         let name = self.role.enclave();
-        let (from, to) = self.holds;
-        let validity = xml_date(from)
-            .zip(xml_date(to))
-            .ok_or(KeystoreError::Validity { from_s: from.as_secs(), to_s: to.as_secs() });
-        let (not_before, not_after) = validity?;
+        let (not_before, not_after) = validity(self.holds)?;
         let domains = Domains { first: self.domain_id, last: self.domain_id };
         let domains = domains.to_xml("          ");
         let rule = |kind: &str, parts: &[String]| {
@@ -55,6 +51,14 @@ impl GrantText<'_> {
              <default>DENY</default>\n    </grant>\n  </permissions>\n</dds>\n"
         ))
     }
+}
+
+/// From when to when a grant holds, as dates of its document.
+pub(crate) fn validity(
+    (from, to): (Duration, Duration),
+) -> Result<(String, String), KeystoreError> {
+    let dates = xml_date(from).zip(xml_date(to));
+    dates.ok_or(KeystoreError::Validity { from_s: from.as_secs(), to_s: to.as_secs() })
 }
 
 fn topics(kind: &str, names: &[String]) -> String {

@@ -9,10 +9,10 @@ use tempfile::TempDir;
 
 use crate::authority::{self, Authority};
 use crate::check::{ends_at, problems_of_member};
-use crate::dates::xml_date;
 use crate::error::KeystoreError;
 use crate::files;
 use crate::governance::{Domains, Weakness};
+use crate::grant::validity;
 use crate::issue::{NewMember, from};
 use crate::layout::{CERTIFICATE, ENCLAVES, KEY, PERMISSIONS, PERMISSIONS_TEXT, PRIVATE};
 use crate::problem::EnclaveProblem;
@@ -260,12 +260,9 @@ fn write_permissions(
     authority: &Authority,
     folder: &Path,
     text: &str,
-    (from, to): (Duration, Duration),
+    holds: (Duration, Duration),
 ) -> Result<(), KeystoreError> {
-    let validity = xml_date(from)
-        .zip(xml_date(to))
-        .ok_or(KeystoreError::Validity { from_s: from.as_secs(), to_s: to.as_secs() });
-    let (not_before, not_after) = validity?;
+    let (not_before, not_after) = validity(holds)?;
     let text = with_content(text, "not_before", &not_before);
     let text = with_content(&text, "not_after", &not_after);
     files::write_public(&folder.join(PERMISSIONS_TEXT), &text)?;
