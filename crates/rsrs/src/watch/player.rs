@@ -7,7 +7,7 @@ use rsrs_fleet::observation::{Playback, SwarmOrder};
 
 use super::keys::{Request, scrolled};
 use super::look::{BannerKind, Look};
-use super::screen::{Banner, Overlay, PlayState, Timeline, View};
+use super::screen::{Banner, PlayState, Timeline, View};
 use super::terminal::Screen;
 use super::viewer::FRAME;
 
@@ -23,7 +23,7 @@ pub fn play(
     interrupted: &AtomicBool,
 ) -> anyhow::Result<()> {
     let mut player =
-        Player { playback, name, note, look, order: None, first_row: 0, overlay: Overlay::None };
+        Player { playback, name, note, look, order: None, first_row: 0, shows_help: false };
     player.run(&mut Screen::open()?, interrupted)
 }
 
@@ -35,7 +35,7 @@ struct Player<'a> {
     /// Order parameters, and the frame that computed them.
     order: Option<SwarmOrder>,
     first_row: usize,
-    overlay: Overlay,
+    shows_help: bool,
 }
 
 impl Player<'_> {
@@ -46,7 +46,7 @@ impl Player<'_> {
             let request = screen.wait(FRAME.saturating_sub(played.elapsed()))?;
             self.playback.advance(std::mem::replace(&mut played, Instant::now()).elapsed());
             match request {
-                Some(Request::Quit) if self.overlay == Overlay::None => return Ok(()),
+                Some(Request::Quit) if !self.shows_help => return Ok(()),
                 Some(request) => self.take(request, n_rows),
                 None => {}
             }
@@ -56,11 +56,7 @@ impl Player<'_> {
     }
 
     fn take(&mut self, request: Request, n_rows: usize) {
-        if std::mem::replace(&mut self.overlay, Overlay::None) == Overlay::None
-            && request == Request::Help
-        {
-            self.overlay = Overlay::Help;
-        }
+        self.shows_help = request == Request::Help && !self.shows_help;
         match request {
             Request::Pause => self.playback.toggle_pause(),
             Request::Skip(steps) => self.playback.skip(f64::from(steps) * SKIP_S),
@@ -101,7 +97,7 @@ impl Player<'_> {
             }),
             banner: note.or_else(faults),
             first_row: self.first_row,
-            overlay: self.overlay,
+            shows_help: self.shows_help,
             look: self.look,
         })
     }

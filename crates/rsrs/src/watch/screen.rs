@@ -34,8 +34,8 @@ pub struct View<'a> {
     pub banner: Option<Banner>,
     /// The first row of the table, if it does not fit.
     pub first_row: usize,
-    /// What lies over all.
-    pub overlay: Overlay,
+    /// Whether the keys, and what the words mean, lie over all.
+    pub shows_help: bool,
     pub look: Look,
 }
 
@@ -84,14 +84,6 @@ impl Banner {
     }
 }
 
-/// What lies over all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Overlay {
-    None,
-    /// The keys and what the words mean.
-    Help,
-}
-
 /// Draws everything, and counts for how many robots the table has room, by which it is scrolled.
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) -> usize {
     if area.width < LEAST.0 || area.height < LEAST.1 {
@@ -116,7 +108,7 @@ pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) -> usize {
     }
     let n_rows = draw_body(view, body, buffer);
     bottom::draw(view, foot, buffer);
-    if view.overlay == Overlay::Help {
+    if view.shows_help {
         help::draw(view, area, buffer);
     }
     n_rows

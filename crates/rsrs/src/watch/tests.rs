@@ -19,7 +19,7 @@ use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::record::fleet_record;
 
 use super::look::{BannerKind, Colours, Look, Signs};
-use super::screen::{Banner, Overlay, PlayState, Timeline, View, draw};
+use super::screen::{Banner, PlayState, Timeline, View, draw};
 
 /// Columns and rows.
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 30), (200, 50)];
@@ -94,7 +94,7 @@ fn view(observation: &Observation) -> View<'_> {
         timeline: None,
         banner: None,
         first_row: 0,
-        overlay: Overlay::None,
+        shows_help: false,
         look: PLAIN,
     }
 }
@@ -358,8 +358,8 @@ fn without_colours_nothing_is_coloured_and_alarms_stand_out() {
 fn with_plain_signs_there_are_no_others() {
     let observation = mill(30);
     let look = Look { colours: Colours::On, signs: Signs::Ascii };
-    for overlay in [Overlay::None, Overlay::Help] {
-        let view = View { overlay, look, ..view(&observation) };
+    for shows_help in [false, true] {
+        let view = View { shows_help, look, ..view(&observation) };
 
         let page = rows(&drawn(&view, (80, 24))).join("\n");
 
@@ -376,10 +376,10 @@ fn no_size_is_too_small_and_no_fleet_too_strange() {
     let pose = Event::Pose { robot: name, source: PoseSource::Pose, pose: far };
     strange.on_event(pose, Duration::from_secs_f64(NOW_S));
     for observation in [&nothing, &strange] {
-        for overlay in [Overlay::None, Overlay::Help] {
+        for shows_help in [false, true] {
             for width in [1, 10, 24, 30, 51, 52, 53, 60, 80, 300] {
                 for height in [1, 2, 5, 6, 7, 10, 24, 100] {
-                    let view = View { overlay, ..view(observation) };
+                    let view = View { shows_help, ..view(observation) };
 
                     let page = rows(&drawn(&view, (width, height))).join("\n");
 

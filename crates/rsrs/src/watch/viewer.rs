@@ -14,7 +14,7 @@ use rsrs_ros::session::SessionOptions;
 
 use super::keys::{Request, scrolled};
 use super::look::{BannerKind, Look};
-use super::screen::{Banner, Overlay, View};
+use super::screen::{Banner, View};
 use super::terminal::Screen;
 
 /// How often the screen is drawn.
@@ -60,7 +60,7 @@ pub fn view(
         outcome: None,
         order: None,
         first_row: 0,
-        overlay: Overlay::None,
+        shows_help: false,
     };
     let shown = Screen::open().and_then(|mut screen| viewer.run(&mut screen, interrupted));
     // Whoever has asked for a stop gets it, whatever became of the screen.
@@ -124,7 +124,7 @@ struct Viewer<'a> {
     /// Order parameters, and when they were computed.
     order: Option<(Instant, Option<SwarmOrder>)>,
     first_row: usize,
-    overlay: Overlay,
+    shows_help: bool,
 }
 
 impl Viewer<'_> {
@@ -133,7 +133,7 @@ impl Viewer<'_> {
         let mut n_rows = self.show(screen)?;
         while !interrupted.load(Ordering::Relaxed) {
             match screen.wait(FRAME.saturating_sub(shown.elapsed()))? {
-                Some(Request::Quit) if self.overlay == Overlay::None => return Ok(()),
+                Some(Request::Quit) if !self.shows_help => return Ok(()),
                 Some(request) => self.take(request, n_rows),
                 None => {}
             }
@@ -156,11 +156,7 @@ impl Viewer<'_> {
             self.stop_all();
             return;
         }
-        if std::mem::replace(&mut self.overlay, Overlay::None) == Overlay::None
-            && request == Request::Help
-        {
-            self.overlay = Overlay::Help;
-        }
+        self.shows_help = request == Request::Help && !self.shows_help;
         let n_robots = self.live.observation().n_robots();
         self.first_row = scrolled(self.first_row, request, (n_rows, n_robots));
     }
@@ -214,7 +210,7 @@ impl Viewer<'_> {
             timeline: None,
             banner,
             first_row: self.first_row,
-            overlay: self.overlay,
+            shows_help: self.shows_help,
             look: self.look,
         })
     }
