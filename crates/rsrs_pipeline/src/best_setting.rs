@@ -17,7 +17,7 @@ use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_files::quoted;
-use rsrs_sim::sweep::{Runs, Swept};
+use rsrs_sim::sweep::{Swept, confirmation_seed};
 
 use crate::error::with_help;
 use crate::execution::Execution;
@@ -110,15 +110,8 @@ pub fn confirm(
     source: &ResolvedSweep,
     (replicates, options): (u64, Options<'_>),
 ) -> anyhow::Result<Swept> {
-    let runs = Runs {
-        seed: rsrs_sim::sweep::confirmation_seed(source.sweep.seed),
-        replicates,
-        duration_s: source.sweep.duration_s,
-        n_threads: options.execution.n_threads,
-    };
-    options
-        .execution
-        .simulate("confirming", |watch| rsrs_sim::sweep::sweep(conditions, runs, watch))
+    let runs = (confirmation_seed(source.sweep.seed), replicates);
+    options.execution.simulate("confirming", conditions, runs, source.sweep.duration_s)
 }
 
 /// A robot, and the settings in which it is given its chance.

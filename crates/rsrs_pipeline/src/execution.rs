@@ -2,7 +2,8 @@
 
 use std::sync::atomic::AtomicBool;
 
-use rsrs_sim::sweep::{Progress, Swept, Watch};
+use rsrs_core::conditions::Conditions;
+use rsrs_sim::sweep::{Progress, Runs, Swept, Watch, sweep};
 
 use crate::error::with_help;
 
@@ -64,15 +65,19 @@ impl Execution<'static> {
 }
 
 impl Execution<'_> {
-    /// Runs simulations that are shown, and may be called off.
-    pub fn simulate<E: std::error::Error + Send + Sync + 'static>(
+    /// Runs each of some conditions so often and so long, which is shown, and may be called off.
+    pub fn simulate(
         self,
         doing: &str,
-        work: impl FnOnce(Watch<'_>) -> Result<Swept, E>,
+        conditions: &[Conditions],
+        (seed, replicates): (u64, u64),
+        duration_s: f64,
     ) -> anyhow::Result<Swept> {
         let counter = self.observer.count(doing, "runs");
         let cancel = self.observer.cancel();
-        let swept = work(Watch { progress: &|progress| counter.show(progress), cancel })?;
+        let runs = Runs { seed, replicates, duration_s, n_threads: self.n_threads };
+        let watch = Watch { progress: &|progress| counter.show(progress), cancel };
+        let swept = sweep(conditions, runs, watch)?;
         if swept.is_cancelled {
             return Err(with_help(
                 "interrupted; nothing was written",

@@ -11,7 +11,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::share::Share;
-use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
+use rsrs_sim::sweep::confirmation_seed;
 use serde::Serialize;
 
 use crate::compare::prediction::{Note, Prediction, nothing_chosen};
@@ -183,14 +183,10 @@ fn as_measured(
         .iter()
         .map(|index| source.conditions_of(*index))
         .collect::<anyhow::Result<Vec<Conditions>>>()?;
-    let runs = Runs {
-        // Neither that of the sweep nor that of its confirmation.
-        seed: confirmation_seed(confirmation_seed(source.sweep.seed)),
-        replicates: options.replicates,
-        duration_s: source.sweep.duration_s,
-        n_threads: options.execution.n_threads,
-    };
-    let doing = "robots as measured";
-    let swept = options.execution.simulate(doing, |watch| sweep(&conditions, runs, watch))?;
+    // Neither that of the sweep nor that of its confirmation.
+    let seed = confirmation_seed(confirmation_seed(source.sweep.seed));
+    let (runs, duration_s) = ((seed, options.replicates), source.sweep.duration_s);
+    let swept =
+        options.execution.simulate("robots as measured", &conditions, runs, duration_s)?;
     Ok(swept.counts(cells.len()).iter().map(Share::milling).collect())
 }

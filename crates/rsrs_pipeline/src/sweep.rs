@@ -23,7 +23,7 @@ use rsrs_core::judge::phase::JudgeError;
 use rsrs_core::quantity::Cell;
 use rsrs_sim::sweep::{
     Block, BlockError, Completion, Piece, Progress, ReplicateOutcome, Runs, SweepError, Watch,
-    Work, blocks, check, run_blocks, sweep,
+    Work, blocks, check, run_blocks,
 };
 
 use crate::error::{WithHelp, helped, with_help};
@@ -105,7 +105,8 @@ pub fn sweep_in_memory(
     source.sweep.replicates = source.sweep.replicates.min(ENOUGH);
     let plan = Plan::new(name, &source, execution.n_threads)?;
     let doing = "looking for the best setting";
-    let swept = execution.simulate(doing, |watch| sweep(&plan.conditions, plan.runs, watch))?;
+    let Runs { seed, replicates, duration_s, .. } = plan.runs;
+    let swept = execution.simulate(doing, &plan.conditions, (seed, replicates), duration_s)?;
     Ok(plan.result(source, &swept.counts(plan.conditions.len())))
 }
 

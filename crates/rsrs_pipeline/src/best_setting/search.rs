@@ -2,11 +2,12 @@
 
 use rsrs_core::conditions::{ClassChanges, Conditions, Placement, Settings};
 use rsrs_core::diagram::choice::tail;
+use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::share::Share;
-use rsrs_sim::sweep::{Runs, Swept, check, confirmation_seed, sweep};
+use rsrs_sim::sweep::{Runs, Swept, check, confirmation_seed};
 
 use super::Options;
 use crate::sweep::result::SweepResult;
@@ -286,11 +287,6 @@ impl<'a> Search<'a> {
         Ok(conditions)
     }
 
-    fn runs(&self, seed: u64, replicates: u64) -> Runs {
-        let n_threads = self.options.execution.n_threads;
-        Runs { seed, replicates, duration_s: self.source.sweep.duration_s, n_threads }
-    }
-
     /// The conditions of a changed robot in a setting, made worse and as measured; `None` if there
     /// is no such robot, or it cannot be simulated there.
     pub fn in_both_worlds(&self, changes: &Changes, cell: &Cell) -> Option<[Conditions; 2]> {
@@ -303,28 +299,30 @@ impl<'a> Search<'a> {
 
     /// Whether robots find a place under some conditions, and their runs can be judged.
     pub fn is_possible(&self, conditions: &Conditions) -> bool {
-        check(std::slice::from_ref(conditions), self.runs(self.source.sweep.seed, 1)).is_ok()
+        let SweepFile { seed, duration_s, .. } = self.source.sweep;
+        let runs = Runs { seed, replicates: 1, duration_s, n_threads: 1 };
+        check(std::slice::from_ref(conditions), runs).is_ok()
     }
 
     /// How so many runs under each of some conditions end.
     pub fn counts(
         &self,
         conditions: &[Conditions],
-        (seed, replicates): (u64, u64),
+        runs: (u64, u64),
         doing: &str,
     ) -> anyhow::Result<Vec<PhaseCounts>> {
-        Ok(self.simulate(conditions, (seed, replicates), doing)?.counts(conditions.len()))
+        Ok(self.simulate(conditions, runs, doing)?.counts(conditions.len()))
     }
 
     /// What so many runs under each of some conditions come to.
     pub fn simulate(
         &self,
         conditions: &[Conditions],
-        (seed, replicates): (u64, u64),
+        runs: (u64, u64),
         doing: &str,
     ) -> anyhow::Result<Swept> {
-        let runs = self.runs(seed, replicates);
-        self.options.execution.simulate(doing, |watch| sweep(conditions, runs, watch))
+        let duration_s = self.source.sweep.duration_s;
+        self.options.execution.simulate(doing, conditions, runs, duration_s)
     }
 
     fn shares(

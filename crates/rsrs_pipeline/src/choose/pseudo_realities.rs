@@ -7,7 +7,7 @@ use rsrs_core::robot::pseudo_reality::{PseudoRealities, Varied};
 use rsrs_core::statistics::beta_binomial::GroupedShare;
 use rsrs_core::statistics::rank_correlation::kendall_tau;
 use rsrs_core::statistics::share::Share;
-use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
+use rsrs_sim::sweep::confirmation_seed;
 use serde::Serialize;
 
 use crate::error::helped;
@@ -96,13 +96,8 @@ pub fn pseudo_realities(
         conditions.extend(its_conditions);
         cells = of_drawn;
     }
-    let runs = Runs {
-        seed,
-        replicates: draws.replicates,
-        duration_s: source.sweep.duration_s,
-        n_threads: execution.n_threads,
-    };
-    let swept = execution.simulate("pseudo-realities", |watch| sweep(&conditions, runs, watch))?;
+    let (runs, duration_s) = ((seed, draws.replicates), source.sweep.duration_s);
+    let swept = execution.simulate("pseudo-realities", &conditions, runs, duration_s)?;
     let counts = swept.counts(conditions.len());
     let shares: Vec<Share> = counts.iter().map(Share::milling).collect();
     let by_profile = || shares.chunks(cells.len());

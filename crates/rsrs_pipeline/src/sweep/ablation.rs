@@ -6,7 +6,7 @@ use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::statistics::share::Share;
-use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
+use rsrs_sim::sweep::confirmation_seed;
 use serde::Serialize;
 
 use crate::error::helped;
@@ -72,13 +72,9 @@ pub fn ablate(
     if ablations.is_empty() {
         return Ok(None);
     }
-    let runs = Runs {
-        seed: confirmation_seed(confirmation_seed(source.sweep.seed)),
-        replicates,
-        duration_s: source.sweep.duration_s,
-        n_threads: execution.n_threads,
-    };
-    let swept = execution.simulate("comparing factors", |watch| sweep(&variants, runs, watch))?;
+    let SweepFile { seed, duration_s, .. } = source.sweep;
+    let runs = (confirmation_seed(confirmation_seed(seed)), replicates);
+    let swept = execution.simulate("comparing factors", &variants, runs, duration_s)?;
     let counts = swept.counts(variants.len());
     let shares: Vec<f64> = counts.iter().map(|counts| Share::milling(counts).value()).collect();
     let (of_all, of_each) = shares.split_at(2);
@@ -110,14 +106,8 @@ pub fn best_as_measured(
     let (cells, conditions): (Vec<Cell>, Vec<Conditions>) =
         measured.cells("sweep.yaml")?.into_iter().unzip();
     let SweepFile { seed, duration_s, .. } = source.sweep;
-    let runs = Runs {
-        seed: confirmation_seed(seed),
-        replicates,
-        duration_s,
-        n_threads: execution.n_threads,
-    };
-    let swept =
-        execution.simulate("robots as measured", |watch| sweep(&conditions, runs, watch))?;
+    let runs = (confirmation_seed(seed), replicates);
+    let swept = execution.simulate("robots as measured", &conditions, runs, duration_s)?;
     let counts = swept.counts(cells.len());
     let shares = counts.iter().map(|counts| Share::milling(counts).hits).rev();
     let best = cells.into_iter().rev().zip(shares).max_by_key(|(_, hits)| *hits);

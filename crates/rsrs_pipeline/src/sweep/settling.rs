@@ -7,7 +7,6 @@ use rsrs_core::judge::phase::{Phase, converged_s, label_with};
 use rsrs_core::quantity::Cell;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
-use rsrs_sim::sweep::{Runs, Swept, sweep};
 use serde::Serialize;
 
 use crate::execution::Execution;
@@ -112,17 +111,10 @@ fn of_conditions(
         return Ok(None);
     };
     let phases = |duration_s| -> anyhow::Result<Vec<Phase>> {
-        let runs = Runs {
-            seed: source.sweep.seed,
-            replicates,
-            duration_s,
-            n_threads: execution.n_threads,
-        };
-        let Swept { outcomes, .. } = execution
-            .simulate("checking whether phases still change", |watch| {
-                sweep(conditions, runs, watch)
-            })?;
-        Ok(outcomes.into_iter().map(|outcome| outcome.phase).collect())
+        let doing = "checking whether phases still change";
+        let runs = (source.sweep.seed, replicates);
+        let swept = execution.simulate(doing, conditions, runs, duration_s)?;
+        Ok(swept.outcomes.into_iter().map(|outcome| outcome.phase).collect())
     };
     let (before, after) = (phases(from_s)?, phases(duration_s)?);
     let n = usize::try_from(replicates)?;
