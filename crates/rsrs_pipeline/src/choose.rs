@@ -5,7 +5,6 @@ pub mod pseudo_realities;
 
 use std::path::Path;
 
-use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::choice::{Choice, most_frequent};
@@ -16,7 +15,7 @@ use rsrs_sim::sweep::confirmation_seed;
 use serde::Serialize;
 
 use crate::best_setting::{Best, best};
-use crate::files::write_file;
+use crate::files::write_json;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::sweep::settling;
@@ -90,8 +89,7 @@ fn converged_s(source: &ResolvedSweep, conditions: &Conditions) -> anyhow::Resul
 
 /// Writes a choice into a file.
 pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
-    let json = serde_json::to_string_pretty(choice).context("the choice as JSON")?;
-    write_file(path, format!("{json}\n").as_bytes())
+    write_json(path, choice)
 }
 
 impl BestSwept {

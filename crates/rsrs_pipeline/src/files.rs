@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::numerals::size;
 use rsrs_files::quoted;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::with_help;
@@ -47,6 +48,17 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Writes one file of JSON as [`write_file`] does.
+pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
+    let json = serde_json::to_string_pretty(value).context("plain data as JSON")?;
+    write_file(path, format!("{json}\n").as_bytes())
+}
+
+/// Makes a folder, with those around it, where there is none.
+pub fn make_folder(path: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(path).with_context(|| format!("cannot make {}", path.display()))
+}
+
 /// Writes one file as [`write_file`] does, on the disk at once: the old or the new one is there,
 /// whenever this program or the machine is killed, or the disk is full.
 pub fn write_durably(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
@@ -82,7 +94,8 @@ fn draft_of(path: &Path, bytes: &[u8]) -> std::io::Result<tempfile::NamedTempFil
     Ok(draft)
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder that a path lies in.
+pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -90,7 +103,8 @@ fn cannot_read(path: &Path) -> String {
     format!("cannot read {}", path.display())
 }
 
-fn cannot_write(path: &Path) -> String {
+/// What to call it where a file cannot be written.
+pub fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())
 }
 

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::numerals::significant;
@@ -18,7 +17,7 @@ use serde::Serialize;
 
 use crate::best_setting::grid::{Floor, Reach, STEPS};
 use crate::error::with_help;
-use crate::files::write_file;
+use crate::files::{make_folder, write_file};
 
 /// What is given of the robots; all else is assumed, and marked so.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +81,7 @@ pub fn init(folder: &Path, robots: &Robots) -> anyhow::Result<Begun> {
     let floor = Floor::new(range_m, (n_robots, radius_m), arena_m);
     let texts = texts(robots, floor);
     check_texts(&texts)?;
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    make_folder(folder)?;
     for (name, text) in &texts {
         write_file(&folder.join(name), text.as_bytes())?;
     }

@@ -186,7 +186,6 @@ fn as_measured(
     // Neither that of the sweep nor that of its confirmation.
     let seed = confirmation_seed(confirmation_seed(source.sweep.seed));
     let (runs, duration_s) = ((seed, options.replicates), source.sweep.duration_s);
-    let swept =
-        options.execution.simulate("robots as measured", &conditions, runs, duration_s)?;
+    let swept = options.execution.simulate("robots as measured", &conditions, runs, duration_s)?;
     Ok(swept.counts(cells.len()).iter().map(Share::milling).collect())
 }

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use anyhow::Context;
 use rsrs_core::capability::LostCapability;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::fit::{Details, Fit, Population};
+use rsrs_pipeline::files::make_folder;
 use rsrs_pipeline::measure::fit::FittedFiles;
 use rsrs_view::distribution::{self, DistributionPicture, DrivenSpeed};
 use rsrs_view::sensor::{self, SensorPicture};
@@ -66,7 +66,7 @@ pub fn draw(
     style: PageStyle,
 ) -> anyhow::Result<()> {
     let fitted = &files.fit;
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    make_folder(folder)?;
     let map = &fitted.details.sensor;
     let origin = fitted.details.moved_by.origin();
     let whose = origin.map(|origin| format!("; trials of {}", origin.whose())).unwrap_or_default();

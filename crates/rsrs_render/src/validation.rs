@@ -9,6 +9,7 @@ use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::trial::DrivenTrial;
 use rsrs_core::trials::validation::{Exit, LEVEL, TrialPlace, Tube, Validation};
+use rsrs_pipeline::files::make_folder;
 use rsrs_pipeline::validate::file::{Turning, ValidationReport};
 use rsrs_pipeline::validate::{Case, Validated};
 use rsrs_view::reachable_set::{self, ReachPicture, TubeMembership};
@@ -325,7 +326,7 @@ pub fn write(
 /// PNG. Of drives whose command changed or that push something, which may be many, those outside are drawn.
 fn draw(folder: &Path, validated: &Validated, style: PageStyle) -> anyhow::Result<()> {
     let Validated { case, answer, .. } = validated;
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    make_folder(folder)?;
     remove_earlier(folder)?;
     for (index, tube) in answer.validation.tubes.iter().enumerate() {
         let trials = &answer.validation.trials;

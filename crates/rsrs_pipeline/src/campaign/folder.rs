@@ -16,7 +16,7 @@ use super::{Item, is_same};
 use crate::attempt::{Attempt, keep_aside, number_aside};
 use crate::error::{in_one_line, with_help};
 use crate::files::lock_file::try_lock;
-use crate::files::{read_json_if_there, write_file};
+use crate::files::{make_folder, read_json_if_there, write_file, write_json};
 use crate::label::{LabelOptions, Settledness, label_bag};
 use crate::recorded_run::{self, gaps};
 
@@ -73,8 +73,7 @@ impl CampaignFolder {
     /// If it is not this campaign's, or another process is at work in it.
     pub fn open(path: &Path, text: &str, items: &[Item]) -> anyhow::Result<Self> {
         refuse_foreign(path)?;
-        let make = || format!("cannot make {}", path.display());
-        std::fs::create_dir_all(path).with_context(make)?;
+        make_folder(path)?;
         let Some(lock) = try_lock(&path.join(LOCK))? else {
             bail!("another `rsrs campaign` is at work in {}", path.display());
         };
@@ -193,8 +192,7 @@ impl CampaignFolder {
             Ok(mut labelled) => {
                 // The folder may be moved.
                 labelled.bag = PathBuf::from(BAG);
-                let json = serde_json::to_string_pretty(&labelled).context("a label as JSON")?;
-                write_file(&folder.join(LABEL), format!("{json}\n").as_bytes())?;
+                write_json(&folder.join(LABEL), &labelled)?;
                 parts.push(LABEL);
                 (Some(labelled.phase), String::new())
             }

@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 
 use crate::attempt::{Attempt, NOT_JUDGED};
 use crate::error::with_help;
-use crate::files::{read_if_there, write_durably};
+use crate::files::{cannot_write, read_if_there, write_durably};
 use crate::recorded_run::gaps::Gap;
 
 /// Its name in the folder of an experiment.
@@ -204,6 +204,5 @@ fn digest(path: &Path) -> io::Result<(u64, String)> {
 /// or the machine is killed.
 pub fn write_whole(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
     let text = serde_json::to_string_pretty(value).context("plain data as JSON")?;
-    write_durably(path, format!("{text}\n").as_bytes())
-        .with_context(|| format!("cannot write {}", path.display()))
+    write_durably(path, format!("{text}\n").as_bytes()).with_context(|| cannot_write(path))
 }

@@ -18,6 +18,7 @@ use rsrs_sim::sweep::confirmation_seed;
 use crate::attempt::number_aside;
 use crate::compare::not_counted::Cause;
 use crate::error::{help_of, in_one_line, with_help};
+use crate::files::folder_of;
 use crate::recorded_run;
 use crate::sweep::result::SweepResult;
 
@@ -106,8 +107,7 @@ fn kept_beside(bags: &[PathBuf]) -> Vec<PathBuf> {
         let Some(name) = bag.file_name().map(|name| name.to_string_lossy().into_owned()) else {
             continue;
         };
-        let folder = bag.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let entries = folder.unwrap_or(Path::new(".")).read_dir().into_iter().flatten().flatten();
+        let entries = folder_of(bag).read_dir().into_iter().flatten().flatten();
         let numbered = entries.filter_map(|entry| {
             let aside = entry.file_name().to_string_lossy().into_owned();
             number_aside(&name, &aside)

@@ -10,7 +10,7 @@ use super::journal::Journal;
 use super::settings::Settings;
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
-use crate::files::{read_text, write_file};
+use crate::files::{make_folder, read_text, write_file};
 
 /// Name of the profile in the folder.
 pub const PROFILE: &str = "profile.yaml";
@@ -50,7 +50,7 @@ impl Folder {
         let written = serde_saphyr::to_string(settings).context("the settings as YAML")?;
         let profile = serde_saphyr::to_string(robot).context("the profile as YAML")?;
         refuse_other_things(path)?;
-        std::fs::create_dir_all(path).with_context(|| format!("cannot make {}", path.display()))?;
+        make_folder(path)?;
         let Some(lock) = try_lock(&path.join(LOCK))? else {
             return Err(with_help(
                 format!("another search is at work in {}", path.display()),

@@ -19,7 +19,7 @@ use super::folder::{CONTROLLER, Folder, PROFILE, STARTS, WORLD};
 use super::settings::in_folder;
 use super::trial::{self, Elsewhere, Laboratory, Name, Shown, Trial};
 use super::{CONFIRM, Explored, FoundController, Options, ShownRun};
-use crate::files::write_file;
+use crate::files::{make_folder, write_file};
 
 /// Controllers of a gallery at most.
 const MOST: usize = 24;
@@ -50,8 +50,7 @@ pub fn write(
     });
     confirmed.truncate(MOST);
     let folder = site.path.join(SWEEPS);
-    std::fs::create_dir_all(&folder)
-        .with_context(|| format!("cannot make {}", folder.display()))?;
+    make_folder(&folder)?;
     let (mut found, mut runs) = (Vec::new(), Vec::new());
     for (index, Confirmed { trial, shown }) in confirmed.into_iter().enumerate() {
         let elsewhere = laboratory.elsewhere(&trial, seed, options)?;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use super::trial::Trial;
-use crate::files::read_if_there;
+use crate::files::{cannot_write, read_if_there};
 
 /// A journal of trials, which a search reads before it simulates.
 pub struct Journal {
@@ -20,7 +20,6 @@ impl Journal {
     /// Opens a journal, and makes it if it is not there. A last line that was not finished is
     /// dropped; any other line that is no trial is an error.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
-        let cannot = |what| format!("cannot {what} {}", path.display());
         let text = read_if_there(path)?.unwrap_or_default();
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let mut known = Vec::new();
@@ -33,8 +32,8 @@ impl Journal {
             .create(true)
             .append(true)
             .open(path)
-            .with_context(|| cannot("write"))?;
-        file.set_len(whole as u64).with_context(|| cannot("write"))?;
+            .with_context(|| cannot_write(path))?;
+        file.set_len(whole as u64).with_context(|| cannot_write(path))?;
         Ok(Self { path: path.to_owned(), known, file })
     }
 
@@ -57,7 +56,7 @@ impl Journal {
             lines.push('\n');
         }
         let written = self.file.write_all(lines.as_bytes()).and_then(|()| self.file.sync_data());
-        written.with_context(|| format!("cannot write {}", self.path.display()))?;
+        written.with_context(|| cannot_write(&self.path))?;
         self.known.extend_from_slice(trials);
         Ok(())
     }

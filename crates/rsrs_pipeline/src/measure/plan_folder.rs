@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use anyhow::Context;
 use rsrs_core::trials::plan::Plan;
 use rsrs_fleet::fleet_file::FleetFile;
 
 use crate::error::{helped, with_help};
-use crate::files::{read_text, write_file};
+use crate::files::{make_folder, read_text, write_file};
 
 /// Names of the robots of a fleet file that may be used.
 pub fn enabled_robots(fleet: &Path) -> anyhow::Result<Vec<String>> {
@@ -24,7 +23,7 @@ pub fn write(folder: &Path, plan: &Plan) -> anyhow::Result<()> {
             "give another folder with `-o`: tables that are filled in are not overwritten",
         ));
     }
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    make_folder(folder)?;
     for (name, text) in [
         ("sheet.txt", plan.text()),
         ("speed.csv", plan.speed_csv()),

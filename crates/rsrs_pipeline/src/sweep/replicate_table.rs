@@ -17,6 +17,7 @@ use rsrs_core::judge::order::Parameter;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_sim::sweep::ReplicateOutcome;
 
+use crate::files::cannot_write;
 use crate::sweep::result::{SweepResult, World};
 
 /// The mean of one order parameter over the runs of each cell in a world, in the order of the
@@ -176,10 +177,6 @@ impl<'a> ReplicateTable<'a> {
         group.close()?;
         Ok(())
     }
-}
-
-fn cannot_write(path: &Path) -> String {
-    format!("cannot write {}", path.display())
 }
 
 fn schema(axes: &[Axis], parameters: &[Parameter]) -> String {

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::Context;
 use rsrs_core::capability::{CapabilityViolation, LostCapability, SensorViolation};
 use rsrs_core::digest::Digest;
 use rsrs_core::quantity::Cell;
@@ -13,7 +12,7 @@ use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::validation::Validation;
 use serde::{Deserialize, Serialize};
 
-use crate::files::{read_text, write_file};
+use crate::files::{read_json_if_there, write_json};
 use crate::provenance::Provenance;
 use crate::sweep::source::ResolvedSweep;
 
@@ -145,20 +144,14 @@ impl Judged {
 impl ValidationReport {
     /// Writes the answer into a folder.
     pub fn write(&self, folder: &Path) -> anyhow::Result<()> {
-        let json = serde_json::to_string_pretty(self).context("the answer as JSON")?;
-        write_file(&folder.join(NAME), format!("{json}\n").as_bytes())
+        write_json(&folder.join(NAME), self)
     }
 }
 
 /// The answer that is kept in the folder of a sweep: whether its simulator was validated. One about
 /// another profile or other factors than those of `source` does not count.
 pub fn stored(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Option<StoredAnswer>> {
-    let path = folder.join(NAME);
-    if !path.exists() {
-        return Ok(None);
-    }
-    let text = read_text(&path)?;
-    let given: StoredAnswer = serde_json::from_str(&text)
-        .with_context(|| format!("{} is no answer of `rsrs validate`", path.display()))?;
-    Ok(given.judged.is_of(source).then_some(given))
+    let given: Option<StoredAnswer> =
+        read_json_if_there(&folder.join(NAME), "no answer of `rsrs validate`")?;
+    Ok(given.filter(|given| given.judged.is_of(source)))
 }

@@ -23,7 +23,7 @@ use super::difference::first_difference;
 use super::{CELLS, SWEEP, cells, read_source};
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
-use crate::files::{write_draft, wrote};
+use crate::files::{make_folder, write_draft, wrote};
 use crate::sweep::Draw;
 use crate::sweep::replicate_table::ReplicateTable;
 use crate::sweep::result::SweepResult;
@@ -268,8 +268,7 @@ impl Unfinished {
             TABLES.iter().try_for_each(|name| save(&site.join(name)))
         };
         let pictures = site.join(PICTURES);
-        std::fs::create_dir_all(&pictures)
-            .with_context(|| format!("cannot make {}", pictures.display()))?;
+        make_folder(&pictures)?;
         if n_threads > 1 {
             std::thread::scope(|scope| {
                 let drawing = scope.spawn(|| draw(&pictures, result));
