@@ -27,6 +27,7 @@ use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::gain::speed_gain;
+use rsrs_fleet::experiment::Time;
 use rsrs_msgs::rsrs::LeaseState;
 use rsrs_pipeline::episode::recorder::Recorder;
 use rsrs_pipeline::episode::replicate::simulated_record;
@@ -196,7 +197,7 @@ fn record(
     let record = simulated_record(
         format!("reproduce_{seed}_0"),
         conditions.clone(),
-        (DURATION_S, seed),
+        (Time::RealTime, DURATION_S, seed),
         &measured.digest(),
     );
     let (mut recorder, []) = Recorder::open(bag, &record, [])?;

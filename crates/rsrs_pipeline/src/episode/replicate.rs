@@ -119,19 +119,19 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
     let SweepFile { duration_s, seed, .. } = result.source.sweep;
     let run_id = run_id(&conditions, duration_s, seed, replicate);
     let profile_digest = result.source.profile.digest();
-    let record = simulated_record(run_id, conditions, (duration_s, seed), &profile_digest);
-    ExperimentRecord { replicate, time: Time::Lockstep, ..record }
+    let run = (Time::Lockstep, duration_s, seed);
+    ExperimentRecord { replicate, ..simulated_record(run_id, conditions, run, &profile_digest) }
 }
 
-/// The record of a simulated run, in real time, of the first replicate, all of whose robots are of one profile.
+/// The record of a simulated run of the first replicate, all of whose robots are of one profile.
 ///
 /// # Arguments
 ///
-/// * `duration_s` — in seconds, beside its seed.
+/// * `duration_s` — in seconds, beside how it passed and the seed.
 pub fn simulated_record(
     run_id: String,
     conditions: Conditions,
-    (duration_s, seed): (f64, u64),
+    (time, duration_s, seed): (Time, f64, u64),
     profile_digest: &str,
 ) -> ExperimentRecord {
     ExperimentRecord {
@@ -148,7 +148,7 @@ pub fn simulated_record(
         fixed: None,
         pose_source: Some(PoseSource::Odom),
         tracker: None,
-        time: Time::RealTime,
+        time,
         provenance: Provenance::new(profile_digest, &conditions),
         conditions,
     }
