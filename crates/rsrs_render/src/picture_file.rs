@@ -1,15 +1,17 @@
 //! The files of pictures, and how they are printed.
 
 mod length;
-mod page_style;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
+use rsrs_view::raster::PNG_WIDTH_PX;
+use rsrs_view::resized;
+use rsrs_view::theme::Theme;
 
 pub use length::Length;
-pub use page_style::PageStyle;
 
 /// A file whose extension decides how a picture is written into it.
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +78,27 @@ impl<'a> PictureFile<'a> {
             }
         };
         write_file(self.path, bytes)
+    }
+}
+
+/// How a picture is printed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PageStyle {
+    /// Where it is looked at.
+    pub theme: Theme,
+    /// Its width; as wide as it takes if not given.
+    pub width: Option<Length>,
+}
+
+impl PageStyle {
+    /// A picture as wide as it is to be: one that was laid out at another width is scaled.
+    fn fitted(self, svg: &str) -> Cow<'_, str> {
+        self.width.map_or(Cow::Borrowed(svg), |width| Cow::Owned(resized(svg, width.px())))
+    }
+
+    /// Width of a PNG, in pixels: 600 to an inch of paper.
+    fn png_width_px(self) -> u32 {
+        self.width.map_or(PNG_WIDTH_PX, Length::dots)
     }
 }
 
