@@ -35,11 +35,12 @@ pub struct PhaseDiagram {
 impl PhaseDiagram {
     /// The values of one axis that occur, ascending.
     pub fn values(&self, axis: Axis) -> Vec<f64> {
-        let mut values: Vec<f64> =
-            self.cells.iter().filter_map(|entry| entry.cell.get(axis)).collect();
-        values.sort_by(f64::total_cmp);
-        values.dedup_by(|left, right| left.to_bits() == right.to_bits());
-        values
+        values(self.cells.iter().map(|entry| &entry.cell), axis)
+    }
+
+    /// Where every cell is on the grid.
+    fn points(&self) -> Vec<Point> {
+        points(&self.axes, self.cells.iter().map(|entry| &entry.cell))
     }
 
     /// The entry of exactly this cell.
@@ -60,4 +61,36 @@ impl PhaseDiagram {
         };
         self.behaviour().phases().iter().map(|phase| (*phase, n(*phase))).collect()
     }
+}
+
+/// A cell as the positions of its values among those that occur, on each axis.
+type Point = Vec<usize>;
+
+/// Where cells that have values on some axes are on the grid of these.
+fn points<'a>(axes: &[Axis], cells: impl Iterator<Item = &'a Cell> + Clone) -> Vec<Point> {
+    let grid: Vec<(Axis, Vec<f64>)> =
+        axes.iter().map(|axis| (*axis, values(cells.clone(), *axis))).collect();
+    let point = |cell: &Cell| {
+        let position = |(axis, values): &(Axis, Vec<f64>)| {
+            let value = cell.get(*axis).expect("a cell has a value on every swept axis");
+            values.partition_point(|other| *other < value)
+        };
+        grid.iter().map(position).collect()
+    };
+    cells.map(point).collect()
+}
+
+/// The values of an axis that occur, ascending.
+fn values<'a>(cells: impl Iterator<Item = &'a Cell>, axis: Axis) -> Vec<f64> {
+    let mut values: Vec<f64> = cells.filter_map(|cell| cell.get(axis)).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup_by(|left, right| left.to_bits() == right.to_bits());
+    values
+}
+
+/// A point at another position on one axis.
+fn moved(point: &[usize], axis: usize, position: usize) -> Point {
+    let mut moved = point.to_vec();
+    moved[axis] = position;
+    moved
 }

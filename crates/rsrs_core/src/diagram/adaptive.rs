@@ -18,8 +18,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::{Point, moved, points};
 use crate::judge::counts::PhaseCounts;
-use crate::quantity::{Axis, Cell};
+use crate::quantity::Cell;
 use crate::statistics::sequence;
 use crate::statistics::share::Share;
 
@@ -148,37 +149,16 @@ const HALF: f64 = 0.5;
 /// For each cell, the cells that are next to it on one axis and equal on all others.
 fn neighbours(cells: &[Cell]) -> Vec<Vec<usize>> {
     let axes = cells.first().map(Cell::axes).unwrap_or_default();
-    let grid: Vec<(Axis, Vec<f64>)> =
-        axes.iter().map(|axis| (*axis, values(cells, *axis))).collect();
-    let point = |cell: &Cell| -> Vec<usize> {
-        let position = |(axis, values): &(Axis, Vec<f64>)| {
-            let value = cell.get(*axis).expect("all cells have the same axes");
-            values.partition_point(|other| *other < value)
-        };
-        grid.iter().map(position).collect()
-    };
-    let points: Vec<Vec<usize>> = cells.iter().map(point).collect();
+    let points = points(&axes, cells.iter());
     let index: std::collections::BTreeMap<&[usize], usize> =
         points.iter().enumerate().map(|(cell, point)| (point.as_slice(), cell)).collect();
-    let beside = |point: &Vec<usize>| {
-        let moved = (0..point.len()).flat_map(|axis| {
+    let beside_it = |point: &Point| {
+        let beside = (0..point.len()).flat_map(|axis| {
             let down = point[axis].checked_sub(1);
             [down, Some(point[axis] + 1)].into_iter().flatten().map(move |to| (axis, to))
         });
-        let find = |(axis, to): (usize, usize)| {
-            let mut moved = point.clone();
-            moved[axis] = to;
-            index.get(moved.as_slice()).copied()
-        };
-        moved.filter_map(find).collect()
+        let find = |(axis, to)| index.get(moved(point, axis, to).as_slice()).copied();
+        beside.filter_map(find).collect()
     };
-    points.iter().map(beside).collect()
-}
-
-/// The values of an axis that occur, ascending.
-fn values(cells: &[Cell], axis: Axis) -> Vec<f64> {
-    let mut values: Vec<f64> = cells.iter().filter_map(|cell| cell.get(axis)).collect();
-    values.sort_by(f64::total_cmp);
-    values.dedup_by(|left, right| left.to_bits() == right.to_bits());
-    values
+    points.iter().map(beside_it).collect()
 }

@@ -1,13 +1,12 @@
 //! Whether runs were "given enough time": whether their phases still change towards their end.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagram::{DiagramCell, PhaseDiagram};
+use crate::diagram::{DiagramCell, PhaseDiagram, Point, moved};
 use crate::judge::behaviour::window::Window;
 use crate::judge::phase::Phase;
-use crate::quantity::Cell;
 use crate::statistics::share::Share;
 
 /// How many runs of a cell end in another phase than they had at two thirds of their time.
@@ -56,24 +55,13 @@ impl Settling {
 /// A cell belongs to the region if half of its runs mill. The border of the grid is no edge here:
 /// nothing was simulated beyond it that could still change.
 pub fn edge(diagram: &PhaseDiagram) -> BTreeSet<usize> {
-    let values: Vec<Vec<f64>> = diagram.axes.iter().map(|axis| diagram.values(*axis)).collect();
-    let point = |cell: &Cell| -> Vec<usize> {
-        let places = diagram.axes.iter().zip(&values).map(|(axis, values)| {
-            let value = cell.get(*axis).unwrap_or_default();
-            values.partition_point(|other| *other < value)
-        });
-        places.collect()
-    };
     let mills = |entry: &DiagramCell| entry.counts.wanted_share() >= 0.5;
-    let cells: std::collections::BTreeMap<Vec<usize>, (usize, bool)> = (0..)
-        .zip(&diagram.cells)
-        .map(|(index, entry)| (point(&entry.cell), (index, mills(entry))))
-        .collect();
+    let inside = (0..).zip(diagram.cells.iter().map(mills));
+    let cells: BTreeMap<Point, (usize, bool)> = diagram.points().into_iter().zip(inside).collect();
     let mut edge = BTreeSet::new();
     for (place, (index, is_inside)) in &cells {
         for axis in 0..place.len() {
-            let mut next = place.clone();
-            next[axis] += 1;
+            let next = moved(place, axis, place[axis] + 1);
             if let Some((other, is_other_inside)) = cells.get(&next)
                 && is_inside != is_other_inside
             {
@@ -88,7 +76,7 @@ pub fn edge(diagram: &PhaseDiagram) -> BTreeSet<usize> {
 mod tests {
     use super::*;
     use crate::judge::counts::PhaseCounts;
-    use crate::quantity::Axis;
+    use crate::quantity::{Axis, Cell};
 
     #[test]
     fn a_cell_is_unsettled_when_surely_more_than_a_tenth_of_its_runs_change() {

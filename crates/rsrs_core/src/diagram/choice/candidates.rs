@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Edge, Margin};
-use crate::diagram::PhaseDiagram;
+use crate::diagram::{PhaseDiagram, Point, moved};
 use crate::quantity::{Axis, Cell};
 use crate::robot::harsher::tidy;
 use crate::statistics::interval_kind::IntervalKind;
@@ -117,9 +117,6 @@ pub fn most_frequent(worlds: Worlds<'_>, kind: IntervalKind, viable: f64) -> Can
     Grid::of(worlds, kind, viable).candidate(most.expect("a sweep has cells"))
 }
 
-/// A cell as the positions of its values on their axes.
-type Point = Vec<usize>;
-
 /// The milling region on the grid of the swept values.
 struct Grid<'a> {
     worlds: Worlds<'a>,
@@ -141,14 +138,7 @@ impl<'a> Grid<'a> {
         }
         let axes: Vec<(Axis, Vec<f64>)> =
             diagram.axes.iter().map(|axis| (*axis, diagram.values(*axis))).collect();
-        let point = |cell: &Cell| -> Point {
-            let position = |(axis, values): &(Axis, Vec<f64>)| {
-                let value = cell.get(*axis).expect("a cell has a value on every swept axis");
-                values.partition_point(|other| *other < value)
-            };
-            axes.iter().map(position).collect()
-        };
-        let points: Vec<Point> = diagram.cells.iter().map(|entry| point(&entry.cell)).collect();
+        let points = diagram.points();
         let least: BTreeMap<&Point, f64> =
             points.iter().enumerate().map(|(index, point)| (point, worlds.least(index))).collect();
         let smooth: Vec<f64> = points.iter().map(|point| smoothed(&least, point)).collect();
@@ -179,15 +169,10 @@ impl<'a> Grid<'a> {
             let found = self.points.iter().position(|other| *other == neighbour);
             found.is_some_and(|index| !self.may_be[index])
         };
-        let moved = |axis: usize, position: usize| {
-            let mut moved = point.clone();
-            moved[axis] = position;
-            moved
-        };
         (0..self.axes.len()).all(|axis| {
             let here = point[axis];
             let below = here.checked_sub(1);
-            !below.into_iter().chain([here + 1]).any(|position| fails(moved(axis, position)))
+            !below.into_iter().chain([here + 1]).any(|position| fails(moved(point, axis, position)))
         })
     }
 
@@ -201,11 +186,7 @@ impl<'a> Grid<'a> {
 
     /// The cell at a point moved along one axis, if it belongs to the region.
     fn contains(&self, point: &Point, axis: usize, position: Option<usize>) -> bool {
-        position.is_some_and(|position| {
-            let mut moved = point.clone();
-            moved[axis] = position;
-            self.region.contains(&moved)
-        })
+        position.is_some_and(|position| self.region.contains(&moved(point, axis, position)))
     }
 
     /// How many steps a point can go along an axis, down and up, and stay in the region.
@@ -272,11 +253,7 @@ impl Grid<'_> {
     /// Where the margins of a point end at something that was not simulated.
     fn edge(&self, point: &Point) -> BTreeMap<Axis, Edge> {
         let is_swept = |axis: usize, position: Option<usize>| {
-            position.is_some_and(|position| {
-                let mut moved = point.clone();
-                moved[axis] = position;
-                self.points.contains(&moved)
-            })
+            position.is_some_and(|position| self.points.contains(&moved(point, axis, position)))
         };
         let edge = |(index, (axis, _)): (usize, &(Axis, Vec<f64>))| {
             let (here, (down, up)) = (point[index], self.reach(point, index));
