@@ -32,6 +32,17 @@ pub struct CellRuns {
     pub part: f64,
 }
 
+impl CellRuns {
+    /// The cell as it is tested.
+    fn tested(&self) -> TestedCell {
+        TestedCell {
+            real: Share::milling(&self.real),
+            simulated: Share::milling(&self.simulated),
+            part: self.part,
+        }
+    }
+}
+
 /// The evidence of the runs on `eq:finalgap`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -129,12 +140,7 @@ impl Comparison {
     ///
     /// `eq:finalgap`; the tally of the caption of `fig:phase_plot2`; [`crate::statistics::e_value`].
     pub fn with_margin(runs: &[CellRuns], margin: f64) -> Self {
-        let tested = |runs: &CellRuns| TestedCell {
-            real: Share::milling(&runs.real),
-            simulated: Share::milling(&runs.simulated),
-            part: runs.part,
-        };
-        let test = PooledTest::new(&runs.iter().map(tested).collect::<Vec<_>>(), margin);
+        let test = PooledTest::new(&runs.iter().map(CellRuns::tested).collect::<Vec<_>>(), margin);
         let verdict = if runs.is_empty() { Verdict::Undecided } else { decide(test.log_e()) };
         // What all runs show, they show of a single cell.
         let part = |runs_of: &CellRuns| if runs.len() == 1 { 1.0 } else { runs_of.part };

@@ -76,12 +76,12 @@ pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) ->
         let mut after = vec![0.0; undecided.len() + 1];
         for (hits, probability) in undecided.iter().enumerate() {
             let further = Share { hits: hits as u64, n: runs - 1 };
-            let mills = next_mills(cell.as_measured, plus(cell.so_far, further));
+            let mills = next_mills(cell.as_measured, cell.so_far + further);
             after[hits] += probability * (1.0 - mills);
             after[hits + 1] += probability * mills;
         }
         bounds.move_to(runs, |hits| {
-            real[index] = plus(cell.so_far, Share { hits, n: runs });
+            real[index] = cell.so_far + Share { hits, n: runs };
             verdict(cells, &real, margin)
         });
         for (hits, probability) in (0_u64..).zip(&mut after) {
@@ -131,10 +131,6 @@ impl Bounds {
     }
 }
 
-fn plus(one: Share, other: Share) -> Share {
-    Share { hits: one.hits + other.hits, n: one.n + other.n }
-}
-
 /// Plans how many runs, shared out evenly among the cells one after the other, decide with the
 /// probability `wanted`, strictly between 0 and 1. In one cell it is [`plan_in`].
 ///
@@ -166,8 +162,7 @@ pub fn plan(
         let mut verdicts: BTreeMap<Vec<u64>, Verdict> = BTreeMap::new();
         undecided.retain_mut(|campaign| {
             let mills = uniform() < next_mills(cells[index].as_measured, campaign[index]);
-            let Share { hits, n } = campaign[index];
-            campaign[index] = Share { hits: hits + u64::from(mills), n: n + 1 };
+            campaign[index] = campaign[index] + Share { hits: u64::from(mills), n: 1 };
             let hits = campaign.iter().map(|real| real.hits).collect();
             let verdict = verdicts.entry(hits).or_insert_with(|| verdict(cells, campaign, margin));
             match verdict {
@@ -287,7 +282,7 @@ mod tests {
             let mut so_far = Share::default();
             (0..exact.runs.unwrap()).any(|_| {
                 let mills = generator.random::<f64>() < next_mills(cell.as_measured, so_far);
-                so_far = plus(so_far, Share { hits: u64::from(mills), n: 1 });
+                so_far = so_far + Share { hits: u64::from(mills), n: 1 };
                 verdict(&[cell], &[so_far], MARGIN) != Verdict::Undecided
             })
         };

@@ -5,7 +5,6 @@ use serde::Serialize;
 use crate::comparison::experiment_plan::{PlannedCell, plan_in};
 use crate::comparison::{CellRuns, Comparison, Verdict};
 use crate::quantity::Cell;
-use crate::statistics::e_value::TestedCell;
 use crate::statistics::posterior::probability_at_least;
 use crate::statistics::share::Share;
 
@@ -99,7 +98,7 @@ pub fn next_step(
     };
     let best = informed
         .filter(|(_, bits)| *bits > NO_INFORMATION)
-        .filter(|(index, _)| !claims_nothing || claims(&candidates[*index], margin))
+        .filter(|(index, _)| !claims_nothing || candidates[*index].tested().claims(margin))
         // Of equals the first.
         .rev()
         .max_by(|one, other| {
@@ -156,23 +155,13 @@ pub fn return_to_step_1(comparison: &Comparison) -> NextStep {
     }
 }
 
-/// Whether something can fall short of a cell by the margin.
-fn claims(runs: &CellRuns, margin: f64) -> bool {
-    let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
-    TestedCell { real, simulated, part: runs.part }.claims(margin)
-}
-
 /// Expected information of one further real run on the claim, in bits.
 fn information_bits(runs: &CellRuns, margin: f64) -> f64 {
     let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
     let holds = |real: Share| probability_at_least(real, simulated, margin);
     let mills = (real.hits as f64 + 1.0) / (real.n as f64 + 2.0);
-    let left = |hits: u64| entropy_bits(holds(after(real, hits, 1)));
+    let left = |hits: u64| entropy_bits(holds(real + Share { hits, n: 1 }));
     entropy_bits(holds(real)) - mills * left(1) - (1.0 - mills) * left(0)
-}
-
-fn after(real: Share, hits: u64, n: u64) -> Share {
-    Share { hits: real.hits + hits, n: real.n + n }
 }
 
 fn entropy_bits(probability: f64) -> f64 {

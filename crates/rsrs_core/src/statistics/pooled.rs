@@ -74,9 +74,8 @@ impl PooledTest {
 
     /// Adds real runs of a cell.
     pub fn add(&mut self, cell: usize, further: Share) {
-        let TestedCell { real, .. } = self.cells[cell].cell;
-        let real = Share { hits: real.hits + further.hits, n: real.n + further.n };
         let cell = &mut self.cells[cell];
+        let real = cell.cell.real + further;
         *cell = CellEvidence::new(TestedCell { real, ..cell.cell }, self.margin, 0.0);
     }
 
@@ -101,17 +100,14 @@ impl PooledTest {
     /// Whether further runs that all mill support the claim, shared out among the cells that make one, those
     /// with the fewest runs first.
     pub fn is_supported_by(&self, further: u64, enough: f64) -> bool {
-        let mut after = self.clone();
-        let claims = |cell: &usize| self.cells[*cell].cell.claims(self.margin);
-        let claiming: Vec<usize> = (0..self.cells.len()).filter(claims).collect();
+        let mut cells: Vec<TestedCell> = self.cells.iter().map(|it| it.cell).collect();
+        let mut claiming: Vec<&mut TestedCell> =
+            cells.iter_mut().filter(|cell| cell.claims(self.margin)).collect();
         for _ in 0..further {
-            let least = claiming.iter().min_by_key(|cell| after.cells[**cell].cell.real.n);
-            if let Some(cell) = least {
-                let real = &mut after.cells[*cell].cell.real;
-                *real = Share { hits: real.hits + 1, n: real.n + 1 };
+            if let Some(least) = claiming.iter_mut().min_by_key(|cell| cell.real.n) {
+                least.real = least.real + Share { hits: 1, n: 1 };
             }
         }
-        let cells: Vec<TestedCell> = after.cells.iter().map(|it| it.cell).collect();
         Self::new(&cells, self.margin).is_supported(enough)
     }
 

@@ -1,5 +1,7 @@
 //! How many of so many runs ended in the wanted phase: milled.
 
+use std::ops::Add;
+
 use serde::{Deserialize, Serialize};
 
 use crate::statistics::interval::Interval;
@@ -22,5 +24,14 @@ impl Share {
     /// Its 95 % confidence interval.
     pub fn interval(self) -> Interval {
         Interval::clopper_pearson(self.hits, self.n)
+    }
+}
+
+impl Add for Share {
+    type Output = Self;
+
+    /// The share of both together.
+    fn add(self, further: Self) -> Self {
+        Self { hits: self.hits + further.hits, n: self.n + further.n }
     }
 }

@@ -256,8 +256,7 @@ impl<'a> Search<'a> {
             let seed = self.source.sweep.seed ^ number as u64;
             let shares = self.shares(&conditions, (seed, *replicates), doing)?;
             for ((tried, _), share) in tried.iter_mut().zip(shares) {
-                tried.share.hits += share.hits;
-                tried.share.n += share.n;
+                tried.share = tried.share + share;
             }
             // Those that were run most often come first.
             tried[..n_kept]
