@@ -18,13 +18,14 @@ use serde::{Deserialize, Serialize};
 use crate::digest::Digest;
 use crate::judge::behaviour::Behaviour;
 use crate::judge::trajectory::Bodies;
+use crate::numerals::is_zero;
 use crate::robot::contact::ContactModel;
 use crate::robot::controller::Controller;
 use crate::robot::profile::Sees;
 use crate::robot::region::Region;
 use crate::robot::sensor::SensorDetails;
 use crate::robot::unicycle::Pose;
-use crate::world::{FreeSpace, Outline, WorldFile};
+use crate::world::{FreeSpace, Outline, ROUNDING, WorldFile};
 
 pub use check::Impossible;
 pub use own_robots::ClassChanges;
@@ -138,9 +139,6 @@ impl Arena {
     }
 }
 
-/// Lengths that differ by less than this share were the same before they were rounded; dimensionless.
-const ROUNDING: f64 = 1e-6;
-
 /// What happens at the arena's border, and at obstacles.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
@@ -170,7 +168,7 @@ pub struct SimulatedRobot {
     #[serde(default, skip_serializing_if = "ContactModel::is_usual")]
     pub contact: ContactModel,
     /// Coulomb's coefficient of the friction between bodies that push, and along walls; dimensionless.
-    #[serde(default, skip_serializing_if = "is_none")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub contact_friction: f64,
     /// Gain of the speed, `θᵃ₁`.
     pub speed_gain: GainDistribution,
@@ -202,11 +200,6 @@ pub struct SimulatedRobot {
     /// Its other sensors.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub further_sensors: Vec<SimulatedSensor>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_none(friction: &f64) -> bool {
-    *friction == 0.0
 }
 
 /// How a gain varies: normal, truncated at three standard deviations; dimensionless.

@@ -23,6 +23,15 @@ pub fn significant(number: f64) -> f64 {
     format!("{number:.2e}").parse().expect("a number that was written reads")
 }
 
+/// Numbers that differ by less than this share were the same before they were written; dimensionless.
+pub(crate) const SAME: f64 = 1e-9;
+
+/// Whether a number is nothing, which is not written.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+pub(crate) fn is_zero(number: &f64) -> bool {
+    *number == 0.0
+}
+
 /// A number without the rounding errors of how it was computed: to a millionth.
 pub fn rounded(number: f64) -> f64 {
     let rounded = (number * 1e6).round() / 1e6;

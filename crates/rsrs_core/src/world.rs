@@ -12,7 +12,7 @@ mod free_space;
 use serde::{Deserialize, Serialize};
 
 use crate::document::source::{InFile, Source};
-use crate::numerals;
+use crate::numerals::{self, is_zero};
 use crate::robot::sensor::Detects;
 
 pub use arena::{ArenaShape, Obstacle};
@@ -82,7 +82,7 @@ pub struct ObjectGroup {
     pub radius_m: f64,
     /// Coulomb's coefficient of what slides along them, from 0 to 2 (default: 0); of two objects that of the smoother
     /// one counts.
-    #[serde(default, skip_serializing_if = "is_none")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub friction: f64,
     /// As how many robots each resists a push, from 0.1 to 1000 (default: 1); dimensionless. Of two bodies that push
     /// each other, the heavier one yields less.
@@ -100,10 +100,8 @@ pub struct Goal {
     pub radius_m: f64,
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_none(friction: &f64) -> bool {
-    *friction == 0.0
-}
+/// Lengths that differ by less than this share were the same before they were rounded; dimensionless.
+pub(crate) const ROUNDING: f64 = 1e-6;
 
 fn as_one_robot() -> f64 {
     1.0

@@ -1,8 +1,7 @@
 //! Whether conditions make a world: every number against what it can mean.
 
 use super::{
-    Conditions, GainDistribution, Placement, ROUNDING, Sides, SimulatedRobot, StartsError, Walls,
-    starts,
+    Conditions, GainDistribution, Placement, Sides, SimulatedRobot, StartsError, Walls, starts,
 };
 use crate::document::{did_you_mean, nearest};
 use crate::help::Help;
@@ -15,14 +14,12 @@ use crate::robot::region::Region;
 use crate::robot::sensor::file::SensorEntry;
 use crate::robot::sensor::{self, Detects, SensorFlaw};
 use crate::robot::unicycle::Pose;
-use crate::world::{Object, WorldFile, WorldFlaw};
+use crate::world::{Object, ROUNDING, WorldFile, WorldFlaw};
 
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
 /// Robots of a detection trial.
 const PAIR: Bounds = Bounds { least: 0.0, most: 2.0 };
-/// A coordinate of a corner, in metres.
-const COORDINATE: Bounds = Bounds { least: -1e6, most: 1e6 };
 
 /// Why conditions make no world.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -361,7 +358,7 @@ fn check_region(region: &Region) -> Result<(), Impossible> {
         }
         Region::Polygon { corners_m } => {
             for coordinate in corners_m.iter().flatten() {
-                within("robot.region.polygon.corners_m", *coordinate, COORDINATE)?;
+                within("robot.region.polygon.corners_m", *coordinate, Bounds::COORDINATE)?;
             }
             if is_region(corners_m) {
                 return Ok(());

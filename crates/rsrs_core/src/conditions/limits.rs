@@ -1,7 +1,7 @@
 //! What a robot may be commanded.
 
 use crate::help::Help;
-use crate::numerals::rounded;
+use crate::numerals::{SAME, rounded};
 use crate::quantity::Axis;
 use crate::robot::controller::{Command, Controller, ControllerParameters};
 use crate::robot::profile::{Actuation, RobotProfile};
@@ -131,9 +131,6 @@ impl RobotProfile {
         }
     }
 }
-
-/// Numbers that differ by less than this share were the same before they were written; dimensionless.
-const SAME: f64 = 1e-9;
 
 /// Between which commands somebody else than a controller of ours may choose.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::conditions::{Arena, Conditions, Placement};
 use crate::judge::behaviour::Behaviour;
+use crate::numerals::SAME;
 use crate::quantity::{Axis, Number};
 use crate::robot::controller::{Controller, ControllerParameters, decide};
 use crate::world::WorldFile;
@@ -181,9 +182,6 @@ fn kind(placement: &Placement) -> &'static str {
 fn is_same_start(found: &Placement, expected: &Placement) -> bool {
     matches!(expected, Placement::DiscFacingOut { .. }) || found == expected
 }
-
-/// Numbers that differ by less than this share were the same number before they were written.
-const SAME: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {

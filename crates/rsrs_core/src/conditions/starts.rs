@@ -1,7 +1,9 @@
 //! Whether robots can start where a table puts them.
 
-use super::{Conditions, ROUNDING};
+use super::Conditions;
+use crate::quantity::Bounds;
 use crate::robot::unicycle::Pose;
+use crate::world::ROUNDING;
 
 /// Why robots cannot start where a table puts them; robots and replicates are numbered as people do,
 /// robots from 1 and replicates from 0.
@@ -73,9 +75,6 @@ pub enum StartsError {
     },
 }
 
-/// Greatest coordinate in metres, and heading in radians.
-const MOST: f64 = 1e6;
-
 /// Checks every set of start poses.
 pub(super) fn check(starts: &[Vec<Pose>], conditions: &Conditions) -> Result<(), StartsError> {
     if starts.is_empty() {
@@ -100,7 +99,7 @@ fn check_pose(
     conditions: &Conditions,
 ) -> Result<(), StartsError> {
     let Pose { x_m, y_m, heading_rad } = pose;
-    if ![x_m, y_m, heading_rad].iter().all(|number| number.abs() <= MOST) {
+    if ![x_m, y_m, heading_rad].iter().all(|number| Bounds::COORDINATE.contains(*number)) {
         return Err(StartsError::Number { replicate, robot, x_m, y_m, heading_rad });
     }
     if conditions.is_within_walls([x_m, y_m], conditions.robot_at(robot - 1).radius_m) {

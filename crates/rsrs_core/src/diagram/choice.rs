@@ -13,7 +13,7 @@ use crate::judge::order::OrderParameters;
 use crate::judge::phase::Phase;
 use crate::judge::rule::Parameter;
 use crate::quantity::{Axis, Cell};
-use crate::statistics::interval::Interval;
+use crate::statistics::interval::{Interval, TAIL};
 use crate::statistics::share::Share;
 
 pub use candidates::{Candidate, Worlds, most_frequent, rank};
@@ -213,7 +213,6 @@ pub const VIABLE_B_S_LOW: f64 = 0.8;
 /// number 1, and as much of all others together, so that the lower bounds of all hold together at 95 %,
 /// however many there are.
 pub fn tail(number: u64) -> f64 {
-    const TAIL: f64 = 0.025;
     if number <= 1 { TAIL } else { TAIL / (number as f64 * (number as f64 - 1.0)) }
 }
 

@@ -1,6 +1,7 @@
 //! Where in a sweep a cell lies, and which swept cell is nearest where it lies nowhere.
 
 use crate::diagram::PhaseDiagram;
+use crate::numerals::SAME;
 use crate::quantity::{Axis, Cell};
 
 /// Why values are not those of a swept cell.
@@ -63,9 +64,6 @@ struct SweptAxis {
     /// Mean distance of neighbouring values; 1 for an axis with a single one.
     step: f64,
 }
-
-/// Numbers that differ by less than this share were the same number before they were written.
-const SAME: f64 = 1e-9;
 
 impl SweptAxis {
     fn value(&self, cell: &Cell) -> f64 {

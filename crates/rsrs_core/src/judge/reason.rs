@@ -8,6 +8,7 @@ use crate::judge::order::{OrderParameters, centre};
 use crate::judge::phase::{BLOCK_S, Phase, Verdict, judged_samples, n_good, samples_in};
 use crate::judge::rule::{Condition, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
+use crate::statistics::median;
 
 /// Why a run has its phase.
 #[derive(Clone, Debug, PartialEq)]
@@ -224,11 +225,6 @@ fn off_ring(places: &[(f64, f64)]) -> Vec<bool> {
     let ring_m = median(radii_m.clone());
     let is_off = |radius_m: &f64| *radius_m > OFF_RING * ring_m || *radius_m < ring_m / OFF_RING;
     radii_m.iter().map(is_off).collect()
-}
-
-fn median(mut numbers: Vec<f64>) -> f64 {
-    numbers.sort_by(f64::total_cmp);
-    numbers[numbers.len() / 2]
 }
 
 /// Who has nobody within reach.

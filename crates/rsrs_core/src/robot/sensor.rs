@@ -9,6 +9,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::numerals::is_zero;
 use crate::robot::profile::{RobotProfile, Sensing};
 
 pub use flaw::{SensorFlaw, SensorProblem};
@@ -144,11 +145,6 @@ pub struct SensorDetails {
     /// Further kinds in the same region, of which the nearest thing counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub or: Vec<Reading>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_zero(number: &f64) -> bool {
-    *number == 0.0
 }
 
 impl SensorDetails {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::numerals::SAME;
 use crate::robot::controller::Command;
 
 /// The wheels of a differential drive, side by side about the centre of the body.
@@ -15,9 +16,6 @@ pub struct Wheels {
     /// Greatest speed of a wheel over the floor, forward and backward, in metres per second.
     pub speed_max_m_s: f64,
 }
-
-/// Numbers that differ by less than this share were the same before they were written; dimensionless.
-const SAME: f64 = 1e-9;
 
 impl Wheels {
     /// Speed of the faster wheel for a command, in metres per second: `|v| + |ω| b / 2`.

@@ -54,9 +54,13 @@ impl Interval {
     /// As [`Self::clopper_pearson`].
     pub fn with_tails(hits: u64, n: u64, tail: f64) -> Self {
         assert!(hits <= n, "{hits} hits of {n} runs");
-        let (hit, missed) = (hits as f64, (n - hits) as f64);
-        let low = if hits == 0 { 0.0 } else { beta::quantile(hit, missed + 1.0, tail) };
-        let high = if hits == n { 1.0 } else { beta::quantile(hit + 1.0, missed, 1.0 - tail) };
+        Self::of_amounts(hits as f64, (n - hits) as f64, tail)
+    }
+
+    /// As [`Self::with_tails`], for amounts that need not be whole.
+    pub(crate) fn of_amounts(hit: f64, missed: f64, tail: f64) -> Self {
+        let low = if hit > 0.0 { beta::quantile(hit, missed + 1.0, tail) } else { 0.0 };
+        let high = if missed > 0.0 { beta::quantile(hit + 1.0, missed, 1.0 - tail) } else { 1.0 };
         Self { low, high }
     }
 

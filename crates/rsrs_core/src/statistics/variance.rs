@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::statistics::interval::TAIL;
 use crate::statistics::quantile;
 
 /// A number with its two-sided 95 % confidence interval.
@@ -25,9 +26,6 @@ pub struct MeanSquare {
     /// Its degrees of freedom; positive.
     pub df: f64,
 }
-
-/// Probability that the truth lies below an interval, and again above it.
-const TAIL: f64 = 0.025;
 
 impl Estimate {
     /// The mean of independent normal numbers of one variance, with Student's interval, which one

@@ -39,8 +39,6 @@ pub struct Obstacle {
 
 /// Width, height or radius of an arena or an obstacle, in metres.
 const LENGTH: Bounds = Bounds { least: 1e-3, most: 1e6 };
-/// A coordinate, in metres.
-const COORDINATE: Bounds = Bounds { least: -1e6, most: 1e6 };
 /// Corners of a polygon; more are a mistake.
 const CORNERS: Bounds = Bounds { least: 3.0, most: 1000.0 };
 /// Sides of a polygon that do not meet are at least so far apart, in metres.
@@ -100,7 +98,7 @@ impl Obstacle {
         match (self.place_m, self.radius_m, &self.polygon_m) {
             (Some(place_m), Some(radius_m), None) => {
                 within("radius_m", radius_m, LENGTH)?;
-                place_m.into_iter().try_for_each(|at_m| within("place_m", at_m, COORDINATE))
+                place_m.into_iter().try_for_each(|at_m| within("place_m", at_m, Bounds::COORDINATE))
             }
             (None, None, Some(corners_m)) => check_polygon(corners_m),
             _ => Err(WorldProblem::ObstacleKind),
@@ -112,7 +110,7 @@ impl Obstacle {
 fn check_polygon(corners_m: &[[f64; 2]]) -> Result<(), WorldProblem> {
     let n = corners_m.len();
     let all = corners_m.iter().flatten();
-    all.into_iter().try_for_each(|at_m| within("polygon_m", *at_m, COORDINATE))?;
+    all.into_iter().try_for_each(|at_m| within("polygon_m", *at_m, Bounds::COORDINATE))?;
     if !CORNERS.contains(n as f64) {
         return Err(WorldProblem::Corners(n));
     }

@@ -6,8 +6,8 @@ use serde::Deserialize;
 use serde_saphyr::Spanned;
 
 use super::{
-    ArenaShape, Failure, FreeSpace, Goal, Object, ObjectGroup, Obstacle, Outline, RobotClass,
-    WorldFile,
+    ArenaShape, Failure, FreeSpace, Goal, Object, ObjectGroup, Obstacle, Outline, ROUNDING,
+    RobotClass, WorldFile,
 };
 use crate::document;
 use crate::document::file_error::FileError;
@@ -292,13 +292,8 @@ impl Help for WorldFlaw {
 const MOST_OBJECTS: Bounds = Bounds { least: 1.0, most: 1e4 };
 /// Weight over that of a robot; dimensionless. What is heavier is an obstacle.
 const WEIGHT: Bounds = Bounds { least: 0.1, most: 1e3 };
-/// A coordinate, in metres.
-const COORDINATE: Bounds = Bounds { least: -1e6, most: 1e6 };
 /// The radius of a disc, in metres: that of an object that robots could push, and of a goal on a floor.
 const RADIUS: Bounds = Bounds { least: 1e-3, most: 1e3 };
-
-/// Lengths that differ by less than this share were the same before they were rounded; dimensionless.
-const ROUNDING: f64 = 1e-6;
 
 /// Where the parts of a world are in its file; of their types, because what is no number is refused elsewhere.
 #[derive(Deserialize)]
@@ -500,7 +495,7 @@ fn check_group(group: &ObjectGroup) -> Result<(), WorldProblem> {
 }
 
 fn check_place(key: &'static str, place_m: [f64; 2]) -> Result<(), WorldProblem> {
-    place_m.into_iter().try_for_each(|coordinate_m| within(key, coordinate_m, COORDINATE))
+    place_m.into_iter().try_for_each(|coordinate_m| within(key, coordinate_m, Bounds::COORDINATE))
 }
 
 /// Where things of a world must be.

@@ -2,7 +2,7 @@
 //!
 //! In double precision, of `+ - * /`, the square root and comparisons alone, because the simulator's bits depend on it.
 
-use super::WorldFile;
+use super::{ROUNDING, WorldFile};
 
 /// A closed curve on the floor.
 #[derive(Clone, Debug, PartialEq)]
@@ -215,9 +215,6 @@ impl FreeSpace {
         ROUNDING * side_around_m(&self.border)
     }
 }
-
-/// Lengths that differ by less than this share of the arena were the same before they were rounded; dimensionless.
-const ROUNDING: f64 = 1e-6;
 
 /// Side of the square around the origin that holds all of an outline, in metres.
 fn side_around_m(outline: &Outline) -> f64 {

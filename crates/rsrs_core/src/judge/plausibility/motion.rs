@@ -6,6 +6,7 @@ use super::{MOST_LAG_S, Unseen};
 use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::robot::controller::Command;
 use crate::robot::unicycle::Pose;
+use crate::statistics::median;
 use crate::world::FreeSpace;
 
 /// Ways are looked at over this time, in seconds.
@@ -352,11 +353,6 @@ fn reversed_rad(commands: &[Command]) -> Option<f64> {
         return Some(0.0);
     }
     speeds_m_s().all(|speed_m_s| speed_m_s <= 0.0).then_some(PI)
-}
-
-pub fn median(mut numbers: Vec<f64>) -> f64 {
-    numbers.sort_by(f64::total_cmp);
-    numbers[numbers.len() / 2]
 }
 
 /// The whole number nearest to one that is not negative.

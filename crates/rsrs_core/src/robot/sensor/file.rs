@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{DETECTION, Detects, FurtherSensor, Reading, SensorDetails};
 use super::{MOST_READINGS, SensorFlaw, SensorProblem};
 use crate::document::{is_name, nearest};
+use crate::numerals::is_zero;
 use crate::robot::profile::{Cone, MAX_HALF_ANGLE_RAD, RobotProfile, Sees, Sensing, is_convex};
 
 /// A sensor of a list: with `name`, `detects` and the probabilities of one reading, or with `one_of` for several.
@@ -33,7 +34,7 @@ pub struct SensorEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub polygon_m: Option<Vec<[f64; 2]>>,
     /// By how much the region is turned about the robot's centre, in radians (default: 0, ahead); left is positive.
-    #[serde(default, skip_serializing_if = "super::is_zero")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub bearing_rad: f64,
     /// What hides things behind it (default: nothing): `robot`, `kin`, `other`, `wall`, `object` and `goal`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

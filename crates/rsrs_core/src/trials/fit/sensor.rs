@@ -8,8 +8,7 @@ use super::FitError;
 use super::contour::{BearingReach, RELIABLE, contour};
 use super::held_out::{HeldOut, held_out};
 use super::inscribed::{contains, inscribed};
-use crate::statistics::beta;
-use crate::statistics::interval::Interval;
+use crate::statistics::interval::{Interval, TAIL};
 use crate::trials::trial::{DetectionTrial, Neighbour, Trials};
 
 /// A sensor as it was measured.
@@ -98,9 +97,6 @@ fn nodes(trials: &Trials<DetectionTrial>) -> Vec<SensorPoint> {
     places.into_values().map(node).collect()
 }
 
-/// Probability that the truth lies below an interval, and again above it.
-const TAIL: f64 = 0.025;
-
 /// A share whose readings count as fewer independent ones.
 ///
 /// # Source
@@ -115,8 +111,7 @@ fn rate_of(found: HeldOut) -> Rate {
     }
     let hit = plain.value * found.independent;
     let missed = found.independent - hit;
-    let low = if hit > 0.0 { beta::quantile(hit, missed + 1.0, TAIL) } else { 0.0 };
-    let high = if missed > 0.0 { beta::quantile(hit + 1.0, missed, 1.0 - TAIL) } else { 1.0 };
+    let Interval { low, high } = Interval::of_amounts(hit, missed, TAIL);
     Rate { low, high, ..plain }
 }
 
