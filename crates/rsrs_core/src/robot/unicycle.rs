@@ -24,12 +24,18 @@ impl Pose {
     /// way.
     #[must_use]
     pub fn between(self, next: Self, share: f64) -> Self {
-        let mix = |from: f64, to: f64| from + (to - from) * share;
         let turn_rad = within_half_a_turn(next.heading_rad - self.heading_rad);
+        Self { heading_rad: self.heading_rad + turn_rad * share, ..self.mixed(next, share) }
+    }
+
+    /// As [`Pose::between`], but turned as the headings say, which count turns.
+    #[must_use]
+    pub fn mixed(self, next: Self, share: f64) -> Self {
+        let mix = |from: f64, to: f64| from + (to - from) * share;
         Self {
             x_m: mix(self.x_m, next.x_m),
             y_m: mix(self.y_m, next.y_m),
-            heading_rad: self.heading_rad + turn_rad * share,
+            heading_rad: mix(self.heading_rad, next.heading_rad),
         }
     }
 

@@ -113,7 +113,7 @@ impl<'a> Driver<'a> {
             }
             let late = f64::from(n_steps) - horizon_s / self.period_s;
             for (body, path) in moved.iter_mut().enumerate() {
-                path.push(between(now[body], before[body], late).relative_to(start[body]));
+                path.push(now[body].mixed(before[body], late).relative_to(start[body]));
             }
         }
         put_aside(world);
@@ -151,14 +151,4 @@ fn pose(world: &World) -> Pose {
 fn unwrapped(pose: Pose, before_rad: f64) -> Pose {
     let turns = ((pose.heading_rad - before_rad) / std::f64::consts::TAU).round();
     Pose { heading_rad: pose.heading_rad - turns * std::f64::consts::TAU, ..pose }
-}
-
-/// A pose some share of the way from one to another.
-fn between(from: Pose, to: Pose, share: f64) -> Pose {
-    let mix = |from: f64, to: f64| from + share * (to - from);
-    Pose {
-        x_m: mix(from.x_m, to.x_m),
-        y_m: mix(from.y_m, to.y_m),
-        heading_rad: mix(from.heading_rad, to.heading_rad),
-    }
 }

@@ -60,13 +60,7 @@ impl DrivenTrial {
         let high = self.samples[above.min(self.samples.len() - 1)];
         let span_s = high.time_s - low.time_s;
         let share = if span_s > 0.0 { (time_s - low.time_s) / span_s } else { 0.0 };
-        let between = |from: f64, to: f64| from + share * (to - from);
-        let pose = Pose {
-            x_m: between(low.pose.x_m, high.pose.x_m),
-            y_m: between(low.pose.y_m, high.pose.y_m),
-            heading_rad: between(low.pose.heading_rad, high.pose.heading_rad),
-        };
-        pose.relative_to(start.pose)
+        low.pose.mixed(high.pose, share).relative_to(start.pose)
     }
 
     /// Where the object was at the start, in the frame of the robot's start, in metres: ahead, left; `None` if there
