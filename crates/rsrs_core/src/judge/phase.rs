@@ -368,8 +368,7 @@ fn at_any_reach(
 ) -> Result<Verdict, JudgeError> {
     check(trajectory, rules.window)?;
     rules.check_known(bodies)?;
-    check_objects(trajectory, bodies, rules)?;
-    check_classes(trajectory, bodies, rules)?;
+    check_numbers(trajectory, bodies, rules)?;
     let window = JudgedWindow::of(trajectory, trajectory.n_samples(), bodies, rules).remove(0);
     Ok(Verdict {
         phase: window.phase,
@@ -502,35 +501,23 @@ pub fn judged_samples(trajectory: &Trajectory, bodies: &Bodies, rules: &Rules) -
     }
 }
 
-/// Refuses rules that look at objects whose places are not known.
-fn check_objects(
+/// Refuses rules that look at objects whose places are not known, or at classes of robots which are
+/// those of others.
+fn check_numbers(
     trajectory: &Trajectory,
     bodies: &Bodies,
     rules: &Rules,
 ) -> Result<(), JudgeError> {
+    let parameters = rules.parameters();
+    let first = |need| parameters.iter().copied().find(|parameter| parameter.needs(need));
     let (found, expected) = (trajectory.n_objects, bodies.world.n_objects());
-    let is_of_objects = |parameter: &Parameter| parameter.needs(Prerequisite::Objects);
-    match rules.parameters().into_iter().find(is_of_objects) {
-        Some(parameter) if found != expected => {
-            Err(JudgeError::UnknownObjects { parameter, found, expected })
-        }
-        _ => Ok(()),
+    if let Some(parameter) = first(Prerequisite::Objects).filter(|_| found != expected) {
+        return Err(JudgeError::UnknownObjects { parameter, found, expected });
     }
-}
-
-/// Refuses rules that look at classes of robots which are those of others.
-fn check_classes(
-    trajectory: &Trajectory,
-    bodies: &Bodies,
-    rules: &Rules,
-) -> Result<(), JudgeError> {
     let (found, expected) = (bodies.classes.len(), trajectory.n_robots);
-    let is_of_classes = |parameter: &Parameter| parameter.needs(Prerequisite::Classes);
-    match rules.parameters().into_iter().find(is_of_classes) {
-        Some(parameter) if found != expected => {
-            Err(JudgeError::UnknownClasses { parameter, found, expected })
-        }
-        _ => Ok(()),
+    match first(Prerequisite::Classes).filter(|_| found != expected) {
+        Some(parameter) => Err(JudgeError::UnknownClasses { parameter, found, expected }),
+        None => Ok(()),
     }
 }
 
