@@ -174,8 +174,13 @@ fn nobody_is_lost_across_a_gap_that_bodies_are_seen_across() {
     let radius_m = 0.38 / libm::sin(std::f64::consts::PI / 9.0);
     let trajectory = run(70.0, ring(radius_m, SPEED_M_S));
 
-    let body = label(&trajectory, &Bodies::seen_by(&cone, Sees::Body, 0.075));
-    let centre = label(&trajectory, &Bodies::seen_by(&cone, Sees::Centre, 0.075));
+    let seen = |sees| Bodies {
+        radius_m: Some(0.075),
+        reach_m: Some(cone.reach_m(sees, 0.075)),
+        ..Bodies::UNKNOWN
+    };
+    let body = label(&trajectory, &seen(Sees::Body));
+    let centre = label(&trajectory, &seen(Sees::Centre));
 
     assert_eq!((body.phase, body.evidence.lost), (Phase::STABLE_MILLING, Some(0.0)));
     assert_eq!((centre.phase, centre.evidence.lost), (Phase::DISPERSION, Some(1.0)));

@@ -176,21 +176,10 @@ pub fn check(conditions: &[Conditions], runs: Runs) -> Result<(), SweepError> {
     })
 }
 
-/// Runs one cell again on seeds that no replicate of the sweep has seen; `runs` has the *sweep's*
-/// seed, from which [`confirmation_seed`] derives the fresh one.
-///
-/// A cell that was chosen because it looked best looks better than it is; only fresh runs estimate
-/// how good it is.
-///
-/// # Panics
-///
-/// As [`sweep`].
-pub fn confirm(conditions: &Conditions, runs: Runs, watch: Watch<'_>) -> Result<Swept, SweepError> {
-    let runs = Runs { seed: confirmation_seed(runs.seed), ..runs };
-    sweep(std::slice::from_ref(conditions), runs, watch)
-}
-
 /// The seed of the confirmation of a sweep: another one, below 2^63, that follows from it.
+///
+/// A cell that was chosen because it looked best looks better than it is; only runs on seeds that no
+/// replicate of the sweep has seen estimate how good it is.
 pub fn confirmation_seed(sweep_seed: u64) -> u64 {
     let seed = mix(sweep_seed ^ CONFIRMATION) >> 1;
     if seed == sweep_seed { seed ^ 1 } else { seed }

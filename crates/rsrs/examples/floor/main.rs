@@ -26,7 +26,6 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_core::trials::gain::speed_gain;
 use rsrs_fleet::experiment::Time;
 use rsrs_msgs::rsrs::LeaseState;
 use rsrs_pipeline::episode::recorder::Recorder;
@@ -107,10 +106,9 @@ fn main() -> anyhow::Result<()> {
     let first = watch(&papers, Seed { seed: 1, replicate: 0 })?;
     draw(&folder, &plane, &experiments, &first)?;
     let evidence = label(&first, &papers.bodies())?.evidence;
-    let gain = |[desired, measured]: [f64; 2]| speed_gain(desired / 1e3, &[measured / 1e3]);
     let found = json!({
         "faults": FAULTS,
-        "gains": SPEEDS_MM_S.map(gain).into_iter().collect::<Result<Vec<f64>, _>>()?,
+        "gains": SPEEDS_MM_S.map(|[desired, measured]| (measured / 1e3) / (desired / 1e3)),
         "radius_m": evidence.mean_radius_m,
         "circliness": evidence.circliness,
         "collisions": collisions(measured)?,

@@ -229,7 +229,8 @@ mod tests {
     #[test]
     fn robots_that_always_mill_decide_after_as_many_runs_as_a_comparison_asks_for() {
         let cell = cell([(900, 1000), (1_000_000, 1_000_000)]);
-        let further = PooledTest::in_one_cell(Share::default(), cell.simulated, MARGIN);
+        let tested = TestedCell { real: Share::default(), simulated: cell.simulated, part: 1.0 };
+        let further = PooledTest::new(&[tested], MARGIN);
         let is_enough = |runs: &u64| further.is_supported_by(*runs, enough());
         let expected = (1..200).find(is_enough);
 

@@ -204,13 +204,6 @@ impl Ring {
             |balance: f64| balance > self.false_positive && balance < self.true_positive;
         self.exists() && self.turn_balance(speed_m_s, turn_rate_rad_s).is_some_and(is_between)
     }
-
-    /// Greatest speed at which robots of this turning rate hold the ring, `v = ω R* (1 - 2 p)` with
-    /// the false-positive probability `p`; in metres per second. `None` if there is no ring.
-    pub fn greatest_speed_m_s(&self, turn_rate_rad_s: f64) -> Option<f64> {
-        let share = (1.0 - 2.0 * self.false_positive).max(0.0);
-        self.exists().then(|| self.radius_m())?.map(|radius_m| turn_rate_rad_s * radius_m * share)
-    }
 }
 
 /// Tangentness of a perfect mill that steers once per period: its heading swings by `ωΔt` between
@@ -260,14 +253,6 @@ mod tests {
 
         assert!((balance - 0.3645).abs() < 1e-3, "{balance}");
         assert!(FLOCKBOTS.holds(0.15, 0.75));
-    }
-
-    #[test]
-    fn the_greatest_speed_is_where_robots_cease_to_hold_the_ring() {
-        let speed_m_s = FLOCKBOTS.greatest_speed_m_s(0.5).unwrap();
-
-        assert!(FLOCKBOTS.holds(speed_m_s - 1e-6, 0.5));
-        assert!(!FLOCKBOTS.holds(speed_m_s + 1e-6, 0.5));
     }
 
     #[test]

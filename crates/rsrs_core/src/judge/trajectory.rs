@@ -3,8 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::robot::controller::Command;
-use crate::robot::profile::Sees;
-use crate::robot::region::Region;
 use crate::robot::unicycle::Pose;
 use crate::world::WorldFile;
 
@@ -59,12 +57,6 @@ impl Bodies {
         world: WorldFile::NOTHING,
         classes: Vec::new(),
     };
-
-    /// What is known of robots with this sensor, in no arena.
-    pub fn seen_by(region: &Region, sees: Sees, radius_m: f64) -> Self {
-        let reach_m = Some(region.reach_m(sees, radius_m));
-        Self { radius_m: Some(radius_m), reach_m, ..Self::UNKNOWN }
-    }
 }
 
 impl Trajectory {

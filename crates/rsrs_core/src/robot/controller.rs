@@ -53,16 +53,6 @@ impl ControllerParameters {
         [true, false].map(|detected| decide(detected, self))
     }
 
-    /// The fastest that it asks for in either direction: speed in metres per second, and turning rate
-    /// in radians per second.
-    pub fn fastest(self) -> Command {
-        let [one, other] = self.commands();
-        Command {
-            speed_m_s: one.speed_m_s.abs().max(other.speed_m_s.abs()),
-            turn_rate_rad_s: one.turn_rate_rad_s.abs().max(other.turn_rate_rad_s.abs()),
-        }
-    }
-
     /// Names these parameters in leases and statuses: a robot moves only under the digest that the
     /// runner confirmed.
     pub fn digest(&self) -> u64 {
@@ -279,7 +269,7 @@ mod tests {
         // A mirrored controller is given by two numbers, which are not negative.
         let backward = ControllerParameters::of(command(-0.15, 0.75), command(-0.15, -0.75));
         assert_eq!(backward.undetected, Some(command(-0.15, -0.75)));
-        assert_eq!(other.fastest(), command(0.15, 1.0));
+        assert_eq!(Controller::Parameters(other).fastest(), command(0.15, 1.0));
         assert_ne!(other.digest(), ControllerParameters::mirrored(0.0, 1.0).digest());
     }
 }

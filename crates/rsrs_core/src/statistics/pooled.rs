@@ -61,11 +61,6 @@ impl PooledTest {
         Self { cells, margin }
     }
 
-    /// A campaign in one cell, the only one that may be run.
-    pub fn in_one_cell(real: Share, simulated: Share, margin: f64) -> Self {
-        Self::new(&[TestedCell { real, simulated, part: 1.0 }], margin)
-    }
-
     /// The same campaign in one of its cells alone.
     #[must_use]
     pub fn alone(&self, cell: usize) -> Self {

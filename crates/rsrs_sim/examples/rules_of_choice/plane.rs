@@ -14,7 +14,7 @@ use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::interval_kind::IntervalKind;
 use rsrs_core::statistics::share::Share;
-use rsrs_sim::sweep::{Runs, Watch, confirm, sweep};
+use rsrs_sim::sweep::{Runs, Watch, confirmation_seed, sweep};
 
 use crate::rules::VIABLE;
 
@@ -99,7 +99,8 @@ impl Sweeper {
     pub fn confirm(&self, seed: u64, cell: usize) -> [u64; 2] {
         [cell, cell + self.cells.len()].map(|index| {
             let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false) };
-            let fresh = confirm(&self.conditions[index], self.runs(seed, TRUTH), watch);
+            let runs = self.runs(confirmation_seed(seed), TRUTH);
+            let fresh = sweep(&self.conditions[index..=index], runs, watch);
             fresh.expect("the robots fit").counts(1)[0].get(Phase::STABLE_MILLING)
         })
     }

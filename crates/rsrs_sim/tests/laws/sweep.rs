@@ -8,7 +8,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::phase;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
-use rsrs_sim::sweep::{Progress, Runs, SweepError, Watch, confirm, sweep};
+use rsrs_sim::sweep::{Progress, Runs, SweepError, Watch, confirmation_seed, sweep};
 
 const RUNS: Runs = Runs { seed: 7, replicates: 20, duration_s: 60.0, n_threads: 1 };
 
@@ -57,11 +57,10 @@ fn a_cell_keeps_its_outcomes_when_the_grid_around_it_changes() {
 
 #[test]
 fn a_confirmation_runs_on_fresh_seeds() {
-    let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false) };
-    let cell = &cells()[1];
+    let cell = &cells()[1..2];
 
-    let swept = quietly(std::slice::from_ref(cell), RUNS);
-    let confirmed = confirm(cell, RUNS, watch).expect("the robots fit");
+    let swept = quietly(cell, RUNS);
+    let confirmed = quietly(cell, Runs { seed: confirmation_seed(RUNS.seed), ..RUNS });
 
     let radius = |row: &rsrs_sim::sweep::ReplicateOutcome| row.evidence.mean_radius_m.to_bits();
     let seen: Vec<u64> = swept.outcomes.iter().map(radius).collect();

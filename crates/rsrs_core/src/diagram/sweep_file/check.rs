@@ -141,14 +141,6 @@ fn check_cells(cells: &[Cell]) -> Result<(), SweepProblem> {
 impl SweepFile {
     /// Whether the axes are those of the controller, once its table has been read, and its rows are for what these
     /// robots report, if they are known.
-    pub fn check_controller(
-        &self,
-        file: &str,
-        robot: Option<&RobotProfile>,
-    ) -> Result<(), SweepFileError> {
-        self.check_axes(robot).map_err(in_file(file))
-    }
-
     pub(super) fn check_axes(&self, robot: Option<&RobotProfile>) -> Result<(), SweepProblem> {
         if let Some(ControllerSource::File(_)) = self.controller {
             return Ok(());

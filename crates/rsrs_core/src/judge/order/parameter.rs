@@ -250,8 +250,6 @@ impl Parameter {
     pub const ORBIT: Self = Self::named("orbit");
     /// Roundness.
     pub const CIRCLINESS: Self = Self::named("circliness");
-    /// How round a mill can be.
-    pub const CIRCLINESS_CEILING: Self = Self::named("circliness_ceiling");
     /// Share of robots in the largest cluster.
     pub const CLUSTERED: Self = Self::named("clustered");
     /// Distance of robots from the nearest wall.
