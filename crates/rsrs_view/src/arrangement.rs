@@ -3,6 +3,7 @@
 use crate::axes::left_of_cells_px;
 use crate::boundary::OUTSIDE_PX;
 use crate::chart::BELOW_PX;
+use crate::header::MARGIN_PX;
 use crate::legend;
 use crate::panel::{HEADING_PX, Lines, above_px};
 use crate::picture::DiagramPicture;
@@ -10,8 +11,6 @@ use crate::plot::size_px;
 use crate::slice::Slice;
 use crate::theme::Theme;
 
-/// Around a page that is as wide as it takes, in pixels.
-const MARGIN_PX: f64 = 24.0;
 /// From the cells to the legend beside them, in pixels.
 pub const BETWEEN_PX: f64 = 26.0;
 

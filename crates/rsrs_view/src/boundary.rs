@@ -3,7 +3,7 @@
 
 use crate::palette::INK;
 use crate::plot::{Kept, Plot};
-use crate::svg::{Element, centred_text, number};
+use crate::svg::{Element, centred_text, through};
 use crate::track::Point;
 
 /// Radius of the circle around a letter, in pixels.
@@ -234,12 +234,7 @@ fn clip(plot: &Plot, from: Point, to: Point) -> Option<(Point, Point)> {
 
 /// Lines of an SVG path, one for each piece; in pixels.
 pub(crate) fn path_of(pieces: &[Vec<Point>]) -> String {
-    let piece_path = |piece: &Vec<Point>| {
-        let points: Vec<String> =
-            piece.iter().map(|(x, y)| format!("{} {}", number(*x), number(*y))).collect();
-        format!("M{}", points.join("L"))
-    };
-    pieces.iter().map(piece_path).collect()
+    pieces.iter().map(|piece| through(piece.iter().copied())).collect()
 }
 
 fn dashed(pieces: &[Vec<Point>], ticks: &[Vec<Point>], index: usize) -> Element {

@@ -2,7 +2,7 @@
 
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::{labels, widest_px};
-use crate::svg::{Element, centred_text, line_of_text, number, rectangle};
+use crate::svg::{Element, centred_text, line_of_text, number, rectangle, through};
 use crate::text::{Weight, wrap};
 
 /// Size of the numbers at the ticks, in pixels.
@@ -69,11 +69,7 @@ impl Chart {
 
     /// A closed line through points, as an SVG path.
     pub fn polygon(&self, points: &[[f64; 2]]) -> String {
-        let places: Vec<String> = points
-            .iter()
-            .map(|[x, y]| format!("{} {}", number(self.x_px(*x)), number(self.y_px(*y))))
-            .collect();
-        format!("M{}Z", places.join("L"))
+        format!("{}Z", through(points.iter().map(|[x, y]| (self.x_px(*x), self.y_px(*y)))))
     }
 
     /// The frame with ticks and name of the x-axis.

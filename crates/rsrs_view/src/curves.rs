@@ -7,14 +7,13 @@ use rsrs_core::statistics::share::Share;
 use crate::arrangement::NARROW_MARGIN_PX;
 use crate::boundary::{Side, dashes};
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, NAME_PX, legend, stroke_mark};
-use crate::header::header;
-use crate::palette::{INK, QUIET_INK};
+use crate::header::{MARGIN_PX, header};
+use crate::palette::{BLUE, GREEN, INK, QUIET_INK, VERMILION};
 use crate::scale::{ends, label, labels};
-use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::svg::{Element, line_of_text, number, rectangle, through};
 use crate::text::{Weight, width_px, wrap};
 use crate::theme::Theme;
 
-const MARGIN_PX: f64 = 24.0;
 /// The narrowest curve beside another one on a page whose width is given, in pixels.
 const LEAST_PX: f64 = 100.0;
 /// Left of a curve that has another one beside it: the numbers of its y-axis, without the name.
@@ -30,9 +29,6 @@ const BETWEEN_PX: f64 = 14.0;
 const HEADING_PX: f64 = 12.5;
 /// From one line of a heading to the next.
 const HEADING_LINE_PX: f64 = 15.0;
-const GREEN: &str = "#009e73";
-const BLUE: &str = "#0072b2";
-const VERMILION: &str = "#d55e00";
 /// A curve of at most so many values shows each as a dot.
 const MOST_DOTS: usize = 40;
 
@@ -310,11 +306,8 @@ fn bars(chart: &Chart, points: &[(f64, Share)]) -> Vec<Element> {
 }
 
 fn line(chart: &Chart, points: &[(f64, Share)], colour: &str) -> Element {
-    let place = |(value, share): &(f64, Share)| {
-        format!("{} {}", number(chart.x_px(*value)), number(chart.y_px(share.value())))
-    };
-    let places: Vec<String> = points.iter().map(place).collect();
-    stroke(&format!("M{}", places.join("L")), colour, 1.8)
+    let place = |(value, share): &(f64, Share)| (chart.x_px(*value), chart.y_px(share.value()));
+    stroke(&through(points.iter().map(place)), colour, 1.8)
 }
 
 /// The same of other robots: a line, or a short stroke for each number of robots.

@@ -7,15 +7,13 @@ use rsrs_core::statistics::share::Share;
 use crate::arrangement::{Arrangement, BETWEEN_PX, LegendPlace};
 use crate::chart::BELOW_PX;
 use crate::curves::{self, Curve, CurvesPicture, CurvesPictureError, UprightBoundary};
-use crate::header::header;
+use crate::header::{header, quiet_lines};
 use crate::layout;
 use crate::legend::{WIDTH_PX, compact, legend};
-use crate::palette::QUIET_INK;
 use crate::panel::{Drawing, contents};
 use crate::plot::{Plot, quantity};
 use crate::slice::{Slice, is_same};
-use crate::svg::{Element, line_of_text};
-use crate::text::{Weight, wrap};
+use crate::svg::Element;
 use crate::theme::Theme;
 
 pub use crate::boundary::{Boundary, Side};
@@ -166,8 +164,9 @@ pub fn drawn(picture: &DiagramPicture) -> Result<DrawnDiagram, PictureError> {
         Theme::Screen => legend(&contents, legend_corner_px, WIDTH_PX.min(room_px)),
         Theme::Paper => compact(&contents, (margin_px, plots_px), room_px),
     };
-    let text = picture.note.as_deref().filter(|_| picture.theme == Theme::Screen);
-    let (note, bottom_px) = note(text, (margin_px, plots_px.max(legend_px)), room_px);
+    let note = picture.note.as_deref().filter(|_| picture.theme == Theme::Screen);
+    let corner_px = (margin_px, plots_px.max(legend_px) + 6.0);
+    let (note, bottom_px) = quiet_lines(note.unwrap_or_default(), NOTE_PX, corner_px, room_px);
 
     let below_px = if picture.theme == Theme::Paper { 2.0 } else { 14.0 };
     let size_px = (arrangement.page_px, bottom_px + below_px);
@@ -216,9 +215,10 @@ fn curve(picture: &DiagramPicture, panel: &Panel, slice: &Slice) -> Curve {
     for run in picture.experiments {
         let Some((value, _)) = slice.place(&run.cell) else { continue };
         let hits = if run.phase == run.phase.behaviour().wanted() { run.n } else { 0 };
+        let ended = Share { hits, n: run.n };
         match real.iter_mut().find(|(other, _)| is_same(*other, value)) {
-            Some((_, share)) => *share = Share { hits: share.hits + hits, n: share.n + run.n },
-            None => real.push((value, Share { hits, n: run.n })),
+            Some((_, share)) => *share = *share + ended,
+            None => real.push((value, ended)),
         }
     }
     let line = |boundary: &Boundary| {
@@ -281,15 +281,4 @@ fn subtitles(picture: &DiagramPicture, slices: &[Slice]) -> Vec<String> {
         lines.push(format!("Slice at {}", values.join(" · ")));
     }
     lines
-}
-
-fn note(text: Option<&str>, (left_px, top_px): (f64, f64), room_px: f64) -> (Vec<Element>, f64) {
-    let mut y_px = top_px + 6.0;
-    let mut elements = Vec::new();
-    for line in wrap(text.unwrap_or_default(), NOTE_PX, Weight::Regular, room_px) {
-        y_px += NOTE_PX * 1.45;
-        let text = line_of_text(left_px, y_px, &line).lettered(NOTE_PX, QUIET_INK);
-        elements.push(text);
-    }
-    (elements, y_px)
 }

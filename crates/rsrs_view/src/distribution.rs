@@ -3,18 +3,16 @@
 use rsrs_core::trials::fit::SpeedFit;
 
 use crate::chart::{BELOW_PX, Chart, legend, stroke_mark};
-use crate::header::header;
-use crate::palette::{INK, QUIET_INK};
-use crate::svg::{Element, line_of_text, number};
+use crate::header::{MARGIN_PX, header};
+use crate::palette::{BLUE, INK, QUIET_INK, VERMILION};
+use crate::scale::ends;
+use crate::svg::{Element, line_of_text, number, through};
 use crate::text::{Weight, width_px};
 use crate::theme::Theme;
 
 const PAGE_PX: f64 = 640.0;
-const MARGIN_PX: f64 = 24.0;
 const ROW_PX: f64 = 34.0;
 const NAME_PX: f64 = 11.5;
-const BLUE: &str = "#0072b2";
-const VERMILION: &str = "#d55e00";
 
 /// Speeds of robots and the text about them.
 #[derive(Clone, Debug)]
@@ -132,15 +130,14 @@ fn panels_of(speeds: &[SpeedFit]) -> Vec<Vec<&SpeedFit>> {
 }
 
 fn chart(rows: &[&SpeedFit], trials: &[DrivenSpeed], (left_px, top_px): (f64, f64)) -> Chart {
-    let ends = rows.iter().flat_map(|speed| {
+    let places = rows.iter().flat_map(|speed| {
         let away_m_s = 3.2 * speed.sd_m_s.unwrap_or(0.0);
         let driven = trials.iter().filter(|trial| is_its(trial, speed));
         let driven = driven.map(|trial| trial.measured_m_s);
         let curve = [speed.mean_m_s - away_m_s, speed.mean_m_s + away_m_s, speed.commanded_m_s];
         curve.into_iter().chain(driven).collect::<Vec<f64>>()
     });
-    let (low, high) = ends
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end), high.max(end)));
+    let [low, high] = ends(places);
     let spare = (0.04 * (high - low)).max(0.001 * high.abs()).max(1e-6);
     Chart {
         left_px,
@@ -186,14 +183,10 @@ fn curve(chart: Chart, base_px: f64, speed: &SpeedFit) -> Element {
     let mean = speed.mean_m_s;
     let path = match speed.sd_m_s {
         Some(sd) if chart.x_px(mean + sd) - chart.x_px(mean) > 0.3 => {
-            let points: Vec<String> = (-32..=32)
-                .map(|step| {
-                    let z = f64::from(step) / 10.0;
-                    let y_px = base_px - high_px * libm::exp(-z * z / 2.0);
-                    format!("{} {}", number(chart.x_px(mean + z * sd)), number(y_px))
-                })
-                .collect();
-            format!("M{}", points.join("L"))
+            through((-32..=32).map(|step| {
+                let z = f64::from(step) / 10.0;
+                (chart.x_px(mean + z * sd), base_px - high_px * libm::exp(-z * z / 2.0))
+            }))
         }
         _ => format!("M{} {}v{}", number(chart.x_px(mean)), number(base_px), number(-high_px)),
     };

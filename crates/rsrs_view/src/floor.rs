@@ -4,30 +4,29 @@ use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::{Outline, WorldFile};
 
-use crate::palette::{INK, lid};
+use crate::header::MARGIN_PX;
+use crate::palette::{BLUE, GREEN, INK, ORANGE, RED, lid};
 use crate::scale::{ends, label};
-use crate::svg::{Element, centred_text, number, rectangle};
+use crate::svg::{Element, centred_text, number, rectangle, through};
 use crate::text::{Weight, width_px};
 use crate::track::Point;
 
 /// Width of the page, in pixels.
 pub const PAGE_PX: f64 = 480.0;
-/// Margin of the page, in pixels.
-pub const MARGIN_PX: f64 = 24.0;
 /// Height of small letters, in pixels.
 pub const CAPTION_PX: f64 = 11.0;
 /// The way that a robot came.
-pub const TAIL: &str = "#0072b2";
+pub const TAIL: &str = BLUE;
 /// A robot that was lost.
-pub const LOST: &str = "#c1121f";
+pub const LOST: &str = RED;
 /// Walls.
 pub const WALL: &str = "#8a6d4b";
 /// What stands in the arena.
 const OBSTACLE: &str = "#d3c4b1";
 /// Objects that robots push.
-const OBJECT: &str = "#e69f00";
+const OBJECT: &str = ORANGE;
 /// Goals on the floor.
-const GOAL: &str = "#009e73";
+const GOAL: &str = GREEN;
 const FIELD_PX: f64 = PAGE_PX - 2.0 * MARGIN_PX;
 
 /// From metres on the floor to pixels on the page.
@@ -216,11 +215,8 @@ pub fn walls(field: &Field, walls_m: Option<f64>, world: Option<&WorldFile>) -> 
     let square = is_square.then(|| square_walls(field, walls_m)).flatten();
     let Some(space) = space else { return square };
     let outline = |outline: &Outline, fill: &str| {
-        let corners = outline.drawn_m().into_iter().map(|[x_m, y_m]| {
-            let (x, y) = field.point(x_m, y_m);
-            format!("{} {}", number(x), number(y))
-        });
-        let path = format!("M{}Z", corners.collect::<Vec<_>>().join("L"));
+        let corners = outline.drawn_m().into_iter().map(|[x_m, y_m]| field.point(x_m, y_m));
+        let path = format!("{}Z", through(corners));
         let drawn = Element::path(&path).with("stroke", WALL);
         drawn.with("fill", fill).with("stroke-linejoin", "round")
     };

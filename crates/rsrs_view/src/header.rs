@@ -5,6 +5,8 @@ use crate::svg::{Element, line_of_text};
 use crate::text::{Weight, wrap};
 use crate::theme::Theme;
 
+/// Around a page that is as wide as it takes, in pixels.
+pub const MARGIN_PX: f64 = 24.0;
 const TITLE_PX: f64 = 16.0;
 const SUBTITLE_PX: f64 = 11.5;
 /// Above a picture in a paper.
@@ -31,11 +33,26 @@ pub fn header(
     }
     y_px += 2.0;
     for subtitle in subtitles {
-        for line in wrap(subtitle.as_ref(), SUBTITLE_PX, Weight::Regular, room_px) {
-            y_px += SUBTITLE_PX * 1.45;
-            let text = line_of_text(left_px, y_px, &line).lettered(SUBTITLE_PX, QUIET_INK);
-            texts.push(text);
-        }
+        let (lines, end_px) = quiet_lines(subtitle.as_ref(), SUBTITLE_PX, (left_px, y_px), room_px);
+        texts.extend(lines);
+        y_px = end_px;
     }
     (texts, y_px + 4.0)
+}
+
+/// Draws a text of quiet letters below a place, wrapped to the room there is, and finds where it ends
+/// below, in pixels.
+pub fn quiet_lines(
+    text: &str,
+    size_px: f64,
+    (left_px, top_px): (f64, f64),
+    room_px: f64,
+) -> (Vec<Element>, f64) {
+    let mut y_px = top_px;
+    let mut texts = Vec::new();
+    for line in wrap(text, size_px, Weight::Regular, room_px) {
+        y_px += size_px * 1.45;
+        texts.push(line_of_text(left_px, y_px, &line).lettered(size_px, QUIET_INK));
+    }
+    (texts, y_px)
 }

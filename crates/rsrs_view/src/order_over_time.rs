@@ -7,7 +7,8 @@ use rsrs_core::judge::rule::{Condition, Parameter, Rules};
 use crate::boundary::path_of;
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::floor::PAGE_PX;
-use crate::palette::{INK, QUIET_INK};
+use crate::header::MARGIN_PX;
+use crate::palette::{BLUE, GREEN, INK, ORANGE, QUIET_INK, VERMILION};
 use crate::svg::{Element, line_of_text, number, rectangle};
 use crate::theme::Theme;
 use crate::trajectory::{TrajectoryPicture, TrajectoryPictureError, elements};
@@ -19,7 +20,6 @@ const NAME_PX: f64 = 18.0;
 /// From one row to the next.
 const PITCH_PX: f64 = NAME_PX + ROW_PX + 4.0;
 const ROW_NAME_PX: f64 = 11.0;
-const MARGIN_PX: f64 = 24.0;
 const HEADING_PX: f64 = 12.5;
 
 /// One run, and its order parameters.
@@ -214,13 +214,13 @@ fn top(condition: &Condition, picture: &OrderPicture) -> f64 {
 }
 
 /// Of lines that have no colour of their own.
-const OTHERS: [&str; 4] = ["#e69f00", "#0072b2", "#009e73", "#56b4e9"];
+const OTHERS: [&str; 4] = [ORANGE, BLUE, GREEN, "#56b4e9"];
 
 pub(crate) fn colour(parameter: Parameter) -> &'static str {
     match parameter {
-        Parameter::ROTATION => "#0072b2",
-        Parameter::ORBIT => "#009e73",
-        Parameter::CIRCLINESS | Parameter::CLUSTERED => "#d55e00",
+        Parameter::ROTATION => BLUE,
+        Parameter::ORBIT => GREEN,
+        Parameter::CIRCLINESS | Parameter::CLUSTERED => VERMILION,
         Parameter::BLOCKED | Parameter::STUCK => "#555555",
         Parameter::LOST => "#cc79a7",
         other => {
@@ -235,7 +235,7 @@ fn judged(chart: &Chart, [start_s, end_s]: [f64; 2]) -> Element {
     let left_px = chart.x_px(start_s.max(chart.x[0]));
     let right_px = chart.x_px(end_s.min(chart.x[1]));
     rectangle(left_px, chart.top_px, (right_px - left_px).max(0.0), chart.height_px)
-        .filled("#0072b2", "0.07")
+        .filled(BLUE, "0.07")
 }
 
 fn bound(chart: &Chart, line: &Line) -> Element {
@@ -261,7 +261,7 @@ fn curve(chart: &Chart, line: &Line, picture: &OrderPicture) -> Element {
 
 fn entries(picture: &OrderPicture) -> Vec<(Element, String)> {
     let bound = stroke_mark(QUIET_INK, 0.9).with("stroke-dasharray", "2 4");
-    let shade = stroke_mark("#0072b2", 11.0).with("stroke-opacity", "0.07");
+    let shade = stroke_mark(BLUE, 11.0).with("stroke-opacity", "0.07");
     let mut entries = vec![(bound, format!("bound of {}", picture.rules.wanted))];
     if picture.judged_s[0] < picture.judged_s[1] {
         entries.push((shade, "the window that is judged".to_owned()));

@@ -9,6 +9,16 @@ pub struct Colour {
     pub rgb: [u8; 3],
 }
 
+/// A colour of lines and marks.
+pub const BLUE: &str = "#0072b2";
+/// A colour of lines and marks.
+pub const GREEN: &str = "#009e73";
+/// A colour of lines and marks.
+pub const ORANGE: &str = "#e69f00";
+/// A colour of lines and marks.
+pub const RED: &str = "#c1121f";
+/// A colour of lines and marks.
+pub const VERMILION: &str = "#d55e00";
 /// Lines and letters.
 pub const INK: &str = "#1a1a1a";
 /// Letters of less weight.

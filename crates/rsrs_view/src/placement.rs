@@ -5,10 +5,9 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::WorldFile;
 
 use crate::floor::{
-    CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, round_length, scale_bar, short, tags, things,
-    walls,
+    CAPTION_PX, Field, PAGE_PX, robot, round_length, scale_bar, short, tags, things, walls,
 };
-use crate::header::header;
+use crate::header::{MARGIN_PX, header};
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::labels;
 use crate::svg::{Element, line_of_text, number, rectangle};

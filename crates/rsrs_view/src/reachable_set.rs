@@ -1,27 +1,24 @@
 //! Where simulated robots can be under one command, with real trajectories over it.
 
-use std::fmt::Write as _;
-
 use rsrs_core::trials::trial::DrivenTrial;
 use rsrs_core::trials::validation::{Exit, Horizon, Tube};
 
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
-use crate::header::header;
-use crate::palette::{INK, QUIET_INK};
+use crate::header::{MARGIN_PX, header};
+use crate::palette::{BLUE, INK, QUIET_INK, RED};
 use crate::scale::ends;
-use crate::svg::{Element, centred_text, number, rectangle};
+use crate::svg::{Element, centred_text, rectangle, through};
 use crate::text::{Weight, width_px};
 use crate::theme::Theme;
 use crate::track;
 
 const PAGE_PX: f64 = 640.0;
-const MARGIN_PX: f64 = 24.0;
 const HIGHEST_PX: f64 = 460.0;
 /// Colours of regions, by their times.
 const REGIONS: [&str; 4] = ["#fbe3ab", "#f3c04f", "#d98e00", "#f3c04f"];
 const OUTLINE: &str = "#8a5a00";
-const INSIDE: &str = "#0072b2";
-const OUTSIDE: &str = "#c1121f";
+const INSIDE: &str = BLUE;
+const OUTSIDE: &str = RED;
 /// Samples along a real trajectory: more would not be seen.
 const SAMPLES: u32 = 200;
 
@@ -184,15 +181,9 @@ fn colour(place: TubeMembership) -> &'static str {
 
 /// A region as its outline.
 fn region(chart: &Chart, horizon: &Horizon, fill: &str) -> Element {
-    let mut path = String::new();
-    for corners_m in &horizon.region.loops_m {
-        for (corner, [ahead_m, left_m]) in corners_m.iter().enumerate() {
-            let letter = if corner == 0 { 'M' } else { 'L' };
-            let (x, y) = (number(chart.x_px(*ahead_m)), number(chart.y_px(*left_m)));
-            write!(path, "{letter}{x} {y}").expect("a string takes any text");
-        }
-        path.push('z');
-    }
+    let corner = |[ahead_m, left_m]: &[f64; 2]| (chart.x_px(*ahead_m), chart.y_px(*left_m));
+    let loops = horizon.region.loops_m.iter();
+    let path: String = loops.map(|corners_m| through(corners_m.iter().map(corner)) + "z").collect();
     let tooltip = format!(
         "after {:.1} s: {:.4} m², {} of {} trials inside",
         horizon.time_s, horizon.area_m2, horizon.n_inside, horizon.n_trials

@@ -3,16 +3,16 @@
 use rsrs_core::trials::fit::SensorMap;
 
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
-use crate::header::header;
-use crate::palette::INK;
+use crate::header::{MARGIN_PX, header};
+use crate::palette::{BLUE, INK, RED};
+use crate::scale::ends;
 use crate::svg::{Element, number};
 use crate::theme::Theme;
 
 const PAGE_PX: f64 = 560.0;
-const MARGIN_PX: f64 = 24.0;
 const HIGHEST_PX: f64 = 420.0;
-const MEASURED: &str = "#0072b2";
-const SIMULATED: &str = "#c1121f";
+const MEASURED: &str = BLUE;
+const SIMULATED: &str = RED;
 
 /// A measured sensor, the simulated one, and the text about them.
 #[derive(Clone, Debug)]
@@ -128,8 +128,7 @@ fn bounds(picture: &SensorPicture) -> [[f64; 2]; 2] {
     let all =
         || places.iter().chain(&picture.map.contour_m).chain(picture.simulated_m).chain(&body);
     [0, 1].map(|axis| {
-        let low = all().map(|point| point[axis]).fold(f64::INFINITY, f64::min);
-        let high = all().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max);
+        let [low, high] = ends(all().map(|point| point[axis]));
         let spare = 0.04 * (high - low);
         [low - spare, high + spare]
     })

@@ -185,6 +185,13 @@ pub fn resized(svg: &str, width_px: f64) -> String {
         .concat()
 }
 
+/// The commands of a path along points, in pixels.
+pub fn through(points: impl IntoIterator<Item = (f64, f64)>) -> String {
+    let places: Vec<String> =
+        points.into_iter().map(|(x, y)| format!("{} {}", number(x), number(y))).collect();
+    format!("M{}", places.join("L"))
+}
+
 /// A rectangle by its upper left corner, in pixels.
 pub fn rectangle(x_px: f64, y_px: f64, width_px: f64, height_px: f64) -> Element {
     Element::new("rect").at("x", x_px).at("y", y_px).at("width", width_px).at("height", height_px)

@@ -3,7 +3,7 @@
 use rsrs_core::judge::phase::Phase;
 
 use crate::palette::{INK, hue};
-use crate::svg::{Element, number};
+use crate::svg::{Element, number, through};
 
 /// Radius of a real run's symbol where there is room, in pixels.
 pub const MARK_PX: f64 = 5.5;
@@ -39,13 +39,8 @@ pub fn mark(phase: Phase, filling: Filling, (at_px, radius_px): ((f64, f64), f64
 /// Circle, diamond, square, triangle, cross: in the order of a behaviour's phases.
 fn path(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> String {
     let polygon = |corners: &[(f64, f64)]| {
-        let points: Vec<String> = corners
-            .iter()
-            .map(|(dx, dy)| {
-                format!("{} {}", number(x_px + dx * radius_px), number(y_px + dy * radius_px))
-            })
-            .collect();
-        format!("M{}Z", points.join("L"))
+        let corner = |(dx, dy): &(f64, f64)| (x_px + dx * radius_px, y_px + dy * radius_px);
+        format!("{}Z", through(corners.iter().map(corner)))
     };
     match phase.place() {
         0 => {

@@ -10,10 +10,10 @@ pub use crate::floor::PoseNotFinite;
 
 use crate::chart::{legend, stroke_mark};
 use crate::floor::{
-    Field, LOST, MARGIN_PX, PAGE_PX, TAIL, WALL, around_things, around_walls, check_poses, places,
-    robot, scale_bar, short, tags, things, things_in_words, walls,
+    Field, LOST, PAGE_PX, TAIL, WALL, around_things, around_walls, check_poses, places, robot,
+    scale_bar, short, tags, things, things_in_words, walls,
 };
-use crate::header::header;
+use crate::header::{MARGIN_PX, header};
 use crate::palette::{INK, lid};
 use crate::scale::label;
 use crate::svg::Element;

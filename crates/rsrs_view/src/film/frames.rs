@@ -5,10 +5,10 @@ use rsrs_core::out_of_range::OutOfRange;
 
 use super::Film;
 use crate::floor::{
-    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, PoseNotFinite, TAIL, around_things, around_walls,
+    CAPTION_PX, Field, LOST, PAGE_PX, PoseNotFinite, TAIL, around_things, around_walls,
     check_poses, places, robot, scale_bar, short, tags, things, walls,
 };
-use crate::header::header;
+use crate::header::{MARGIN_PX, header};
 use crate::palette::{INK, QUIET_INK};
 use crate::raster::{RasterError, parse, pixmap};
 use crate::svg::{Element, line_of_text};
