@@ -105,11 +105,12 @@ const ONE_WAY: [(&str, &[&str]); 16] = [
     ),
 ];
 /// The rooms of the core, each of which names only those before it.
-const CORE: [&str; 20] = [
+const CORE: [&str; 21] = [
     "help",
     "natural_order",
     "numerals",
     "out_of_range",
+    "plane",
     "digest",
     "draw",
     "document",

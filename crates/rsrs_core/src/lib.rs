@@ -53,5 +53,6 @@ pub mod draw;
 pub mod help;
 pub mod numerals;
 pub mod out_of_range;
+pub mod plane;
 pub mod printable;
 pub mod program;

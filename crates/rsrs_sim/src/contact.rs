@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rsrs_core::conditions::{Conditions, SimulatedRobot, Walls};
+use rsrs_core::plane::{dot, minus};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::world::FreeSpace;
 
@@ -147,8 +148,6 @@ impl Border {
         }
         let [from_m, to_m, held_m] =
             [from, to, held].map(|(x_m, y_m)| [f64::from(x_m), f64::from(y_m)]);
-        let minus = |one: [f64; 2], other: [f64; 2]| [one[0] - other[0], one[1] - other[1]];
-        let dot = |one: [f64; 2], other: [f64; 2]| one[0] * other[0] + one[1] * other[1];
         let (pressed_m, way_m) = (minus(to_m, held_m), minus(held_m, from_m));
         let pressed_m2 = dot(pressed_m, pressed_m);
         let into = dot(way_m, pressed_m) / pressed_m2;

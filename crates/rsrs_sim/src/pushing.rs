@@ -23,6 +23,7 @@
 //! precision, of `+ - * /`, the square root, and casts.
 
 use rsrs_core::conditions::{Conditions, SimulatedRobot};
+use rsrs_core::plane::{dot, minus, plus};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::world::Object;
 
@@ -383,16 +384,4 @@ fn write(places_m: &[[f64; 2]], [x_m, y_m]: &mut [&mut [f32]; 2]) {
 fn farthest_m(from_m: &[[f64; 2]], to_m: &[[f64; 2]]) -> f64 {
     let ways = from_m.iter().zip(to_m).map(|(from_m, to_m)| minus(*to_m, *from_m));
     ways.map(|way_m| dot(way_m, way_m)).fold(0.0, f64::max).sqrt()
-}
-
-fn plus(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    [one[0] + other[0], one[1] + other[1]]
-}
-
-fn minus(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    [one[0] - other[0], one[1] - other[1]]
-}
-
-fn dot(one: [f64; 2], other: [f64; 2]) -> f64 {
-    one[0] * other[0] + one[1] * other[1]
 }

@@ -15,6 +15,7 @@
 use std::sync::Arc;
 
 use rsrs_core::conditions::Walls;
+use rsrs_core::plane::between;
 use rsrs_core::world::FreeSpace;
 
 /// How often a body is moved away from the wall that is nearest.
@@ -87,12 +88,9 @@ impl ShapedBorder {
 
     /// The places at the ends of the parts of a way, of no more than [`MOST_PARTS`] of them.
     fn parts(&self, from_m: [f64; 2], to_m: [f64; 2]) -> impl Iterator<Item = [f64; 2]> + use<> {
-        let way_m = [to_m[0] - from_m[0], to_m[1] - from_m[1]];
         let n_parts = self.n_parts(from_m, to_m);
-        (1..=n_parts.min(MOST_PARTS) as u32).map(move |part| {
-            let share = f64::from(part) / n_parts;
-            [from_m[0] + share * way_m[0], from_m[1] + share * way_m[1]]
-        })
+        (1..=n_parts.min(MOST_PARTS) as u32)
+            .map(move |part| between(from_m, to_m, f64::from(part) / n_parts))
     }
 
     /// Where a body comes to that slides along walls.

@@ -6,6 +6,7 @@
 //!
 //! In double precision, of `+ - * /`, the square root and comparisons.
 
+use rsrs_core::plane::{between, cross, dot, left_of, minus, sides};
 use rsrs_core::robot::region::Region;
 use rsrs_core::world::Wall;
 
@@ -40,9 +41,7 @@ impl WallSight {
                 Self { edges: vec![edge(-1.0), edge(1.0)], shape }
             }
             Region::Polygon { corners_m } => {
-                let n = corners_m.len();
-                let edges = (0..n).map(|side| [corners_m[side], corners_m[(side + 1) % n]]);
-                Self { edges: edges.collect(), shape: Shape::Polygon }
+                Self { edges: sides(corners_m).collect(), shape: Shape::Polygon }
             }
         }
     }
@@ -54,10 +53,8 @@ impl WallSight {
             return Some((nearest_m, dot(nearest_m, nearest_m).sqrt()));
         }
         let crossed = self.edges.iter().flat_map(|edge| {
-            crossings(*edge, wall).map(|share| {
-                let [from, to] = *edge;
-                [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])]
-            })
+            let [from, to] = *edge;
+            crossings(*edge, wall).map(move |share| between(from, to, share))
         });
         let crossed = crossed.map(|point_m| (point_m, dot(point_m, point_m).sqrt()));
         crossed.min_by(|one, other| one.1.total_cmp(&other.1))
@@ -68,9 +65,7 @@ impl WallSight {
             Shape::Cone { slope, range_m2 } => {
                 x_m > 0.0 && y_m.abs() <= x_m * slope && x_m * x_m + y_m * y_m <= range_m2
             }
-            Shape::Polygon => self.edges.iter().all(|[from, to]| {
-                (to[0] - from[0]) * (y_m - from[1]) - (to[1] - from[1]) * (x_m - from[0]) >= 0.0
-            }),
+            Shape::Polygon => self.edges.iter().all(|edge| left_of(*edge, [x_m, y_m]) >= 0.0),
         }
     }
 }
@@ -100,18 +95,6 @@ fn crossings([from, to]: [[f64; 2]; 2], wall: Wall) -> impl Iterator<Item = f64>
         }
     };
     shares.into_iter().flatten().filter(|share| (0.0..=1.0).contains(share))
-}
-
-fn minus(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    [one[0] - other[0], one[1] - other[1]]
-}
-
-fn dot(one: [f64; 2], other: [f64; 2]) -> f64 {
-    one[0] * other[0] + one[1] * other[1]
-}
-
-fn cross(one: [f64; 2], other: [f64; 2]) -> f64 {
-    one[0] * other[1] - one[1] * other[0]
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::quantity::Bounds;
 use crate::robot::controller::state_machine::StateMachine;
 use crate::robot::controller::structure::{self, Flaw};
 use crate::robot::controller::{Command, Controller, ControllerParameters};
-use crate::robot::profile::{MAX_CORNERS, Sensing};
+use crate::robot::profile::{MAX_CORNERS, Sensing, is_convex};
 use crate::robot::region::Region;
 use crate::robot::sensor::file::SensorEntry;
 use crate::robot::sensor::{self, Detects, SensorFlaw};
@@ -360,26 +360,12 @@ fn check_region(region: &Region) -> Result<(), Impossible> {
             for coordinate in corners_m.iter().flatten() {
                 within("robot.region.polygon.corners_m", *coordinate, Bounds::COORDINATE)?;
             }
-            if is_region(corners_m) {
+            if is_convex(corners_m) {
                 return Ok(());
             }
             Err(Impossible::Polygon(corners_m.len()))
         }
     }
-}
-
-/// Whether every corner lies to the left of every side that it is not part of: that is where the
-/// world looks for a neighbour.
-fn is_region(corners: &[[f64; 2]]) -> bool {
-    let n = corners.len();
-    let lies_left = |[from_x, from_y]: [f64; 2], [to_x, to_y]: [f64; 2], [x, y]: [f64; 2]| {
-        (to_x - from_x) * (y - from_y) - (to_y - from_y) * (x - from_x) > 0.0
-    };
-    (3..=MAX_CORNERS).contains(&n)
-        && (0..n).all(|side| {
-            let (from, to) = (corners[side], corners[(side + 1) % n]);
-            (2..n).all(|further| lies_left(from, to, corners[(side + further) % n]))
-        })
 }
 
 fn within(key: &'static str, found: f64, bounds: Bounds) -> Result<(), Impossible> {

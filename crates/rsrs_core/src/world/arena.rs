@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::check::{WorldProblem, within};
-use super::free_space::{Outline, sides};
+use super::free_space::Outline;
+use crate::plane::sides;
 use crate::quantity::Bounds;
 
 /// The border of an arena that is no square of side `arena_m`; give one of the three.

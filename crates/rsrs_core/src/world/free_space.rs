@@ -3,6 +3,7 @@
 //! In double precision, of `+ - * /`, the square root and comparisons alone, because the simulator's bits depend on it.
 
 use super::{ROUNDING, WorldFile};
+use crate::plane::{area, dot, minus, sides};
 
 /// A closed curve on the floor.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,10 +80,7 @@ impl Outline {
     pub fn area_m2(&self) -> f64 {
         match self {
             Self::Disc { radius_m, .. } => std::f64::consts::PI * radius_m * radius_m,
-            Self::Polygon { corners_m } => {
-                let twice = |[from, to]: [[f64; 2]; 2]| from[0] * to[1] - from[1] * to[0];
-                (sides(corners_m).map(twice).sum::<f64>() / 2.0).abs()
-            }
+            Self::Polygon { corners_m } => area(corners_m).abs(),
         }
     }
 
@@ -240,20 +238,6 @@ impl WorldFile {
         let obstacles = self.obstacles.iter().map(super::Obstacle::outline).collect();
         Some(FreeSpace::new(border, obstacles))
     }
-}
-
-/// The sides of a polygon, the last one back to the first corner.
-pub(super) fn sides(corners_m: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
-    let next = corners_m.iter().cycle().skip(1);
-    corners_m.iter().zip(next).map(|(from, to)| [*from, *to])
-}
-
-fn minus(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    [one[0] - other[0], one[1] - other[1]]
-}
-
-fn dot(one: [f64; 2], other: [f64; 2]) -> f64 {
-    one[0] * other[0] + one[1] * other[1]
 }
 
 fn squared(vector: [f64; 2]) -> f64 {

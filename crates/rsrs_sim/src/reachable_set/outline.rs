@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-type Point = [f64; 2];
+use rsrs_core::plane::{Point, area};
 
 /// A grid of square cells over a region.
 #[derive(Clone, Copy, Debug)]
@@ -52,11 +52,7 @@ pub fn outline(grid: Grid, contains: impl Fn(Point) -> bool) -> Vec<Vec<Point>> 
 
 /// The area within loops, in square metres; holes are taken off.
 pub fn area_m2(loops: &[Vec<Point>]) -> f64 {
-    let twice = |corners: &Vec<Point>| -> f64 {
-        let nexts = corners.iter().cycle().skip(1);
-        corners.iter().zip(nexts).map(|(here, next)| here[0] * next[1] - next[0] * here[1]).sum()
-    };
-    loops.iter().map(twice).sum::<f64>() / 2.0
+    loops.iter().map(|corners| area(corners)).sum()
 }
 
 /// An edge of the grid: its first node, and whether it goes ahead or to the left.

@@ -1,10 +1,9 @@
 //! Where a share of simulated robots is at one time: a region of any shape.
 
+use rsrs_core::plane::Point;
 use rsrs_core::trials::validation::RegionOutline;
 
 use super::outline::{Grid, area_m2, outline};
-
-type Point = [f64; 2];
 
 /// A region of positions around a cloud of simulated ones.
 pub struct PositionRegion {

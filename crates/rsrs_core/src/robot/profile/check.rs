@@ -2,6 +2,7 @@
 
 use super::{MAX_CORNERS, ProfileError, RobotProfile, Sees};
 use crate::out_of_range::OutOfRange;
+use crate::plane::{left_of, sides};
 use crate::robot::contact::ContactModel;
 
 impl RobotProfile {
@@ -143,28 +144,15 @@ fn gains(key: &'static str, table: impl Iterator<Item = (f64, f64)>) -> Result<(
 
 /// Whether corners form a convex polygon, counterclockwise, of a size that the simulator takes.
 ///
-/// Every corner must turn left, and all turns together must be one full turn (a star turns left
-/// everywhere, but twice around).
+/// Every corner must lie to the left of every side that it is no end of: that is where the world looks
+/// for a neighbour.
 pub(crate) fn is_convex(corners: &[[f64; 2]]) -> bool {
     let n = corners.len();
-    if !(3..=MAX_CORNERS).contains(&n) || corners.iter().flatten().any(|value| !value.is_finite()) {
-        return false;
-    }
-    let edge = |corner: usize| {
-        let (from, to) = (corners[corner % n], corners[(corner + 1) % n]);
-        (to[0] - from[0], to[1] - from[1])
-    };
-    let mut turned_rad = 0.0;
-    for corner in 0..n {
-        let (before, after) = (edge(corner), edge(corner + 1));
-        let cross = before.0 * after.1 - before.1 * after.0;
-        let dot = before.0 * after.0 + before.1 * after.1;
-        if cross <= 0.0 {
-            return false;
-        }
-        turned_rad += libm::atan2(cross, dot);
-    }
-    (turned_rad - std::f64::consts::TAU).abs() < 1e-6
+    let others = |side: usize| (2..n).map(move |further| corners[(side + further) % n]);
+    (3..=MAX_CORNERS).contains(&n)
+        && corners.iter().flatten().all(|number| number.is_finite())
+        && (sides(corners).enumerate())
+            .all(|(number, side)| others(number).all(|corner| left_of(side, corner) > 0.0))
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::inscribed::area_m2;
 use super::sensor::{SensorPoint, place_m};
+use crate::plane::area;
 
 /// The share of detections that the paper's blue polygon stands for.
 ///
@@ -106,7 +106,7 @@ pub fn contour(nodes: &[SensorPoint], contact_m: f64) -> Option<Contour> {
     while corners_m.len() > 1 && is_same(corners_m[0], corners_m[corners_m.len() - 1]) {
         corners_m.pop();
     }
-    (corners_m.len() >= 3 && area_m2(&corners_m) > 1e-6).then_some(Contour {
+    (corners_m.len() >= 3 && area(&corners_m) > 1e-6).then_some(Contour {
         corners_m,
         reach,
         left_out_rad,

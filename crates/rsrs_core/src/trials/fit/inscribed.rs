@@ -1,8 +1,7 @@
 //! The simulated polygon: convex, with few edges, and inside the measured one.
 
+use crate::plane::{Point, area, between, cross, left_of, minus, sides};
 use crate::robot::profile::MAX_CORNERS;
-
-type Point = [f64; 2];
 
 /// A large convex polygon inside a simple one, both counterclockwise, in metres; `None` if nothing
 /// is left.
@@ -23,7 +22,7 @@ pub fn inscribed(measured_m: &[Point]) -> Option<Vec<Point>> {
                 let [x, y] = *direction;
                 [[x, y], [-x, -y]].map(|direction| cut(&convex, point, direction))
             })
-            .max_by(|left, right| area_m2(left).total_cmp(&area_m2(right)))
+            .max_by(|left, right| area(left).total_cmp(&area(right)))
             .expect("there are directions");
     }
     while convex.len() > MAX_CORNERS {
@@ -46,7 +45,7 @@ pub fn inscribed(measured_m: &[Point]) -> Option<Vec<Point>> {
 /// there may run.
 fn deepest(measured: &[Point], convex: &[Point]) -> Option<(Point, Vec<Point>)> {
     let n = measured.len();
-    let along = |from: usize| difference(measured[(from + 1) % n], measured[from % n]);
+    let along = |from: usize| minus(measured[(from + 1) % n], measured[from % n]);
     let corners =
         (0..n).map(|corner| (measured[corner], vec![along(corner), along(corner + n - 1)], true));
     let edges = (0..n).filter_map(|edge| {
@@ -70,22 +69,18 @@ fn deepest(measured: &[Point], convex: &[Point]) -> Option<(Point, Vec<Point>)> 
 
 /// Distance of a point from the border of a convex polygon; negative outside.
 fn depth_m(convex: &[Point], point: Point) -> f64 {
-    let sides = convex.iter().zip(convex.iter().cycle().skip(1));
-    sides
-        .map(|(from, to)| {
-            let along = difference(*to, *from);
-            cross(along, difference(point, *from)) / libm::hypot(along[0], along[1])
-        })
-        .fold(f64::INFINITY, f64::min)
+    let depth_m = |[from, to]: [Point; 2]| {
+        let along = minus(to, from);
+        left_of([from, to], point) / libm::hypot(along[0], along[1])
+    };
+    sides(convex).map(depth_m).fold(f64::INFINITY, f64::min)
 }
 
 /// The middle of what a convex polygon contains of a segment.
 fn middle_inside(convex: &[Point], from: Point, to: Point) -> Option<Point> {
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
-    for (corner, next) in convex.iter().zip(convex.iter().cycle().skip(1)) {
-        let along = difference(*next, *corner);
-        let start = cross(along, difference(from, *corner));
-        let end = cross(along, difference(to, *corner));
+    for side in sides(convex) {
+        let (start, end) = (left_of(side, from), left_of(side, to));
         if start < 0.0 && end < 0.0 {
             return None;
         }
@@ -96,21 +91,20 @@ fn middle_inside(convex: &[Point], from: Point, to: Point) -> Option<Point> {
         }
     }
     let share = f64::midpoint(low, high);
-    (low < high).then(|| [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])])
+    (low < high).then(|| between(from, to, share))
 }
 
 /// What is left of a line through a point with a direction.
 fn cut(convex: &[Point], point: Point, direction: Point) -> Vec<Point> {
-    let side = |corner: Point| cross(direction, difference(corner, point));
+    let side = |corner: Point| cross(direction, minus(corner, point));
     let mut left = Vec::with_capacity(convex.len() + 1);
-    for (from, to) in convex.iter().zip(convex.iter().cycle().skip(1)) {
-        let (start, end) = (side(*from), side(*to));
+    for [from, to] in sides(convex) {
+        let (start, end) = (side(from), side(to));
         if start >= 0.0 {
-            left.push(*from);
+            left.push(from);
         }
         if (start > 0.0 && end < 0.0) || (start < 0.0 && end > 0.0) {
-            let share = start / (start - end);
-            left.push([from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])]);
+            left.push(between(from, to, start / (start - end)));
         }
     }
     left.dedup_by(|one, other| (one[0] - other[0]).abs() + (one[1] - other[1]).abs() < 1e-9);
@@ -121,7 +115,7 @@ fn cut(convex: &[Point], point: Point, direction: Point) -> Vec<Point> {
 fn ear_m2(convex: &[Point], corner: usize) -> f64 {
     let n = convex.len();
     let (before, after) = (convex[(corner + n - 1) % n], convex[(corner + 1) % n]);
-    cross(difference(convex[corner], before), difference(after, before)) / 2.0
+    left_of([before, convex[corner]], after) / 2.0
 }
 
 /// The convex hull, counterclockwise.
@@ -136,7 +130,7 @@ fn hull(points: &[Point]) -> Vec<Point> {
         let mut chain: Vec<Point> = Vec::new();
         for point in points {
             while let [.., before, last] = chain.as_slice()
-                && cross(difference(*last, *before), difference(point, *before)) <= 0.0
+                && left_of([*before, *last], point) <= 0.0
             {
                 chain.pop();
             }
@@ -150,27 +144,9 @@ fn hull(points: &[Point]) -> Vec<Point> {
     lower
 }
 
-fn difference([x, y]: Point, [from_x, from_y]: Point) -> Point {
-    [x - from_x, y - from_y]
-}
-
-fn cross([x, y]: Point, [other_x, other_y]: Point) -> f64 {
-    x * other_y - y * other_x
-}
-
-/// Area of a simple polygon, in square metres; positive if counterclockwise.
-pub fn area_m2(polygon_m: &[[f64; 2]]) -> f64 {
-    let corners = polygon_m.iter().zip(polygon_m.iter().cycle().skip(1));
-    corners.map(|([x, y], [next_x, next_y])| (x * next_y - next_x * y) / 2.0).sum()
-}
-
 /// Whether a point lies in a convex, counterclockwise polygon, or on its border.
-pub(crate) fn contains(polygon_m: &[[f64; 2]], [x_m, y_m]: [f64; 2]) -> bool {
-    (0..polygon_m.len()).all(|corner| {
-        let [from_x, from_y] = polygon_m[corner];
-        let [to_x, to_y] = polygon_m[(corner + 1) % polygon_m.len()];
-        (to_x - from_x) * (y_m - from_y) - (to_y - from_y) * (x_m - from_x) >= -1e-9
-    })
+pub(crate) fn contains(polygon_m: &[Point], place_m: Point) -> bool {
+    sides(polygon_m).all(|side| left_of(side, place_m) >= -1e-9)
 }
 
 #[cfg(test)]
@@ -183,7 +159,7 @@ mod tests {
 
         let found = inscribed(&square).unwrap();
 
-        assert!((area_m2(&found) - 1.0).abs() < 1e-3 && found.len() == 4, "{found:?}");
+        assert!((area(&found) - 1.0).abs() < 1e-3 && found.len() == 4, "{found:?}");
     }
 
     #[test]
@@ -195,7 +171,7 @@ mod tests {
         let found = inscribed(&notched).unwrap();
 
         // The best cut through the notch's tip is upright and leaves 0.8 of the area.
-        assert!((area_m2(&found) - 0.8).abs() < 0.01, "{found:?}");
+        assert!((area(&found) - 0.8).abs() < 0.01, "{found:?}");
     }
 
     #[test]
@@ -212,6 +188,6 @@ mod tests {
         assert_eq!(found.len(), MAX_CORNERS);
         assert!(found.iter().all(|corner| libm::hypot(corner[0], corner[1]) <= 1.0001));
         // An inscribed octagon covers 2.83 of 3.14; dropping corners one by one loses some of that.
-        assert!(area_m2(&found) > 2.6, "{}", area_m2(&found));
+        assert!(area(&found) > 2.6, "{}", area(&found));
     }
 }
