@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use rsrs_core::diagram::choice::{self, VIABLE_B_S_LOW};
+use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_pipeline::choose::{CONFIRM, Chosen, NoViableCell, Options, write};
@@ -15,6 +16,7 @@ use rsrs_render::picture_file::PageStyle;
 use rsrs_render::{answers, diagnosis};
 
 use crate::error::{raised, refused};
+use crate::folder::Folder;
 use crate::json::{axis, to_python};
 use crate::picture::Picture;
 use crate::profile::Profile;
@@ -64,34 +66,29 @@ impl Setting {
     }
 }
 
-/// What a step reads from a file: by its path, or an object of this package.
-pub struct Source {
-    pub path: PathBuf,
-    /// Where an object was written for the step.
-    _temporary: Option<tempfile::TempDir>,
+/// What a step reads from a file: by its path, or an object of this package, which is written for the
+/// step: a profile, a sweep, or the results of one.
+pub fn source(value: &Bound<'_, PyAny>) -> PyResult<Folder> {
+    if let Ok(sweep) = value.cast::<Sweep>() {
+        return Folder::holding("sweep.yaml", &sweep.get().to_yaml()?);
+    }
+    if let Ok(profile) = value.cast::<Profile>() {
+        return Folder::holding("profile.yaml", &profile.get().to_yaml()?);
+    }
+    if let Ok(result) = value.cast::<SweepResult>() {
+        return Ok(Folder::kept(result.get().path().to_path_buf()));
+    }
+    value.extract().map(Folder::kept).map_err(|_| {
+        refused(format!("expected a path, a Profile, a Sweep or a SweepResult, found {value}"))
+    })
 }
 
-impl Source {
-    /// A profile, a sweep, or the results of one.
-    pub fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let text = if let Ok(sweep) = value.cast::<Sweep>() {
-            (sweep.get().to_yaml()?, "sweep.yaml")
-        } else if let Ok(profile) = value.cast::<Profile>() {
-            (profile.get().to_yaml()?, "profile.yaml")
-        } else if let Ok(result) = value.cast::<SweepResult>() {
-            return Ok(Self { path: result.get().path().to_path_buf(), _temporary: None });
-        } else {
-            let path = value.extract().map_err(|_| {
-                refused(format!(
-                    "expected a path, a Profile, a Sweep or a SweepResult, found {value}"
-                ))
-            })?;
-            return Ok(Self { path, _temporary: None });
-        };
-        let folder = tempfile::TempDir::with_prefix("rsrs_").map_err(refused)?;
-        let path = folder.path().join(text.1);
-        std::fs::write(&path, text.0).map_err(refused)?;
-        Ok(Self { path, _temporary: Some(folder) })
+/// Checks the seed of runs.
+pub fn check_seed(seed: u64) -> PyResult<()> {
+    if seed < SEED_LIMIT {
+        Ok(())
+    } else {
+        Err(refused(format!("seed is {seed}, expected below 2^63")))
     }
 }
 
@@ -284,10 +281,10 @@ pub fn answer_all(
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Answers> {
-    let (robot, sweep) = (Source::of(robot)?, sweep.map(Source::of).transpose()?);
+    let (robot, sweep) = (source(robot)?, sweep.map(source).transpose()?);
     let setting = setting(wanted, robots, confirm)?;
     let replicates = runs("replicates", replicates)?;
-    let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+    let progress = Progress::of(progress)?;
     work(py, threads, &progress, |execution| {
         let options = answer::Options {
             sweep: path_of(sweep.as_ref()),
@@ -300,7 +297,7 @@ pub fn answer_all(
     .map(Answers)
 }
 
-fn path_of(source: Option<&Source>) -> Option<&Path> {
+fn path_of(source: Option<&Folder>) -> Option<&Path> {
     source.map(|source| source.path.as_path())
 }
 
@@ -386,11 +383,11 @@ pub fn diagnose_all(
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Diagnosis> {
-    let (robot, sweep) = (Source::of(robot)?, sweep.map(Source::of).transpose()?);
+    let (robot, sweep) = (source(robot)?, sweep.map(source).transpose()?);
     let setting = setting(wanted, robots, confirm)?;
     let costs = costs.unwrap_or_default().into_iter().map(|(key, cost)| Ok((axis(&key)?, cost)));
     let costs: Vec<(Axis, f64)> = costs.collect::<PyResult<_>>()?;
-    let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+    let progress = Progress::of(progress)?;
     work(py, threads, &progress, |execution| {
         let options = diagnose::Options {
             sweep: path_of(sweep.as_ref()),

@@ -11,10 +11,9 @@ use rsrs_pipeline::label::Labeller;
 use rsrs_render::comparison::{Report, text, word};
 use rsrs_render::report::html;
 
-use crate::answers::Source;
+use crate::answers::source;
 use crate::error::{named, refused, refused_with_help};
 use crate::json::to_python;
-use crate::sweep::SweepResult;
 use crate::waiting::work_to_end;
 
 // Python's help shows numbers in signatures, and no names of constants.
@@ -81,14 +80,6 @@ fn options(
     })
 }
 
-/// The folder of a sweep, by its path or as its results, which are kept as long as needed.
-fn folder(result: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
-    Ok(match result.cast::<SweepResult>() {
-        Ok(result) => result.get().path().to_path_buf(),
-        Err(_) => Source::of(result)?.path,
-    })
-}
-
 /// Holds recorded runs against the sweep that predicts them.
 ///
 /// Parameters
@@ -122,10 +113,10 @@ pub fn compare_runs(
     with_implausible: bool,
     other_profile: bool,
 ) -> PyResult<Comparison> {
-    let folder = folder(result)?;
+    let folder = source(result)?;
     let options =
         options(bags, labels, margin, (with_lost_robots, with_implausible, other_profile))?;
-    work_to_end(py, move || compare(&folder, &options).map(Report::new)).map(Comparison)
+    work_to_end(py, move || compare(&folder.path, &options).map(Report::new)).map(Comparison)
 }
 
 /// Writes one HTML file with the diagram and, if bags are given, the comparison and every run in motion; it
@@ -159,11 +150,11 @@ pub fn report(
             Some("name the report report.html".to_owned()),
         ));
     }
-    let folder = folder(result)?;
+    let folder = source(result)?;
     let flags = (with_lost_robots, with_implausible, other_profile);
     let options = bags.map(|bags| options(bags, labels, margin, flags)).transpose()?;
     let comparison = work_to_end(py, move || {
-        let (html, comparison) = html(&folder, options.as_ref())?;
+        let (html, comparison) = html(&folder.path, options.as_ref())?;
         write_file(&output, html.as_bytes())?;
         Ok(comparison)
     })?;

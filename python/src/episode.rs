@@ -8,6 +8,7 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{Observed, run_controlled};
 use rsrs_sim::world::World;
 
+use crate::answers::check_seed;
 use crate::arrays;
 use crate::conditions::PyConditions;
 use crate::error::{helped, refused};
@@ -102,8 +103,5 @@ fn check(conditions: &Conditions, seed: Seed, duration_s: f64) -> PyResult<()> {
             conditions.robots
         )));
     }
-    if seed.seed >= 1 << 63 {
-        return Err(refused(format!("seed is {}, expected below 2^63", seed.seed)));
-    }
-    Ok(())
+    check_seed(seed.seed)
 }

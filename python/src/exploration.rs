@@ -8,7 +8,7 @@ use rsrs_pipeline::explore::{self, CONTROLLERS, DURATION_S, Files, Options, REPL
 use rsrs_render::explored;
 use rsrs_sim::exploration::space::Directions;
 
-use crate::answers::{Source, runs};
+use crate::answers::{check_seed, runs, source};
 use crate::error::{raised, refused};
 use crate::json::to_python;
 use crate::verdict;
@@ -127,7 +127,7 @@ pub fn explore_all(
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Explored> {
-    let profile = Source::of(profile)?;
+    let profile = source(profile)?;
     let wanted = behaviour.map(verdict::behaviour).transpose()?;
     let walls = self::walls(walls)?;
     if !(1..=MOST_CONTROLLERS).contains(&controllers) {
@@ -138,9 +138,7 @@ pub fn explore_all(
     if runs("replicates", replicates)? > 100_000 {
         return Err(refused(format!("replicates is {replicates}, expected from 1 to 100000")));
     }
-    if seed >= 1 << 63 {
-        return Err(refused(format!("seed is {seed}, expected below 2^63")));
-    }
+    check_seed(seed)?;
     if forward && controller.is_some() {
         return Err(refused(
             "`forward` is of two commands, and the controller's table has its own",
@@ -157,7 +155,7 @@ pub fn explore_all(
             "the world has no arena of its own, and there is no `arena_m`: give the side of a square in metres",
         ));
     }
-    let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+    let progress = Progress::of(progress)?;
     work(py, threads, &progress, |execution| {
         let options = Options {
             wanted,

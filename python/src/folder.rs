@@ -25,4 +25,11 @@ impl Folder {
         let temporary = TempDir::with_prefix("rsrs_").map_err(refused)?;
         Ok(Self { path: temporary.path().join(name), _temporary: Some(temporary) })
     }
+
+    /// A file of this name and text, likewise.
+    pub fn holding(name: &str, text: &str) -> pyo3::PyResult<Self> {
+        let file = Self::temporary(name)?;
+        std::fs::write(&file.path, text).map_err(refused)?;
+        Ok(file)
+    }
 }

@@ -18,7 +18,7 @@ use rsrs_render::picture_file::PageStyle;
 use rsrs_render::validation::{text, write};
 use rsrs_sim::reachable_set::ReachOptions;
 
-use crate::answers::Source;
+use crate::answers::source;
 use crate::error::{raised, refused};
 use crate::json::{cell, to_python};
 use crate::profile::Profile;
@@ -415,7 +415,7 @@ pub fn validate_sweep(
     tolerance_rad: Option<f64>,
     output: Option<PathBuf>,
 ) -> PyResult<Validation> {
-    let (source, tables) = (Source::of(sweep)?, Tables::new()?);
+    let (source, tables) = (source(sweep)?, Tables::new()?);
     let usual = ReachOptions::default();
     let n_robots = robots.unwrap_or(usual.n_robots);
     if n_robots > MOST_ROBOTS {

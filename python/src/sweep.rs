@@ -147,7 +147,7 @@ impl Sweep {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<SweepResult> {
         warn_of_lost_capabilities(py, &self.source)?;
-        let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+        let progress = Progress::of(progress)?;
         let is_kept = output.is_some();
         let folder = match output {
             Some(path) => Folder::kept(path),
@@ -370,7 +370,7 @@ impl SweepResult {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Choice> {
-        let progress = progress.map_or(Ok(Progress::None), Progress::of)?;
+        let progress = Progress::of(progress)?;
         let setting = setting(viable, robots, confirm)?;
         let chosen = work(py, threads, &progress, |execution| {
             choose(self.path(), setting.options(execution))

@@ -30,13 +30,11 @@ pub enum Progress {
 }
 
 impl Progress {
-    /// `False`, `True`, or a function.
-    pub fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
+    /// `None`, `False`, `True`, or a function.
+    pub fn of(value: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let Some(value) = value else { return Ok(Self::None) };
         if let Ok(is_line) = value.cast::<PyBool>() {
             return Ok(if is_line.is_true() { Self::Line } else { Self::None });
-        }
-        if value.is_none() {
-            return Ok(Self::None);
         }
         if !value.is_callable() {
             return Err(refused(

@@ -17,6 +17,7 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::worlds::Worlds;
 
+use crate::answers::check_seed;
 use crate::arrays;
 use crate::conditions::PyConditions;
 use crate::error::{helped, our_mistake, refused};
@@ -68,9 +69,7 @@ impl State {
         let Worlded { conditions, n_worlds, range } = *of;
         let end = u64::try_from(n_worlds).ok().and_then(|n| replicate.checked_add(n));
         let end = end.ok_or_else(|| refused("replicate is beyond 2^64"))?;
-        if seed >= 1 << 63 {
-            return Err(refused(format!("seed is {seed}, expected below 2^63")));
-        }
+        check_seed(seed)?;
         let worlds = Worlds::new(conditions, seed, replicate..end, range.most());
         let mut worlds = worlds.map_err(|error| helped(&error))?;
         let mut detections = vec![false; n_worlds * conditions.robots];
