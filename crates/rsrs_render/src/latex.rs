@@ -39,7 +39,7 @@ pub fn cells(result: &SweepResult, world: World) -> anyhow::Result<String> {
     let diagram = result.of_world(world)?;
     let source = &result.source;
     let kind = source.sweep.interval_kind();
-    let mut head: Vec<String> = diagram.axes.iter().map(|axis| heading(*axis)).collect();
+    let mut head: Vec<String> = diagram.axes.iter().map(|axis| escaped(&axis.label())).collect();
     head.extend(["most frequent phase", "$B_s$", "95\\,\\% interval", "runs"].map(str::to_owned));
     let rows = diagram.cells.iter().map(|entry| {
         let milling = Share::milling(&entry.counts);
@@ -70,7 +70,7 @@ pub fn verdict(comparison: &Report) -> String {
         .cells
         .first()
         .map_or_else(Vec::new, |first| first.cell.iter().map(|(axis, _)| axis).collect());
-    let mut head: Vec<String> = axes.iter().map(|axis| heading(*axis)).collect();
+    let mut head: Vec<String> = axes.iter().map(|axis| escaped(&axis.label())).collect();
     let rest =
         ["$B_s$", "95\\,\\% interval", "$n_s$", "$B_r$", "95\\,\\% interval", "$n_r$", "verdict"];
     head.extend(rest.map(str::to_owned));
@@ -105,15 +105,6 @@ pub fn verdict(comparison: &Report) -> String {
     ];
     all.extend(comparison.notes.iter().map(|note| format!("Note: {}.", escaped(note))));
     tabular(&format!("labels: {}", comparison.labels), &head, &rows.collect::<Vec<_>>(), &all)
-}
-
-fn heading(axis: Axis) -> String {
-    let unit = axis.unit();
-    escaped(&if unit.is_empty() {
-        axis.name().to_owned()
-    } else {
-        format!("{} ({unit})", axis.name())
-    })
 }
 
 fn values(axes: &[Axis], cell: &Cell) -> Vec<String> {

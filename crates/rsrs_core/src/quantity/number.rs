@@ -40,20 +40,21 @@ impl NumberUnit {
 
     /// How names of such numbers end.
     pub fn suffix(self) -> &'static str {
-        match self {
-            Self::RadiansPerSecond => "_rad_s",
-            Self::MetresPerSecond => "_m_s",
-            Self::Seconds => "_s",
-            Self::None => "",
-        }
+        self.row().0
     }
 
     /// Between which values such a number can mean anything.
     pub fn bounds(self) -> Bounds {
+        self.row().2
+    }
+
+    /// The end of names, the unit, the bounds of values, and a unit that is taken for this one.
+    fn row(self) -> (&'static str, &'static str, Bounds, Option<(f64, &'static str)>) {
         match self {
-            Self::RadiansPerSecond | Self::MetresPerSecond => Bounds::SIGNED,
-            Self::Seconds => Bounds::AMOUNT,
-            Self::None => Bounds::PROBABILITY,
+            Self::RadiansPerSecond => ("_rad_s", "rad/s", Bounds::SIGNED, DEGREES_S),
+            Self::MetresPerSecond => ("_m_s", "m/s", Bounds::SIGNED, MM_S),
+            Self::Seconds => ("_s", "s", Bounds::AMOUNT, None),
+            Self::None => ("", "", Bounds::PROBABILITY, None),
         }
     }
 }
@@ -61,12 +62,7 @@ impl NumberUnit {
 /// `m/s`, and what a probability is called.
 impl fmt::Display for NumberUnit {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(match self {
-            Self::RadiansPerSecond => "rad/s",
-            Self::MetresPerSecond => "m/s",
-            Self::Seconds => "s",
-            Self::None => "a probability",
-        })
+        out.write_str(if *self == Self::None { "a probability" } else { self.row().1 })
     }
 }
 
@@ -90,24 +86,15 @@ impl Number {
             return Some(Self(row));
         }
         let key: &'static str = format!("{PREFIX}{name}").leak();
-        let unit = NumberUnit::of(name);
-        let words = name[..name.len() - unit.suffix().len()].replace('_', " ");
+        let (suffix, unit, bounds, other_unit) = NumberUnit::of(name).row();
+        let words = name[..name.len() - suffix.len()].replace('_', " ");
         let row: &'static Row = Box::leak(Box::new(Row {
             axis: Axis::Speed,
             key,
             name: words.leak(),
-            unit: match unit {
-                NumberUnit::RadiansPerSecond => "rad/s",
-                NumberUnit::MetresPerSecond => "m/s",
-                NumberUnit::Seconds => "s",
-                NumberUnit::None => "",
-            },
-            bounds: unit.bounds(),
-            other_unit: match unit {
-                NumberUnit::RadiansPerSecond => DEGREES_S,
-                NumberUnit::MetresPerSecond => MM_S,
-                NumberUnit::Seconds | NumberUnit::None => None,
-            },
+            unit,
+            bounds,
+            other_unit,
             kind: Kind::Number,
         }));
         rows.insert(&key[PREFIX.len()..], row);
