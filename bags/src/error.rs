@@ -1,7 +1,7 @@
 //! Why a bag could not be written or read.
 
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mcap::McapError;
 use rsrs_core::document::DocumentError;
@@ -71,6 +71,13 @@ pub enum BagError {
         last_time(*.last_log_time_ns)
     )]
     Incomplete { path: PathBuf, n_messages: u64, last_log_time_ns: Option<u64>, source: McapError },
+}
+
+impl BagError {
+    /// That a file or folder cannot be read, or whatever was to be done with it.
+    pub(crate) fn io(action: &'static str, path: &Path) -> impl Fn(std::io::Error) -> Self {
+        move |source| Self::Io { action, path: path.to_owned(), source }
+    }
 }
 
 impl Help for BagError {

@@ -163,7 +163,7 @@ impl Information {
             draft.persist(&path)?;
             Ok(())
         };
-        write().map_err(|source| BagError::Io { action: "write", path: path.clone(), source })
+        write().map_err(BagError::io("write", &path))
     }
 }
 

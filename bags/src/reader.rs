@@ -207,10 +207,7 @@ fn recorded_custom_data(files: &[BagFile]) -> Option<BTreeMap<String, String>> {
 
 /// The files of a bag, in order, and its table of contents.
 pub(crate) fn files_of(path: &Path) -> Result<(Vec<PathBuf>, Option<Contents>), BagError> {
-    let is_folder = path
-        .metadata()
-        .map_err(|source| BagError::Io { action: "open", path: path.to_owned(), source })?
-        .is_dir();
+    let is_folder = path.metadata().map_err(BagError::io("open", path))?.is_dir();
     let contents = if is_folder { metadata::read(path)? } else { None };
     let paths = match &contents {
         Some(contents) => listed_files(path, contents)?,
@@ -251,11 +248,11 @@ fn present(path: PathBuf) -> PathBuf {
 
 /// The `.mcap` files of a folder without table of contents, `run_2.mcap` before `run_10.mcap`.
 pub(crate) fn mcap_files_in(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
-    let io = |source| BagError::Io { action: "list", path: folder.to_owned(), source };
+    let io = BagError::io("list", folder);
     let mut files = Vec::new();
     let mut is_sqlite = false;
-    for entry in folder.read_dir().map_err(io)? {
-        let path = entry.map_err(io)?.path();
+    for entry in folder.read_dir().map_err(&io)? {
+        let path = entry.map_err(&io)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         is_sqlite |= name.ends_with(".db3") || name.ends_with(".db3.zstd");
         let is_double = || path.with_extension("").exists();

@@ -164,12 +164,12 @@ fn salvage(
     unpack_limit: Option<u64>,
     sink: &mut Sink,
 ) -> Result<Salvaged, BagError> {
-    let io = |source| BagError::Io { action: "read", path: path.to_owned(), source };
+    let io = BagError::io("read", path);
     let source = Source::open(path)?;
     let unpacked = match source {
         Source::Plain(_) => None,
         Source::Zstd(decoder) => {
-            let n_packed = path.metadata().map_err(io)?.len();
+            let n_packed = path.metadata().map_err(&io)?.len();
             let believed = unpacked_limit(usize::try_from(n_packed).unwrap_or(usize::MAX)) as u64;
             let limit_bytes = unpack_limit.unwrap_or(believed);
             let too_large = || BagError::TooLarge { path: path.to_owned(), n_packed, limit_bytes };
@@ -177,14 +177,14 @@ fn salvage(
         }
     };
     let mut file = open(unpacked.as_ref().map_or(path, |unpacked| unpacked.path()))?;
-    if file.metadata().map_err(io)?.len() == 0 {
+    if file.metadata().map_err(&io)?.len() == 0 {
         return Err(BagError::Empty { path: path.to_owned() });
     }
     // A damaged summary section is as good as none.
     let summary = read_summary(&mut file);
     let expected = summary.as_ref().and_then(counted);
     sink.next_file(summary);
-    let mut bytes = Bytes::new(file).map_err(io)?;
+    let mut bytes = Bytes::new(file).map_err(&io)?;
     let found = scan::scan(path, &mut bytes, sink)?;
     match found.profile {
         Some(profile) if profile == "ros1" => {
@@ -266,11 +266,8 @@ fn unpack(
     // Of a name of its own, as somebody may have put a link to another file where it would be.
     let beside = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
     let beside = beside.unwrap_or(Path::new("."));
-    let io = |action| {
-        let path = beside.to_owned();
-        move |source| BagError::Io { action, path, source }
-    };
-    let mut file = NamedTempFile::new_in(beside).map_err(io("unpack into"))?;
+    let io = BagError::io("unpack into", beside);
+    let mut file = NamedTempFile::new_in(beside).map_err(&io)?;
     let mut buffer = vec![0; 1 << 20];
     let mut n_written = 0;
     // Where unpacking fails, the file breaks off: the scan reports it.
@@ -282,12 +279,11 @@ fn unpack(
         if n_written > limit_bytes {
             return Ok(None);
         }
-        let free =
-            rustix::fs::statvfs(file.path()).map_err(|error| io("unpack into")(error.into()))?;
+        let free = rustix::fs::statvfs(file.path()).map_err(|error| io(error.into()))?;
         if free.f_bavail.saturating_mul(free.f_frsize) < KEPT_FREE_BYTES {
-            return Err(io("unpack into")(std::io::ErrorKind::StorageFull.into()));
+            return Err(io(std::io::ErrorKind::StorageFull.into()));
         }
-        file.write_all(&buffer[..n_bytes]).map_err(io("unpack into"))?;
+        file.write_all(&buffer[..n_bytes]).map_err(&io)?;
     }
     Ok(Some(file))
 }

@@ -317,7 +317,7 @@ impl BagWriter {
         for path in &self.paths {
             after = after.saturating_sub(n_bytes(path));
             sync::onto_disk(path, |of_file| goes_on(of_file + after))
-                .map_err(|source| BagError::Io { action: "close", path: path.clone(), source })?;
+                .map_err(BagError::io("close", path))?;
         }
         information.write_into(&self.folder)?;
         Ok(BagSummary {
@@ -359,16 +359,12 @@ impl BagWriter {
 fn new_folder(folder: &Path) -> Result<String, BagError> {
     let name = folder.file_name().and_then(|name| name.to_str());
     let name = name.ok_or_else(|| BagError::NoName { path: folder.to_owned() })?;
-    let io = |action, path: &Path| {
-        let path = path.to_owned();
-        move |source| BagError::Io { action, path, source }
-    };
     if let Some(parent) = folder.parent() {
-        fs::create_dir_all(parent).map_err(io("create", parent))?;
+        fs::create_dir_all(parent).map_err(BagError::io("create", parent))?;
     }
     fs::create_dir(folder).map_err(|source| match source.kind() {
         ErrorKind::AlreadyExists => BagError::Exists { path: folder.to_owned() },
-        _ => io("create", folder)(source),
+        _ => BagError::io("create", folder)(source),
     })?;
     Ok(name.to_owned())
 }

@@ -54,7 +54,7 @@ pub fn read(folder: &Path) -> Result<Option<Contents>, BagError> {
     let text = match rsrs_files::read_text(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(source) => return Err(BagError::Io { action: "read", path, source }),
+        Err(source) => return Err(BagError::io("read", &path)(source)),
     };
     match document::parse::<ReadDocument>(&path.display().to_string(), &text) {
         Ok(document) => Ok(Some(document.rosbag2_bagfile_information)),

@@ -46,8 +46,7 @@ impl BagFile {
         let mut source = Source::open(&path)?;
         check_magic(&mut source, &path)?;
         let mut file = open(&path)?;
-        let io = |source| BagError::Io { action: "read", path: path.clone(), source };
-        let n_bytes = file.metadata().map_err(io)?.len();
+        let n_bytes = file.metadata().map_err(BagError::io("read", &path))?.len();
         let is_compressed = source.is_compressed();
         let summary = if is_compressed { None } else { summary::read(&mut file) };
         let scan = Scan::of(&path, Depth::Chunks)?;

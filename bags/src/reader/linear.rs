@@ -59,11 +59,7 @@ impl Linear {
     /// Opens a file at its start.
     pub fn open(path: &Path, depth: Depth) -> Result<Self, BagError> {
         let source = Source::open(path)?;
-        let limit = source.record_limit().map_err(|source| BagError::Io {
-            action: "read",
-            path: path.to_owned(),
-            source,
-        })?;
+        let limit = source.record_limit().map_err(BagError::io("read", path))?;
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
             .with_validate_data_section_crc(true)

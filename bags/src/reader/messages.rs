@@ -154,8 +154,7 @@ impl<'a> Route<'a> {
         topics: Option<&BTreeSet<String>>,
     ) -> Result<Self, BagError> {
         let source = open(&file.path)?;
-        let io = |source| BagError::Io { action: "read", path: file.path.clone(), source };
-        let limit = record_limit(&source).map_err(io)?;
+        let limit = record_limit(&source).map_err(BagError::io("read", &file.path))?;
         let mut options = IndexedReaderOptions::new().with_record_length_limit(limit);
         if let Some(topics) = topics {
             let mut channels = summary.channels.values();

@@ -85,7 +85,7 @@ impl Scan {
                 Ok(true) => {}
                 Ok(false) => break None,
                 Err(McapError::Io(source)) if source.raw_os_error().is_some() => {
-                    return Err(BagError::Io { action: "read", path: path.to_owned(), source });
+                    return Err(BagError::io("read", path)(source));
                 }
                 Err(error) => break Some(Fault::new(file.at_byte, &error)),
             }

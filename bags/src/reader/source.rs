@@ -30,9 +30,9 @@ pub enum Source {
 impl Source {
     /// Opens a file at its start.
     pub fn open(path: &Path) -> Result<Self, BagError> {
-        let io = |source| BagError::Io { action: "read", path: path.to_owned(), source };
+        let io = BagError::io("read", path);
         let mut file = open(path)?;
-        if starts_with_zstd(&mut file).map_err(io)? {
+        if starts_with_zstd(&mut file).map_err(&io)? {
             let decoder = zstd::stream::read::Decoder::new(open(path)?).map_err(io)?;
             return Ok(Self::Zstd(decoder));
         }
@@ -78,8 +78,7 @@ pub fn unpacked_limit(n_packed: usize) -> usize {
 
 /// Opens a file to be read, which must not be a pipe or a device: those may have no end.
 pub fn open(path: &Path) -> Result<File, BagError> {
-    let io = |source| BagError::Io { action: "open", path: path.to_owned(), source };
-    rsrs_files::open(path).map_err(io)
+    rsrs_files::open(path).map_err(BagError::io("open", path))
 }
 
 /// Reads some bytes; zero only at the end.
@@ -100,11 +99,10 @@ fn starts_with_zstd(file: &mut File) -> io::Result<bool> {
 
 /// Refuses what is not an MCAP file, by its first bytes.
 pub fn check_magic(source: &mut Source, path: &Path) -> Result<(), BagError> {
-    let path = path.to_owned();
     let mut head = Vec::new();
-    if let Err(source) = source.take(SQLITE_MAGIC.len() as u64).read_to_end(&mut head) {
-        return Err(BagError::Io { action: "read", path, source });
-    }
+    let read = source.take(SQLITE_MAGIC.len() as u64).read_to_end(&mut head);
+    read.map_err(BagError::io("read", path))?;
+    let path = path.to_owned();
     if head.is_empty() {
         return Err(BagError::Empty { path });
     }

@@ -89,7 +89,7 @@ struct Scan<'a> {
 impl Scan<'_> {
     fn step(&mut self) -> Result<(), BagError> {
         let from = self.at;
-        match self.frame().map_err(|source| self.io(source))? {
+        match self.frame().map_err(BagError::io("read", self.path))? {
             Frame::Magic => {
                 self.hash(mcap::MAGIC);
                 self.at += mcap::MAGIC.len() as u64;
@@ -110,11 +110,11 @@ impl Scan<'_> {
             }
             Frame::Broken => {
                 // Where a record makes sense, its bytes may be those of a chunk's head by chance.
-                if self.is_chunk_behind_head().map_err(|source| self.io(source))? {
+                if self.is_chunk_behind_head().map_err(BagError::io("read", self.path))? {
                     self.layout = Layout::Chunks;
                 }
                 let next = search::next_record(self.bytes, from + 1, self.sink, self.layout);
-                self.at = next.map_err(|source| self.io(source))?;
+                self.at = next.map_err(BagError::io("read", self.path))?;
                 self.hasher = None;
                 let kind = match (self.in_data, self.at == self.bytes.len()) {
                     (false, _) => LossKind::TableOfContents,
@@ -361,10 +361,6 @@ impl Scan<'_> {
         if let Some(hasher) = &mut self.hasher {
             hasher.update(bytes);
         }
-    }
-
-    fn io(&self, source: io::Error) -> BagError {
-        BagError::Io { action: "read", path: self.path.to_owned(), source }
     }
 }
 

@@ -5,6 +5,7 @@ use super::TrajectoryError;
 use super::collect::RecordedRobot;
 use super::finding::Finding;
 use super::objects::RecordedObject;
+use super::transforms::plain;
 use super::window::RunningWindow;
 
 /// The frames that a robot's poses were in, each from the log time on, in nanoseconds, at which it was
@@ -62,9 +63,4 @@ pub fn other_frame(
         Some(Finding::ObjectFrame { object, found, expected })
     };
     objects.iter().find_map(other)
-}
-
-/// As tf2 compares them.
-fn plain(frame: &str) -> &str {
-    frame.trim_start_matches('/')
 }

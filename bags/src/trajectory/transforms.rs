@@ -92,8 +92,8 @@ impl Tree {
     }
 }
 
-/// A frame without the slash that older nodes put in front.
-fn plain(frame: &str) -> &str {
+/// A frame without the slash that older nodes put in front, as tf2 compares them.
+pub(super) fn plain(frame: &str) -> &str {
     frame.trim_start_matches('/')
 }
 

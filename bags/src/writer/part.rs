@@ -31,9 +31,9 @@ impl Part {
     /// Starts a file that must not exist.
     pub fn create(folder: &Path, file_name: String, packing: &Packing) -> Result<Self, BagError> {
         let path = folder.join(&file_name);
-        let io = |source| BagError::Io { action: "create", path: path.clone(), source };
-        let file = File::create_new(&path).map_err(io)?;
-        let written = file.try_clone().map_err(io)?;
+        let cannot = || BagError::io("create", &path);
+        let file = File::create_new(&path).map_err(cannot())?;
+        let written = file.try_clone().map_err(cannot())?;
         let writer = packing
             .write_options()
             .create(BufWriter::with_capacity(BUFFER_BYTES, written))
@@ -122,7 +122,7 @@ impl Part {
         self.writer.finish().map_err(|source| self.error(source))?;
         let Self { path, writer, .. } = self;
         let written = writer.into_inner().into_inner().map_err(IntoInnerError::into_error);
-        written.map(drop).map_err(|source| BagError::Io { action: "close", path, source })
+        written.map(drop).map_err(BagError::io("close", &path))
     }
 
     fn error(&self, source: mcap::McapError) -> BagError {
