@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::robot::profile::{Sees, Sensing};
+use crate::robot::shape;
 
 /// Where a neighbour is detected, in the robot's frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,9 +43,7 @@ impl Region {
     pub fn range_m(&self) -> f64 {
         match self {
             Self::Cone { range_m, .. } => *range_m,
-            Self::Polygon { corners_m } => {
-                corners_m.iter().map(|[x, y]| libm::hypot(*x, *y)).fold(0.0, f64::max)
-            }
+            Self::Polygon { corners_m } => shape::range_m(corners_m),
         }
     }
 
