@@ -27,13 +27,17 @@ pub fn density(a: f64, b: f64, x: f64) -> f64 {
 
 /// The number that is not exceeded with a probability from 0 to 1.
 pub fn quantile(a: f64, b: f64, probability: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 1.0);
+    bisected([0.0, 1.0], |number| distribution(a, b, number) < probability)
+}
+
+/// Where what holds at the low end ceases to hold.
+pub fn bisected([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> f64 {
     loop {
         let middle = low + (high - low) / 2.0;
         if middle <= low || middle >= high {
             return middle;
         }
-        if distribution(a, b, middle) < probability {
+        if holds(middle) {
             low = middle;
         } else {
             high = middle;

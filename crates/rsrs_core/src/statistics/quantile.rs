@@ -17,21 +17,12 @@ pub fn student_two_sided(df: f64, t: f64) -> f64 {
 
 /// The number that a chi-squared variable does not exceed with a probability.
 pub fn chi_squared(df: f64, probability: f64) -> f64 {
-    let (mut low, mut high) = (0.0, df + 10.0);
-    while gamma_distribution(df / 2.0, high / 2.0) < probability {
+    let is_below = |number: f64| gamma_distribution(df / 2.0, number / 2.0) < probability;
+    let mut high = df + 10.0;
+    while is_below(high) {
         high *= 2.0;
     }
-    loop {
-        let middle = low + (high - low) / 2.0;
-        if middle <= low || middle >= high {
-            return middle;
-        }
-        if gamma_distribution(df / 2.0, middle / 2.0) < probability {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
+    beta::bisected([0.0, high], is_below)
 }
 
 /// The number that Fisher's F does not exceed with a probability.
