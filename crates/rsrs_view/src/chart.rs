@@ -1,7 +1,7 @@
 //! A frame with two linear axes and round ticks.
 
 use crate::palette::{INK, QUIET_INK};
-use crate::scale::{labels, widest_px};
+use crate::scale::{labels, round_steps, widest_px};
 use crate::svg::{Element, centred_text, line_of_text, number, rectangle, through};
 use crate::text::{Weight, wrap};
 
@@ -129,11 +129,7 @@ pub fn tick_texts(anchor: &str) -> Element {
 
 /// Multiples of the smallest 1, 2 or 5 times a power of ten of which there are few enough.
 fn ticks([low, high]: [f64; 2], most: impl Fn(&[String]) -> f64) -> Vec<(f64, String)> {
-    let decade = libm::pow(10.0, libm::floor(libm::log10((high - low) / 100.0)));
-    let steps = (0..5).flat_map(|power| {
-        [1.0, 2.0, 5.0].map(|digit| digit * decade * libm::pow(10.0, f64::from(power)))
-    });
-    for step in steps {
+    for step in round_steps([low, high]) {
         let first = libm::ceil(low / step - 1e-9);
         let values: Vec<f64> = (0..200)
             .map(|index| (first + f64::from(index)) * step)

@@ -139,11 +139,7 @@ impl Scale {
     fn round_ticks(&self, room_px: impl Fn(&[String]) -> f64) -> Vec<(f64, String)> {
         let low = self.edges[0];
         let high = self.edges[self.edges.len() - 1];
-        let decade = libm::pow(10.0, libm::floor(libm::log10((high - low) / 100.0)));
-        let steps = (0..4).flat_map(|power| {
-            [1.0, 2.0, 5.0].map(|digit| digit * decade * libm::pow(10.0, f64::from(power)))
-        });
-        for step in steps {
+        for step in round_steps([low, high]) {
             let values = multiples(step, low, high);
             let texts = labels(&values);
             if self.apart(&values, room_px(&texts)).len() == values.len() {
@@ -152,6 +148,14 @@ impl Scale {
         }
         Vec::new()
     }
+}
+
+/// Round steps, ascending from a hundredth of a span.
+pub fn round_steps([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    let decade = libm::pow(10.0, libm::floor(libm::log10((high - low) / 100.0)));
+    (0..5).flat_map(move |power| {
+        [1.0, 2.0, 5.0].map(|digit| digit * decade * libm::pow(10.0, f64::from(power)))
+    })
 }
 
 fn is_even(values: &[f64]) -> bool {
