@@ -67,7 +67,7 @@ fn a_profile_its_sweep_and_the_folder_of_that_have_the_same_ranges_unless_a_fact
     let sweep = text_in(&here, "sweep.yaml");
     std::fs::write(here.join("decided.yaml"), format!("{sweep}\nharsher: {{miss_factor: 3.5}}\n"))
         .expect("the folder is writable");
-    let few = ["--replicates", "60", "--confirm", "200"];
+    let few = ["--replicates", "30", "--confirm", "100"];
     let answer = |path: &str, more: &[&str]| {
         let answered = rsrs(&here, &[&["answer", path], &few[..], more].concat());
         assert!([0, 3].contains(&code(&answered)), "{path}: {}", stderr(&answered));

@@ -24,11 +24,13 @@ const SHORTER_PLAN: [(&str, &str); 1] = [(
     "--distances 4 --bearings 2 --rate-precision 0.25",
 )];
 /// The same of pages that simulate.
-const SHORTER_RUNS: [(&str, &str); 8] = [
+const SHORTER_RUNS: [(&str, &str); 10] = [
     ("rsrs dry-run\n", "rsrs dry-run --experiments 1\n"),
     ("-o run.gif\n", "-o run.gif --speed 100 --width 240\n"),
     ("-o wall.png\n", "-o wall.png --replicates 20\n"),
     ("answer mine/results --format json", "answer mine/results --replicates 20"),
+    ("diagnose mine/profile.yaml\n", "diagnose mine/profile.yaml --confirm 100\n"),
+    ("diagnose short_sighted/profile.yaml", "diagnose short_sighted/profile.yaml --confirm 100"),
     ("turn_rate_rad_s=0.75 \\\n    --cell", "turn_rate_rad_s=0.75 --margin 0.3 --cell"),
     ("-o results/gallery\n", "-o results/gallery --controllers 100 --replicates 4\n"),
     ("--behaviour milling --forward\n", "--behaviour milling --forward --controllers 200\n"),

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use crate::command::bring;
 use crate::processes::{Process, rsrs};
 use rsrs_keystore::check::problems_of;
 use rsrs_keystore::create::{KeystoreRequest, create};
@@ -312,7 +313,12 @@ impl Laboratory {
             }
             fs::write(path(robot).join("var/lib/dpkg/status"), "").expect("writable");
         }
-        fs::create_dir_all(path("results/run_1")).expect("writable");
+        for folder in ["configs/fleets", "configs/profiles", "results/run_1"] {
+            fs::create_dir_all(path(folder)).expect("writable");
+        }
+        for file in ["fleets/nine_flockbots.yaml", "profiles/flockbot.yaml"] {
+            bring(file, &path("configs").join(file));
+        }
         fs::write(path("results/run_1/run_1_0.mcap"), "a bag").expect("writable");
         fs::write(path("notes"), "").expect("writable");
         let laboratory = Self { folder, python };
@@ -322,7 +328,7 @@ impl Laboratory {
 
     fn write_inventory(&self) {
         let here = self.folder.path().display();
-        let (house, python) = (house(), self.python.display());
+        let python = self.python.display();
         let inventory = format!(
             "all:\n  vars: {{ansible_connection: local, ansible_python_interpreter: {python}, \
              rsrs_collected: {here}/collected}}\n\
@@ -330,22 +336,23 @@ impl Laboratory {
              rsrs_root: \"{here}/{{{{ robot }}}}\"\n    \
              rsrs_dpkg_options: [\"--root={here}/{{{{ robot }}}}\", --force-not-root, \
              --force-script-chrootless]\n    \
-             rsrs_package: {here}/rsrs.deb\n    rsrs_configs: {}/launch_configs\n    \
+             rsrs_package: {here}/rsrs.deb\n    rsrs_configs: {here}/configs\n    \
              rsrs_fleet: nine_flockbots.yaml\n    rsrs_interface: wlan0\n    ros_domain_id: 7\n\
-             recorders:\n  hosts: {{three: {{}}}}\n  vars: {{rsrs_bags: {here}/results}}\n",
-            house.display()
+             recorders:\n  hosts: {{three: {{}}}}\n  vars: {{rsrs_bags: {here}/results}}\n"
         );
         fs::write(self.folder.path().join("inventory.yaml"), inventory).expect("writable");
     }
 
-    /// Runs the playbook: whether it succeeded, and what it printed.
+    /// Runs the playbook with these tags, and what else is given on its line: whether it succeeded, and what it
+    /// printed.
     fn play(&self, tags: &str, offset_s: &str) -> (bool, String) {
         let tools = house().join("tests/deploy");
         let path = std::env::var("PATH").expect("there is a PATH");
         let output = Command::new(self.python.with_file_name("ansible-playbook"))
             .arg("--inventory=inventory.yaml")
             .arg(house().join("launch_configs/deploy/ansible/fleet.yaml"))
-            .args(["--tags", tags])
+            .arg("--tags")
+            .args(tags.split(' '))
             .current_dir(self.folder.path())
             .env("PATH", format!("{}:{path}", tools.display()))
             .env("RSRS_TEST_OFFSET_S", offset_s)
@@ -409,20 +416,20 @@ fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
     // The inventory of somebody who does not know of the keystore.
     let before = laboratory.read("robot_1/etc/rsrs/robot.env");
     fs::write(here.join("inventory.yaml"), &inventory).expect("writable");
-    let (has_succeeded, printed) = laboratory.play("configure", "-0.000012");
+    let (has_succeeded, printed) = laboratory.play("configure --limit one", "-0.000012");
     assert!(!has_succeeded && printed.contains("one has a keystore"), "{printed}");
     // And of somebody who has given the robot another name since.
     let renamed = inventory
         .replace("{robot: robot_1}", "{robot: robot_9}")
         .replace("{{ robot }}", "{{ robot | replace('9', '1') }}");
     fs::write(here.join("inventory.yaml"), renamed).expect("writable");
-    let (has_succeeded, printed) = laboratory.play("configure", "-0.000012");
+    let (has_succeeded, printed) = laboratory.play("configure --limit one", "-0.000012");
     assert!(!has_succeeded && printed.contains("one has a keystore"), "{printed}");
     assert_eq!(laboratory.read("robot_1/etc/rsrs/robot.env"), before);
     let insisting = "ros_domain_id: 7\n    rsrs_insecure: true";
     let insisting = inventory.replace("ros_domain_id: 7", insisting);
     fs::write(here.join("inventory.yaml"), insisting).expect("writable");
-    laboratory.must_play("configure");
+    laboratory.must_play("configure --limit one");
     assert!(!laboratory.read("robot_1/etc/rsrs/robot.env").contains("SECURITY"));
 }
 

@@ -121,7 +121,7 @@ impl Robot {
     fn diagnosis(&self) -> Value {
         let folder = tempfile::tempdir().expect("a temporary folder");
         self.write(folder.path());
-        let arguments = ["diagnose", "sweep.yaml", "--confirm", "500", "--format", "json"];
+        let arguments = ["diagnose", "sweep.yaml", "--confirm", "200", "--format", "json"];
         let output = rsrs(folder.path(), &arguments);
         let expected = if json(&output)["viable"] == true { 0 } else { 3 };
         assert_eq!(code(&output), expected, "{}", stderr(&output));
@@ -320,15 +320,17 @@ fn two_planted_defects_are_named_together_in_most_robots() {
 #[test]
 fn the_repositorys_robots_are_diagnosed_and_mill_when_mended() {
     let profiles = repository().join("launch_configs/profiles");
+    let is_long = std::env::var_os("RSRS_LONG_TESTS").is_some();
     let diagnose = |path: &Path| {
         let path = path.to_str().expect("a path in UTF-8");
-        json(&rsrs(&profiles, &["diagnose", path, "--format", "json"]))
+        let confirm = if is_long { "1000" } else { "100" };
+        json(&rsrs(&profiles, &["diagnose", path, "--confirm", confirm, "--format", "json"]))
     };
 
     let flockbot = diagnose(&profiles.join("flockbot.yaml"));
     assert_eq!(flockbot["viable"], true, "{flockbot:#}");
     // The others take minutes.
-    if std::env::var_os("RSRS_LONG_TESTS").is_none() {
+    if !is_long {
         return;
     }
 

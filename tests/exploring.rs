@@ -126,7 +126,7 @@ fn a_search_that_was_cut_short_goes_on_to_the_same_end() {
         let name = behaviour.last().copied().unwrap_or("all");
         let at_once = format!("{name}_at_once");
         let cut = format!("{name}_cut");
-        let few = ["--replicates", "4"];
+        let few = ["--replicates", "2"];
         let with = |more: &[&'static str]| [behaviour, &few, more].concat();
         let searched = explore(place, &at_once, &with(&["--controllers", "300"]));
         assert!([0, 3].contains(&code(&searched)), "{}", stderr(&searched));

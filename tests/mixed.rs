@@ -246,11 +246,11 @@ fn check_bag(bag: &Path) {
         // Whoever runs into another stands for a while.
         assert!((0.3..1.1).contains(&(path_m / expected_m)), "{robot} went {path_m:.2} m");
     }
-    for robot in &ROBOTS[..N_REAL] {
-        let given = messages::<Bool>(&bag, robot, "virtual_detection");
-        let n_seen = given.iter().filter(|seen| seen.data).count();
-        assert!(n_seen > 0, "{robot}: none of {} virtual detections is true", given.len());
-    }
+    // How often each comes near the simulated ones is up to the swarm.
+    let given = ROBOTS[..N_REAL].map(|robot| messages::<Bool>(&bag, robot, "virtual_detection"));
+    assert!(given.iter().all(|given| !given.is_empty()), "every real robot is told");
+    let n_seen = given.iter().flatten().filter(|seen| seen.data).count();
+    assert!(n_seen > 0, "none of the virtual detections is true");
     let gated = messages::<Twist>(&bag, ROBOTS[0], "hardware/cmd_vel");
     assert!(gated.iter().any(|twist| twist.linear.x > 0.0), "gated commands were asked for");
 }

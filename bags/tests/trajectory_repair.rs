@@ -116,6 +116,11 @@ fn a_robot_that_is_seen_late_but_for_all_that_is_judged_shortens_the_run() {
 
     let error = with_poses_of_robot_2(700, |step| step >= 300).unwrap_err();
     assert!(matches!(&error, TrajectoryError::Span { robot, .. } if robot == "robot_2"), "{error}");
+    // Of a run shorter than what is judged, a tenth.
+    let read = with_poses_of_robot_2(100, |step| step >= 8).unwrap();
+    assert_eq!((read.trajectory.n_samples(), read.start_ns), (92, 8 * PERIOD_NS));
+    let error = with_poses_of_robot_2(100, |step| step >= 11).unwrap_err();
+    assert!(matches!(error, TrajectoryError::Span { .. }), "{error}");
 }
 
 #[test]

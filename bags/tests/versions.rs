@@ -212,7 +212,7 @@ impl Kind {
             }
         }
         if self.version >= 6 {
-            text.push_str("  custom_data: ~\n");
+            text.push_str("  custom_data: {lab: another}\n");
         }
         if self.version >= 8 {
             writeln!(text, "  ros_distro: {}", self.distribution()).expect("it takes any text");
@@ -270,7 +270,7 @@ fn whole_bags_of_every_version_read_with_and_without_their_table_of_contents() {
         assert_eq!(without, recorded(), "{kind:?}");
         assert_eq!(info.metadata_version, Some(kind.version));
         assert_eq!(info.ros_distro.is_some(), kind.version >= 8, "{kind:?}");
-        assert!(info.custom_data.is_empty(), "{kind:?}");
+        assert_eq!(info.custom_data.contains_key("lab"), kind.version >= 6, "{kind:?}");
         let offered = OfferedQos {
             history: "keep_last",
             depth: 7,
@@ -296,8 +296,9 @@ fn bags_of_every_version_are_recovered_without_loss() {
 
         assert!(recovered.is_complete(), "{kind:?}: {recovered:?}");
         assert_eq!(read(&saved), recorded(), "{kind:?}");
-        let compression = Bag::open(&saved).unwrap().info().compression;
-        assert!(!compression.files && !compression.messages, "{kind:?}");
+        let info = Bag::open(&saved).unwrap().info();
+        assert!(!info.compression.files && !info.compression.messages, "{kind:?}");
+        assert_eq!(info.custom_data.contains_key("lab"), kind.version >= 6, "{kind:?}");
     }
 }
 

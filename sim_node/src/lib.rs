@@ -42,7 +42,7 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use rsrs_fleet::simulator::RECORDER_WINDOW;
-    use rsrs_msgs::topics::{self, Reliability};
+    use rsrs_msgs::topics::{self, Durability, Reliability};
 
     /// The recorder confirms each step.
     const STEPS_PER_CONFIRMATION: u64 = 1;
@@ -56,6 +56,8 @@ mod tests {
             let n_unread = RECORDER_WINDOW + STEPS_PER_CONFIRMATION;
             assert!(u64::from(topic.qos.depth) > n_unread, "{}", topic.name);
             assert_eq!(topic.qos.reliability, Reliability::Reliable, "{}", topic.name);
+            // Who comes late is not handed an old command.
+            assert_eq!(topic.qos.durability, Durability::Volatile, "{}", topic.name);
         }
     }
 }

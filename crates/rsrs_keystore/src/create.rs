@@ -80,8 +80,10 @@ pub struct MadeEnclave {
 /// enclaves of this fleet are written anew, because those of some name all robots. Who was revoked
 /// is left out, until it is [readmitted](KeystoreRequest::readmitted).
 ///
-/// Nothing is made in a folder that is another one than a keystore, or is of another domain; nor if
-/// the authority ends before what it would sign.
+/// # Errors
+///
+/// Among others, if the folder is another one than a keystore or of another domain, if the authority ends
+/// before what it would sign, or if who is readmitted was not revoked or is not of this fleet.
 pub fn create(request: &KeystoreRequest) -> Result<MadeKeystore, KeystoreError> {
     let folder = request.folder;
     check_robots(request.robots)?;

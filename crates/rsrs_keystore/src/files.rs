@@ -123,8 +123,9 @@ pub(crate) fn free_name(folder: &Path, ending: &str) -> PathBuf {
 /// one aside.
 pub(crate) fn exchange(new: &Path, folder: &Path, aside: &Path) -> Result<(), KeystoreError> {
     let moved = || {
-        if renameat_with(CWD, new, CWD, folder, RenameFlags::EXCHANGE).is_ok() {
-            return fs::rename(new, aside);
+        let swap = || renameat_with(CWD, new, CWD, folder, RenameFlags::EXCHANGE);
+        if swap().is_ok() {
+            return fs::rename(new, aside).inspect_err(|_| drop(swap()));
         }
         fs::rename(folder, aside)?;
         fs::rename(new, folder).inspect_err(|_| drop(fs::rename(aside, folder)))

@@ -315,8 +315,8 @@ fn is_moderate(conditions: &Conditions, fastest: Command) -> bool {
     angle_rad < f64::from(LIMIT_RAD) && way_m < 1e6
 }
 
-/// Whether replicates of a cell are run and judged in the lanes of a vector, on any machine, and not one
-/// world at a time by the reference: what is refused, or far from what robots do.
+/// Whether replicates of a cell are run and judged in the lanes of a vector, on any machine. Others, which
+/// are refused or far from what robots do, are run one world at a time by the reference.
 pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
     let window = conditions.behaviour.window();
     let n_samples = conditions.steps(duration_s);

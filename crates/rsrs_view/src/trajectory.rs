@@ -429,6 +429,7 @@ mod tests {
         let found = mills(&two_mills(), 0);
         assert_eq!(found.iter().map(|(_, n)| *n).collect::<Vec<_>>(), [5, 4]);
         assert!((found[1].0.centre_m.0 - 3.0).abs() < 0.1);
+        assert!((found[0].0.radius_m - 0.6).abs() < 0.1);
 
         let svg = svg(&TrajectoryPicture {
             trajectory: &two_mills(),

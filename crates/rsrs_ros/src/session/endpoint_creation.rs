@@ -92,6 +92,11 @@ mod tests {
     }
 
     #[test]
+    fn the_pause_grows_with_the_number_of_endpoints() {
+        assert_eq!([0, 2_000].map(pause), [PAUSE, PAUSE * 5]);
+    }
+
+    #[test]
     fn no_two_threads_make_endpoints_at_once() {
         let (endpoint_creation, n_making) =
             (EndpointCreation::new(BTreeSet::new()), AtomicUsize::new(0));

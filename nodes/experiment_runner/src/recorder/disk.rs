@@ -118,8 +118,8 @@ impl Closing {
         (self.0.done(), queued + waiting.unsynced.load(Ordering::Relaxed))
     }
 
-    /// Waits for the thread, whose last word has come, and is `true` if it has ended. One that
-    /// hangs in a call to the system cannot be ended, and the bag is given up.
+    /// Waits for the thread, whose last word has come, or gives the bag up: what is still in the queue
+    /// then is not written. `false` if the thread hangs in a call to the system; it cannot be ended.
     pub fn end(mut self) -> bool {
         self.0.waiting.is_given_up.store(true, Ordering::Relaxed);
         self.0.wait_for(GIVE_UP)

@@ -41,7 +41,7 @@ pub fn decode(place: BlockId, block: &Block, bytes: &[u8]) -> Option<Vec<Replica
     let rows = content.strip_prefix(header(place, block).as_slice())?;
     let n_rows = usize::try_from(block.n_rows()).ok()?;
     let parameters = Parameter::of_behaviour(place.behaviour);
-    let n_bytes = PHASE_AND_PRESENCE + 8 * parameters.len();
+    let n_bytes = 1 + presence_bytes(&parameters) + 8 * parameters.len();
     if u64::from_le_bytes(found) != digest(content) || rows.len() != n_rows * n_bytes {
         return None;
     }
@@ -65,16 +65,18 @@ fn digest(bytes: &[u8]) -> u64 {
     digest.value()
 }
 
-/// Bytes of one row before its numbers: its phase, and which numbers there are.
-const PHASE_AND_PRESENCE: usize = 1 + 2;
+/// How many bytes of a row state which of its numbers there are; they stand between phase and numbers.
+fn presence_bytes(parameters: &[Parameter]) -> usize {
+    parameters.len().div_ceil(8)
+}
 
 fn encode_row(outcome: &ReplicateOutcome, parameters: &[Parameter], bytes: &mut Vec<u8>) {
     bytes.push(u8::try_from(outcome.phase.place()).expect("phases are few"));
     let numbers: Vec<Option<f64>> =
         parameters.iter().map(|parameter| parameter.value(&outcome.evidence)).collect();
     let present =
-        numbers.iter().enumerate().map(|(bit, number)| u16::from(number.is_some()) << bit);
-    bytes.extend(present.sum::<u16>().to_le_bytes());
+        numbers.iter().enumerate().map(|(bit, number)| u64::from(number.is_some()) << bit);
+    bytes.extend(&present.sum::<u64>().to_le_bytes()[..presence_bytes(parameters)]);
     bytes.extend(numbers.iter().flat_map(|number| number.unwrap_or(0.0).to_le_bytes()));
 }
 
@@ -84,11 +86,11 @@ fn decode_row(
     (phases, parameters): (&[Phase], &[Parameter]),
 ) -> Option<ReplicateOutcome> {
     let phase = *phases.get(usize::from(bytes[0]))?;
-    let present = u16::from_le_bytes([bytes[1], bytes[2]]);
-    let (numbers, _) = bytes[PHASE_AND_PRESENCE..].as_chunks::<8>();
+    let (present, numbers) = bytes[1..].split_at(presence_bytes(parameters));
+    let (numbers, _) = numbers.as_chunks::<8>();
     let mut evidence = OrderParameters::default();
     for (bit, (parameter, number)) in parameters.iter().zip(numbers).enumerate() {
-        if present >> bit & 1 == 1 {
+        if present[bit / 8] >> (bit % 8) & 1 == 1 {
             parameter.set(&mut evidence, f64::from_le_bytes(*number));
         } else if parameter.value(&evidence).is_some() {
             // One that every window has.
@@ -140,6 +142,21 @@ mod tests {
         let found = decode(PLACE, &block(), &encode(PLACE, &block(), &outcomes()));
 
         assert_eq!(found, Some(outcomes()));
+    }
+
+    #[test]
+    fn a_row_of_all_measures_that_there_are_reads_back() {
+        let parameters: Vec<Parameter> = Parameter::all().collect();
+        let mut outcome = outcomes().remove(0);
+        for (number, parameter) in parameters.iter().enumerate() {
+            parameter.set(&mut outcome.evidence, number as f64);
+        }
+        let mut bytes = Vec::new();
+
+        encode_row(&outcome, &parameters, &mut bytes);
+
+        let which = (outcome.cell, outcome.replicate);
+        assert_eq!(decode_row(which, &bytes, (&Phase::BUILT_IN, &parameters)), Some(outcome));
     }
 
     #[test]
