@@ -247,7 +247,8 @@ fn check_bag(bag: &Path) {
         assert!((0.3..1.1).contains(&(path_m / expected_m)), "{robot} went {path_m:.2} m");
     }
     // How often each comes near the simulated ones is up to the swarm.
-    let given = ROBOTS[..N_REAL].map(|robot| messages::<Bool>(&bag, robot, "virtual_detection"));
+    let given = |robot| messages::<Bool>(&bag, robot, "virtual_detection");
+    let given: Vec<Vec<Bool>> = ROBOTS[..N_REAL].iter().map(|robot| given(robot)).collect();
     assert!(given.iter().all(|given| !given.is_empty()), "every real robot is told");
     let n_seen = given.iter().flatten().filter(|seen| seen.data).count();
     assert!(n_seen > 0, "none of the virtual detections is true");
