@@ -323,7 +323,7 @@ fn the_repositorys_robots_are_diagnosed_and_mill_when_mended() {
     let is_long = std::env::var_os("RSRS_LONG_TESTS").is_some();
     let diagnose = |path: &Path| {
         let path = path.to_str().expect("a path in UTF-8");
-        let confirm = if is_long { "1000" } else { "100" };
+        let confirm = if is_long { "1000" } else { "400" };
         json(&rsrs(&profiles, &["diagnose", path, "--confirm", confirm, "--format", "json"]))
     };
 
