@@ -320,17 +320,15 @@ fn two_planted_defects_are_named_together_in_most_robots() {
 #[test]
 fn the_repositorys_robots_are_diagnosed_and_mill_when_mended() {
     let profiles = repository().join("launch_configs/profiles");
-    let is_long = std::env::var_os("RSRS_LONG_TESTS").is_some();
     let diagnose = |path: &Path| {
         let path = path.to_str().expect("a path in UTF-8");
-        let confirm = if is_long { "1000" } else { "400" };
-        json(&rsrs(&profiles, &["diagnose", path, "--confirm", confirm, "--format", "json"]))
+        json(&rsrs(&profiles, &["diagnose", path, "--format", "json"]))
     };
 
     let flockbot = diagnose(&profiles.join("flockbot.yaml"));
     assert_eq!(flockbot["viable"], true, "{flockbot:#}");
     // The others take minutes.
-    if !is_long {
+    if std::env::var_os("RSRS_LONG_TESTS").is_none() {
         return;
     }
 
