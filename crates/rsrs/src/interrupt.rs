@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use anyhow::Context;
+use rsrs_ros::runtime::runtime;
 use rsrs_ros::shutdown::{self, Request};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
@@ -27,10 +28,7 @@ fn note(request: Request) {
 /// Listens for SIGINT and SIGTERM from now on. The flag becomes true at the first one; work then
 /// ends and leaves nothing half-written.
 pub fn listen() -> anyhow::Result<&'static AtomicBool> {
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("starting the signal listener")?;
+    let runtime = runtime()?;
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || {

@@ -16,6 +16,7 @@ mod pose_arguments;
 mod profile_arguments;
 mod progress;
 mod progress_log;
+mod question;
 mod setting_arguments;
 mod starter_files;
 mod watch;

@@ -18,6 +18,7 @@ use rsrs_pipeline::init::{
 
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, bad_arguments, check_flag};
+use crate::question;
 use crate::wheel_arguments::WheelArguments;
 
 /// Write a folder to begin with: profile, fleet, sweep and experiment of your own robots.
@@ -235,12 +236,9 @@ impl<'a> Questions<'a> {
         let is_word = usual.to_string().parse::<f64>().is_err();
         let alone = if is_word { "a word" } else { "a number" };
         loop {
-            write!(output, "{what} [{usual}]: ").and_then(|()| output.flush()).context("asking")?;
-            let mut line = String::new();
-            if input.read_line(&mut line).context("reading the answer")? == 0 {
-                anyhow::bail!("standard input ended before all was answered; nothing was written");
-            }
-            let answer = line.trim();
+            let before = "all was answered; nothing was written";
+            let question = format!("{what} [{usual}]");
+            let answer = question::put((&mut **input, &mut **output), &question, before)?;
             if answer.is_empty() {
                 return Ok(Some(usual));
             }

@@ -5,11 +5,12 @@ use std::future::poll_fn;
 use std::io::{BufRead, Write};
 use std::task::Poll;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_experiment_runner::plan::Plan;
 
 use crate::interrupt::asked_to_stop;
+use crate::question;
 use rsrs_operate::drive::Ready;
 use rsrs_operate::drive::result::Motion;
 use rsrs_pipeline::error::with_help;
@@ -107,20 +108,19 @@ impl<I: BufRead, O: Write> Interview<I, O> {
 
     fn ready(&mut self, words: &str) -> anyhow::Result<Ready> {
         loop {
-            write!(self.output, "{words}; then Enter (s skips it, q ends here): ")
-                .and_then(|()| self.output.flush())
-                .context("asking")?;
-            let mut line = String::new();
-            if self.input.read_line(&mut line).context("reading the answer")? == 0 {
-                bail!("standard input ended before the placement was confirmed");
-            }
-            match line.trim() {
+            let question = format!("{words}; then Enter (s skips it, q ends here)");
+            let answer = self.answer(&question, "the placement was confirmed")?;
+            match answer.as_str() {
                 "" => return Ok(Ready::Go),
                 "s" => return Ok(Ready::Skip),
                 "q" => return Ok(Ready::End),
                 other => writeln!(self.output, "`{other}` is no answer").context("asking")?,
             }
         }
+    }
+
+    fn answer(&mut self, question: &str, before: &str) -> anyhow::Result<String> {
+        question::put((&mut self.input, &mut self.output), question, before)
     }
 
     fn required(&mut self, question: &str) -> anyhow::Result<f64> {
@@ -134,14 +134,7 @@ impl<I: BufRead, O: Write> Interview<I, O> {
     /// One question; `None` for an empty answer.
     fn optional(&mut self, question: &str) -> anyhow::Result<Option<f64>> {
         loop {
-            write!(self.output, "{question}: ")
-                .and_then(|()| self.output.flush())
-                .context("asking")?;
-            let mut line = String::new();
-            if self.input.read_line(&mut line).context("reading the answer")? == 0 {
-                bail!("standard input ended before the answer to `{question}`");
-            }
-            let answer = line.trim();
+            let answer = self.answer(question, &format!("the answer to `{question}`"))?;
             if answer.is_empty() {
                 return Ok(None);
             }
