@@ -32,7 +32,7 @@ mod search;
 mod start_check;
 mod strangers;
 
-pub use event::{Action, Event, RunLength, RunnerOptions, StartRule};
+pub use event::{Action, Event, RunLength, RunnerOptions};
 use gates::Gates;
 pub use grouped::grouped;
 use others::{Claim, Others};

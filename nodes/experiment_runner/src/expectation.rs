@@ -12,7 +12,7 @@ use rsrs_fleet::fleet_file::FleetRobot;
 use rsrs_fleet::placement::{PlaceCheck, WantedStart};
 use rsrs_fleet::preflight::{self, Apart, Expected, ExpectedTopic, Graph, Publishers};
 use rsrs_fleet::record::Backend;
-use rsrs_fleet::runner::{MotionCheck, RunLength, RunnerOptions, SampleKind, StartRule};
+use rsrs_fleet::runner::{MotionCheck, RunLength, RunnerOptions, SampleKind};
 use rsrs_fleet::simulator::placement_digest;
 use rsrs_fleet::timing::COUNTDOWN;
 use rsrs_msgs::topics;
@@ -47,10 +47,7 @@ pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerO
         robot_lost: record.robot_lost,
         judged: record.conditions.behaviour.window(),
         countdown: countdown(plan),
-        start_rule: match plan.place_check {
-            PlaceCheck::Require => StartRule::Required,
-            PlaceCheck::On | PlaceCheck::Off => StartRule::Noted,
-        },
+        place_check: plan.place_check,
         samples: samples(plan),
         motion: motion(plan),
         start: (record.backend != Backend::Simulator && plan.place_check != PlaceCheck::Off)
@@ -208,14 +205,9 @@ fn trackers(plan: &Plan) -> Publishers {
     }
 }
 
-/// What there is in the network. Topics that were asked for and cannot be recorded are
+/// What there is in the network, but for the simulator. Topics that were asked for and cannot be recorded are
 /// `unrecordable`, each with the reason.
-pub fn graph(
-    session: &Session,
-    plan: &Plan,
-    simulator: Presence,
-    unrecordable: BTreeMap<String, String>,
-) -> Graph {
+pub fn graph(session: &Session, plan: &Plan, unrecordable: BTreeMap<String, String>) -> Graph {
     let endpoints = session.endpoints();
     let Fit { unfit, onlookers } = fit::fit(&endpoints, &plan.record.robots);
     let (writers, readers): (Vec<_>, Vec<_>) =
@@ -225,7 +217,7 @@ pub fn graph(
         onlookers,
         publishers: writers.into_iter().map(end).collect(),
         subscribers: readers.into_iter().map(end).collect(),
-        simulator: simulator == Presence::Recently,
+        simulator: false,
         unrecordable,
     }
 }
@@ -233,13 +225,4 @@ pub fn graph(
 fn end(endpoint: Endpoint) -> preflight::Endpoint {
     let Endpoint { topic, type_name, node, guid, .. } = endpoint;
     preflight::Endpoint { topic, type_name, node, guid }
-}
-
-/// Whether a peer was received.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Presence {
-    /// Within the time in which a node counts as alive.
-    Recently,
-    /// Never, or too long ago.
-    Not,
 }

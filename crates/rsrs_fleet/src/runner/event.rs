@@ -12,7 +12,7 @@ use crate::e_stop::Message;
 use crate::experiment::RobotLost;
 use crate::message::{Lease, Status};
 use crate::parameters::GateSettings;
-use crate::placement::WantedStart;
+use crate::placement::{PlaceCheck, WantedStart};
 use crate::preflight::{Expected, Graph};
 
 /// What a runner is to do.
@@ -41,7 +41,7 @@ pub struct RunnerOptions {
     /// Where the robots should stand at the start; `None` if that need not be checked.
     pub start: Option<WantedStart>,
     /// What to do where they do not.
-    pub start_rule: StartRule,
+    pub place_check: PlaceCheck,
     /// What must keep coming from every robot while it moves; nothing in lockstep, where the
     /// simulator steps only when all is there.
     pub samples: BTreeSet<SampleKind>,
@@ -54,16 +54,6 @@ impl RunnerOptions {
     pub(super) fn controller_digest(&self) -> u64 {
         self.controller.digest_with(self.reaction)
     }
-}
-
-/// What to do where robots do not stand as they should start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum StartRule {
-    /// It is noted, and they move.
-    #[default]
-    Noted,
-    /// They are neither armed nor moved.
-    Required,
 }
 
 /// When a run is complete.

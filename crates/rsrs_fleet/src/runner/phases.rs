@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::placement::PlaceCheck;
 use crate::preflight::Problem;
 
 use super::grouped::{by_reason, names};
@@ -10,7 +11,7 @@ use super::{
     ARM_TIMEOUT, AbortCause, Action, CONFIGURE_TIMEOUT, COUNTDOWN_TIMEOUT, Duration,
     FIRST_SAMPLE_TIMEOUT, Failure, Gates, LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT,
     Outcome, POSE_SEARCH_DURATION, Phase, RECORDER_TIMEOUT, RESUME_TIMEOUT, Requests, RunBinding,
-    RunLength, Runner, SILENCE_TIMEOUT, STAND_TIMEOUT, SampleKind, Seen, StartRule, Target,
+    RunLength, Runner, SILENCE_TIMEOUT, STAND_TIMEOUT, SampleKind, Seen, Target,
     UnexpectedPublishers, grouped, most_paused, preflight,
 };
 
@@ -204,8 +205,8 @@ impl Runner {
 
     /// Robots that do not stand where they are required to.
     fn misplaced(&self) -> Vec<Problem> {
-        match (&self.options.start, self.options.start_rule) {
-            (Some(start), StartRule::Required) => {
+        match (&self.options.start, self.options.place_check) {
+            (Some(start), PlaceCheck::Require) => {
                 self.start_check.misplaced(start, &self.options.expected.robots)
             }
             _ => Vec::new(),

@@ -7,6 +7,7 @@ use super::*;
 use crate::e_stop::Source;
 use crate::experiment::RobotLost;
 use crate::message::StopCause;
+use crate::placement::PlaceCheck;
 use crate::preflight::Expected;
 
 mod closing;
@@ -80,7 +81,7 @@ impl Bench {
             judged: Window::default(),
             countdown: Duration::ZERO,
             start: None,
-            start_rule: StartRule::Noted,
+            place_check: PlaceCheck::On,
             samples: BTreeSet::new(),
             motion: None,
         };

@@ -347,7 +347,7 @@ fn robots_that_are_required_to_stand_at_their_places_are_not_armed_elsewhere() {
     let required = || {
         let mut bench = floor();
         bench.runner = Runner::new(RunnerOptions {
-            start_rule: StartRule::Required,
+            place_check: PlaceCheck::Require,
             ..bench.runner.options.clone()
         });
         bench

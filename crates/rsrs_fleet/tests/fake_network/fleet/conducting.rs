@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use rsrs_core::robot::controller::Reaction;
 use rsrs_fleet::e_stop;
 use rsrs_fleet::message::{LeaseState, RobotState};
+use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::preflight::{Expected, Graph};
-use rsrs_fleet::runner::{Action, Event, RunLength, Runner, RunnerOptions, StartRule, Target};
+use rsrs_fleet::runner::{Action, Event, RunLength, Runner, RunnerOptions, Target};
 
 use super::simulating::{PLACED, STEPS};
 use super::{Fleet, N_RUNNERS, WANTED, name, run_id, settings};
@@ -78,7 +79,7 @@ impl Fleet {
             judged: rsrs_core::judge::behaviour::window::Window::default(),
             countdown: std::time::Duration::from_millis(self.scenario.countdown_ms),
             start: None,
-            start_rule: StartRule::Noted,
+            place_check: PlaceCheck::On,
             samples: BTreeSet::new(),
             motion: None,
         };
