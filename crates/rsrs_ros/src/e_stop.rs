@@ -1,13 +1,11 @@
 //! The e-stop's three topics: the state of each source, releases, and what is locked.
 
-use std::collections::BTreeSet;
-
 use crate::session::{
     NodeHandle, PublishError, Publisher, Received, Session, SessionError, Subscription,
 };
-use rsrs_fleet::e_stop::{LockCause, Locks, Message, Source};
+use rsrs_fleet::e_stop::{Locks, Message, Source};
 use rsrs_fleet::wire;
-use rsrs_msgs::rsrs::{EStopLock, EStopLocks};
+use rsrs_msgs::rsrs::EStopLocks;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 
@@ -53,13 +51,6 @@ impl EStopSubscriptions {
 fn understood(topic: &str, message: EStopLocks) -> Option<Locks> {
     let refused = |error: &_| log::warn!("refused a message on {topic}: {error}");
     wire::locks(message).inspect_err(refused).ok()
-}
-
-/// Puts the names of sources into a message; why they lock does not matter to a release.
-pub fn release_message(sources: &BTreeSet<Source>) -> EStopLocks {
-    let cause = LockCause::Engaged.into();
-    let lock = |source: &Source| EStopLock { source: source.0, cause };
-    EStopLocks { locks: sources.iter().map(lock).collect() }
 }
 
 /// Publishes what is locked on the robots of this process, whenever that changes.

@@ -17,6 +17,7 @@ use rsrs_core::printable::one_line;
 use rsrs_fleet::contradictions::Contradictions;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::{RobotState, Status};
+use rsrs_fleet::preflight::Graph;
 use rsrs_fleet::rates::Rates;
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_fleet::runner::{Action, Event, Runner, Target};
@@ -37,7 +38,7 @@ use rsrs_ros::session::{
 use rsrs_ros::shutdown;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use crate::expectation::{self, Presence};
+use crate::expectation;
 use crate::extras::Extras;
 use crate::meaning;
 use crate::parameters;
@@ -298,20 +299,15 @@ impl<'a> Run<'a> {
         // It copies thousands of entries, which are seldom needed once all is there.
         if self.machine.looks(self.start.elapsed()) {
             let unrecordable = self.look_for_extras()?;
-            let graph =
-                expectation::graph(self.session, self.plan, self.simulator_is(), unrecordable);
+            let simulator =
+                (self.simulator.as_ref()).is_some_and(|(_, at)| at.elapsed() <= NODE_TIMEOUT);
+            let graph = expectation::graph(self.session, self.plan, unrecordable);
+            let graph = Graph { simulator, ..graph };
             self.advance(Event::Seen(graph), requests).await?;
         }
         self.repeat_recorded().await?;
         self.watch_rates();
         Ok(())
-    }
-
-    fn simulator_is(&self) -> Presence {
-        match &self.simulator {
-            Some((_, at)) if at.elapsed() <= NODE_TIMEOUT => Presence::Recently,
-            _ => Presence::Not,
-        }
     }
 
     /// Records a sample, and gives the machine its event.
@@ -385,7 +381,7 @@ impl<'a> Run<'a> {
         &mut self,
         topic_index: usize,
         received: &ReceivedRaw,
-    ) -> Result<Vec<Event>, String> {
+    ) -> anyhow::Result<Vec<Event>> {
         let mut events = self.understand_poses(topic_index, received)?;
         if let Some(contradiction) = self.contradiction(topic_index, received) {
             self.note(&contradiction);
@@ -427,7 +423,7 @@ impl<'a> Run<'a> {
         &mut self,
         topic_index: usize,
         received: &ReceivedRaw,
-    ) -> Result<Vec<Event>, String> {
+    ) -> anyhow::Result<Vec<Event>> {
         let place = self.places.get(topic_index).copied().flatten();
         let Some(place) = place.filter(|_| meaning::looks_at_poses(self.plan)) else {
             return Ok(Vec::new());

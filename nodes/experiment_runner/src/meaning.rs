@@ -7,12 +7,13 @@ use rsrs_fleet::message::Status;
 use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{Event, SampleKind};
 use rsrs_fleet::wire::{self, Diagnosis};
+use rsrs_msgs::cdr::decode;
 use rsrs_msgs::diagnostic_msgs::DiagnosticArray;
 use rsrs_msgs::geometry_msgs::{TransformStamped, Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::tf2_msgs::TFMessage;
-use rsrs_msgs::{RosMessage, cdr, topics};
+use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
 
@@ -29,7 +30,7 @@ pub fn events(
     plan: &Plan,
     topic: &RecordedTopic,
     received: &ReceivedRaw,
-) -> Result<Vec<Event>, String> {
+) -> anyhow::Result<Vec<Event>> {
     let data = received.message.as_slice();
     let robot = |index: usize| plan.record.robots[index].clone();
     Ok(match topic.role {
@@ -37,7 +38,7 @@ pub fn events(
             let message: RobotStatus = decode(data)?;
             let ahead = seconds_ahead(message.header.stamp, received.received_time_ns);
             let clock = ahead.map(|seconds| Event::ClockAhead { robot: robot(index), seconds });
-            let status = wire::status(message).map_err(|error| error.to_string())?;
+            let status = wire::status(message)?;
             let status = Event::RobotStatus { robot: robot(index), status };
             clock.into_iter().chain([status]).collect()
         }
@@ -50,7 +51,7 @@ pub fn events(
                 .then(|| seconds_ahead(message.header.stamp, wall_time().to_nanos()?))
                 .flatten()
                 .map(|ahead_s| Event::Behind { seconds: -ahead_s });
-            let lease = wire::lease(message).map_err(|error| error.to_string())?;
+            let lease = wire::lease(message)?;
             waited.into_iter().chain([Event::LeaseReceived(lease)]).collect()
         }
         Role::EStop => {
@@ -58,7 +59,7 @@ pub fn events(
             vec![Event::EStop(Message::State { source, engaged })]
         }
         Role::EStopRelease => {
-            let locks = wire::locks(decode(data)?).map_err(|error| error.to_string())?;
+            let locks = wire::locks(decode(data)?)?;
             vec![Event::EStop(Message::Release(locks.0.into_keys().collect()))]
         }
         Role::Transforms | Role::StaticTransforms if plan.record.backend != Backend::Simulator => {
@@ -77,8 +78,7 @@ pub fn events(
         Role::Command(index)
             if plan.record.time != Time::Lockstep && plan.record.backend != Backend::Simulator =>
         {
-            let command = wire::command(&commanded(plan, index, data)?);
-            let command = command.map_err(|error| error.to_string())?;
+            let command = wire::command(&commanded(plan, index, data)?)?;
             vec![Event::Commanded { robot: robot(index), command }]
         }
         Role::Detection(_)
@@ -138,7 +138,7 @@ pub fn pose_sampled(plan: &Plan, seen: SeenPose) -> Vec<Event> {
 }
 
 /// The velocity in a command, of the type that the fleet file states.
-fn commanded(plan: &Plan, robot: usize, data: &[u8]) -> Result<Twist, String> {
+fn commanded(plan: &Plan, robot: usize, data: &[u8]) -> anyhow::Result<Twist> {
     Ok(match plan.robots[robot].cmd_vel {
         CmdVel::TwistStamped => decode::<TwistStamped>(data)?.twist,
         CmdVel::Twist => decode(data)?,
@@ -146,12 +146,8 @@ fn commanded(plan: &Plan, robot: usize, data: &[u8]) -> Result<Twist, String> {
 }
 
 /// Understands a status, or says what is wrong with it.
-pub fn status(data: &[u8]) -> Result<Status, String> {
-    wire::status(decode(data)?).map_err(|error| error.to_string())
-}
-
-fn decode<M: RosMessage>(data: &[u8]) -> Result<M, String> {
-    cdr::decode(data).map_err(|error| error.to_string())
+pub fn status(data: &[u8]) -> anyhow::Result<Status> {
+    Ok(wire::status(decode(data)?)?)
 }
 
 /// Diagnoses of the robots of this run.

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use rsrs_fleet::e_stop::{LockCause, Source};
+use rsrs_fleet::e_stop::{LockCause, Locks, Source};
 use rsrs_fleet::stopper::{
     Action, Event, MOST_ROBOTS, RobotAcknowledgement, StopCommand, StopOutcome, Stopper,
 };
@@ -15,7 +15,7 @@ use rsrs_fleet::wire;
 use rsrs_msgs::rsrs::{EStopLocks, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
-use rsrs_ros::e_stop::{self, EStopSubscriptions};
+use rsrs_ros::e_stop::EStopSubscriptions;
 use rsrs_ros::logging::Level;
 use rsrs_ros::runtime::beat;
 use rsrs_ros::session::{
@@ -189,7 +189,9 @@ impl<'a> StopNode<'a> {
             let published = match action {
                 Action::Publish(data) => self.e_stop.publish(Bool { data }).await,
                 Action::Release(sources) => {
-                    self.release.publish(e_stop::release_message(&sources)).await
+                    // Why they lock does not matter to a release.
+                    let locks = sources.into_iter().map(|source| (source, LockCause::Engaged));
+                    self.release.publish(wire::locks_message(&Locks(locks.collect()))).await
                 }
                 Action::Finish(ending) => {
                     self.ending = Some(ending);

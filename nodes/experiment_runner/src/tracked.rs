@@ -80,10 +80,10 @@ impl Tracked {
     /// # Errors
     ///
     /// What is wrong with the message, where it tells nothing about any robot.
-    pub fn take(&mut self, topic: usize, received: &ReceivedRaw) -> Result<Sighting, String> {
+    pub fn take(&mut self, topic: usize, received: &ReceivedRaw) -> anyhow::Result<Sighting> {
         let raw = match self.reader.take(topic, &received.message) {
             Ok(raw) => raw,
-            Err(UnreadablePoses::Damaged(error)) => return Err(error.to_string()),
+            Err(UnreadablePoses::Damaged(error)) => return Err(error.into()),
             Err(reason) => return Ok(self.useless(topic, &reason)),
         };
         let mut sighting = Sighting::default();

@@ -2,18 +2,19 @@
 
 use std::time::Duration;
 
+use anyhow::Context;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::e_stop::{Message, Source};
 use rsrs_fleet::observation::Event;
 use rsrs_fleet::record::{Ending, ExperimentRecord};
 use rsrs_fleet::wire;
+use rsrs_msgs::cdr::decode;
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::topics::{self, Topic};
-use rsrs_msgs::{RosMessage, cdr};
 
 /// Topics of each robot that are watched.
 const OF_ROBOTS: [Topic; 6] = [
@@ -101,7 +102,7 @@ impl WatchedTopic {
     }
 
     /// Understands a message of this writer on it; the error states what is wrong with the message.
-    pub fn understand(&self, writer: Source, bytes: &[u8]) -> Result<Event, String> {
+    pub fn understand(&self, writer: Source, bytes: &[u8]) -> anyhow::Result<Event> {
         let robot = || self.owner.clone();
         let topic = self.topic;
         Ok(if topic == topics::DETECTION {
@@ -110,63 +111,57 @@ impl WatchedTopic {
             let (reading, is_true) = (self.reading.clone(), decode::<Bool>(bytes)?.data);
             Event::Reading { robot: robot(), reading, is_true }
         } else if topic == topics::CMD_VEL {
-            let command = wire::command(&decode::<TwistStamped>(bytes)?.twist).map_err(text)?;
+            let command = wire::command(&decode::<TwistStamped>(bytes)?.twist)?;
             Event::Command { robot: robot(), command }
         } else if topic == topics::CMD_VEL_UNSTAMPED {
-            let command = wire::command(&decode::<Twist>(bytes)?).map_err(text)?;
+            let command = wire::command(&decode::<Twist>(bytes)?)?;
             Event::Command { robot: robot(), command }
         } else if topic == topics::ODOM {
-            let pose = wire::pose(&decode::<Odometry>(bytes)?.pose.pose).map_err(text)?;
+            let pose = wire::pose(&decode::<Odometry>(bytes)?.pose.pose)?;
             Event::Pose { robot: robot(), source: PoseSource::Odom, pose }
         } else if topic == topics::POSE {
-            let pose = wire::pose(&decode::<PoseStamped>(bytes)?.pose).map_err(text)?;
+            let pose = wire::pose(&decode::<PoseStamped>(bytes)?.pose)?;
             Event::Pose { robot: robot(), source: PoseSource::Pose, pose }
         } else if topic == topics::OBJECT_POSE {
-            let place = wire::pose(&decode::<PoseStamped>(bytes)?.pose).map_err(text)?;
+            let place = wire::pose(&decode::<PoseStamped>(bytes)?.pose)?;
             Event::Object { object: self.owner.clone(), place_m: [place.x_m, place.y_m] }
         } else if topic == topics::STATUS {
-            let status = wire::status(decode::<RobotStatus>(bytes)?).map_err(text)?;
+            let status = wire::status(decode::<RobotStatus>(bytes)?)?;
             Event::Status { robot: robot(), status }
         } else {
             self.understand_of_swarm(writer, bytes)?
         })
     }
 
-    fn understand_of_swarm(&self, writer: Source, bytes: &[u8]) -> Result<Event, String> {
+    fn understand_of_swarm(&self, writer: Source, bytes: &[u8]) -> anyhow::Result<Event> {
         let topic = self.topic;
         Ok(if topic == topics::LEASE {
-            Event::Lease(wire::lease(decode::<RunLease>(bytes)?).map_err(text)?)
+            Event::Lease(wire::lease(decode::<RunLease>(bytes)?)?)
         } else if topic == topics::E_STOP {
             let engaged = decode::<Bool>(bytes)?.data;
             Event::EStop(Message::State { source: writer, engaged })
         } else if topic == topics::E_STOP_LOCKS {
-            let locks = wire::locks(decode(bytes)?).map_err(text)?;
+            let locks = wire::locks(decode(bytes)?)?;
             Event::EStop(Message::Locks { reporter: writer, locks })
         } else if topic == topics::EXPERIMENT {
-            let record = ExperimentRecord::from_json(&decode::<Text>(bytes)?.data).map_err(text)?;
+            let record = ExperimentRecord::from_json(&decode::<Text>(bytes)?.data)?;
             Event::Experiment(Box::new(record))
         } else if topic == topics::ENDING {
-            let (ending, run_id) = Ending::from_json(&decode::<Text>(bytes)?.data).map_err(text)?;
+            let (ending, run_id) = Ending::from_json(&decode::<Text>(bytes)?.data)?;
             Event::Ending { run_id, ending }
         } else if topic == topics::DIAGNOSTICS {
             Event::Diagnoses(wire::diagnoses(decode(bytes)?))
         } else {
             let nanos = decode::<Clock>(bytes)?.clock.to_nanos();
-            Event::Clock(Duration::from_nanos(nanos.ok_or("time before 1970")?))
+            Event::Clock(Duration::from_nanos(nanos.context("time before 1970")?))
         })
     }
 }
 
-fn decode<M: RosMessage>(bytes: &[u8]) -> Result<M, String> {
-    cdr::decode(bytes).map_err(text)
-}
-
-fn text(error: impl std::fmt::Display) -> String {
-    error.to_string()
-}
-
 #[cfg(test)]
 mod tests {
+    use rsrs_msgs::cdr;
+
     use super::*;
 
     #[test]
@@ -210,7 +205,7 @@ mod tests {
         let watched = WatchedTopic::of_owner(topics::DETECTION, "robot_1");
         let event = watched.understand(Source([1; 16]), &cdr::encode(&Bool { data: true }));
         let expected = Event::Detection { robot: "robot_1".to_owned(), detected: true };
-        assert_eq!(event, Ok(expected));
+        assert_eq!(event.unwrap(), expected);
     }
 
     #[test]
@@ -221,7 +216,7 @@ mod tests {
         let event = watched.understand(Source([1; 16]), &cdr::encode(&Bool { data: true }));
 
         let (robot, reading) = ("robot_3".to_owned(), "wall".to_owned());
-        assert_eq!(event, Ok(Event::Reading { robot, reading, is_true: true }));
+        assert_eq!(event.unwrap(), Event::Reading { robot, reading, is_true: true });
         assert_eq!(watched.name(), "/robot_3/detection/wall");
         assert_eq!(WatchedTopic::of("/robot_3/detection/a b", bool), None);
     }
