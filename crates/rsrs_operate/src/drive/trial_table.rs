@@ -47,32 +47,30 @@ impl Kind {
         }
     }
 
+    /// The header of its tables, their name in the folder of a plan, and how many columns are of the trial;
+    /// those behind them are of its result.
+    fn row(self) -> (&'static str, &'static str, usize) {
+        match self {
+            Self::Speed => (SPEED_HEADER, "speed", 2),
+            Self::Turn => (TURN_HEADER, "turn", 2),
+            Self::Arc => (ARC_HEADER, "arcs", 3),
+            Self::Detection => (DETECTION_HEADER, "detection", 3),
+        }
+    }
+
     /// The header of its tables.
     pub fn header(self) -> &'static str {
-        match self {
-            Self::Speed => SPEED_HEADER,
-            Self::Turn => TURN_HEADER,
-            Self::Arc => ARC_HEADER,
-            Self::Detection => DETECTION_HEADER,
-        }
+        self.row().0
     }
 
     /// Name of its table in the folder of a plan, without the ending.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Speed => "speed",
-            Self::Turn => "turn",
-            Self::Arc => "arcs",
-            Self::Detection => "detection",
-        }
+        self.row().1
     }
 
-    /// Columns of the trial; those behind them are of its result.
+    /// Columns of the trial.
     fn n_asked(self) -> usize {
-        match self {
-            Self::Speed | Self::Turn => 2,
-            Self::Arc | Self::Detection => 3,
-        }
+        self.row().2
     }
 }
 
