@@ -12,7 +12,7 @@ use rsrs_ros::session::SessionOptions;
 use crate::run::node_process::NodeProcess;
 use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
-use crate::run::simulated_fleet::{CONSTANT, SimulatedFleet, limit_parameters};
+use crate::run::simulated_fleet::{SimulatedFleet, of_controllers, ros_arguments};
 use crate::run::{RunSummary, RunTarget, on_simulated_fleet, watched};
 
 /// The variable that names the enclave of a program.
@@ -46,15 +46,14 @@ impl<'a> TrialNodes<'a> {
         let robots = &plan.record.robots;
         let processes = match floor {
             RunTarget::Simulator(network) => {
-                let fleet = SimulatedFleet::start_constant(network, plan)?;
+                let fleet = SimulatedFleet::start(network, plan)?;
                 Processes::Simulator(network, Box::new(fleet))
             }
             RunTarget::Fleet(network) => {
                 if !plan.is_measured {
                     operator.note(&unmeasured(plan));
                 }
-                let parameters = controller_parameters(plan);
-                let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();
+                let arguments = controller_arguments(plan);
                 let addresses: Vec<String> =
                     network.interfaces.iter().map(ToString::to_string).collect();
                 let start = |command: &mut std::process::Command| {
@@ -64,7 +63,7 @@ impl<'a> TrialNodes<'a> {
                         command.env(ENCLAVE, CONTROLLERS);
                     }
                 };
-                let controller = NodeProcess::start("controller", robots, &parameters, start)?;
+                let controller = NodeProcess::start("controller", robots, &arguments, start)?;
                 Processes::Fleet(network, controller)
             }
         };
@@ -114,15 +113,15 @@ fn unmeasured(plan: &Plan) -> String {
 }
 
 /// What the controller of a robot of the floor is started with.
-fn controller_parameters(plan: &Plan) -> Vec<String> {
+fn controller_arguments(plan: &Plan) -> Vec<String> {
     let robot = &plan.robots[0];
-    let mut parameters: Vec<String> = CONSTANT.map(str::to_owned).to_vec();
-    parameters.extend(limit_parameters(plan));
-    let mut set = |parameter: String| parameters.extend(["-p".to_owned(), parameter]);
-    set(format!("{PERIOD}:={:?}", plan.record.conditions.period_s));
-    set(format!("{CMD_VEL_TYPE}:={}", robot.cmd_vel.key()));
-    set(format!("{LEASE}:={}", robot.lease.key()));
-    parameters
+    let mut parameters = of_controllers(plan);
+    parameters.extend([
+        format!("{PERIOD}:={:?}", plan.record.conditions.period_s),
+        format!("{CMD_VEL_TYPE}:={}", robot.cmd_vel.key()),
+        format!("{LEASE}:={}", robot.lease.key()),
+    ]);
+    ros_arguments(parameters)
 }
 
 /// Refuses a run that was not completed.

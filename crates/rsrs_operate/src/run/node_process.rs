@@ -42,7 +42,7 @@ impl NodeProcess {
     pub fn start(
         name: &'static str,
         robots: &[String],
-        parameters: &[&str],
+        parameters: &[String],
         network: impl FnOnce(&mut Command),
     ) -> anyhow::Result<Self> {
         let mut command = this_program()?;

@@ -1,6 +1,8 @@
 //! The simulator and the controllers as processes, ended with this one whatever happens.
 
+use rsrs_core::robot::controller::Reaction;
 use rsrs_experiment_runner::plan::Plan;
+use rsrs_fleet::parameters::controller::{CONSTANT, SPEED_MAX, TURN_RATE_MAX};
 
 use crate::run::node_process::NodeProcess;
 use crate::run::own_network::OwnNetwork;
@@ -12,46 +14,24 @@ pub struct SimulatedFleet {
     robots: Vec<String>,
     /// Greatest commands that the controllers take, in m/s and rad/s.
     limits: [f64; 2],
-    /// ROS arguments of the controllers beyond their limits.
-    reaction: &'static [&'static str],
     /// Whether the last run that they were there for was completed, or there was none.
     pub(super) has_completed: bool,
 }
 
-/// ROS arguments of controllers that turn one way whatever is detected: for trials.
-pub const CONSTANT: [&str; 2] = ["-p", "constant:=true"];
-
 impl SimulatedFleet {
     /// Starts the nodes: for the robots of a plan, with the limits of their profile.
     pub fn start(network: &OwnNetwork, plan: &Plan) -> anyhow::Result<Self> {
-        Self::start_with(network, plan, &[])
-    }
-
-    /// Starts the nodes for a trial: the command is constant, whatever is detected.
-    pub fn start_constant(network: &OwnNetwork, plan: &Plan) -> anyhow::Result<Self> {
-        Self::start_with(network, plan, &CONSTANT)
-    }
-
-    fn start_with(
-        network: &OwnNetwork,
-        plan: &Plan,
-        reaction: &'static [&'static str],
-    ) -> anyhow::Result<Self> {
         let robots = &plan.record.robots;
-        let start = |name, parameters: &[&str]| {
+        let start = |name, parameters: &[String]| {
             NodeProcess::start(name, robots, parameters, |command| {
                 network.configure(command);
             })
         };
-        let limits = limit_parameters(plan);
-        let of_controllers: Vec<&str> =
-            reaction.iter().copied().chain(limits.iter().map(String::as_str)).collect();
         Ok(Self {
             simulator: start("sim", &[])?,
-            controllers: start("controller", &of_controllers)?,
+            controllers: start("controller", &ros_arguments(of_controllers(plan)))?,
             robots: robots.clone(),
             limits: plan.limits,
-            reaction,
             has_completed: true,
         })
     }
@@ -86,19 +66,23 @@ impl SimulatedFleet {
         plan: &Plan,
     ) -> anyhow::Result<()> {
         self.stop().await?;
-        *self = Self::start_with(network, plan, self.reaction)?;
+        *self = Self::start(network, plan)?;
         Ok(())
     }
 }
 
-/// ROS arguments of controllers that take no more than their robots may be commanded.
-pub fn limit_parameters(plan: &Plan) -> [String; 4] {
+/// Parameters of controllers that take no more than their robots may be commanded, and in trials turn one
+/// way whatever is detected.
+pub fn of_controllers(plan: &Plan) -> Vec<String> {
     let [most_m_s, most_rad_s] = plan.limits;
-    let parameter = || "-p".to_owned();
-    [
-        parameter(),
-        format!("speed_max:={most_m_s:?}"),
-        parameter(),
-        format!("turn_rate_max:={most_rad_s:?}"),
+    vec![
+        format!("{CONSTANT}:={}", plan.reaction() == Reaction::Constant),
+        format!("{SPEED_MAX}:={most_m_s:?}"),
+        format!("{TURN_RATE_MAX}:={most_rad_s:?}"),
     ]
+}
+
+/// The ROS arguments that set parameters, such as `speed:=0.1`.
+pub fn ros_arguments(parameters: Vec<String>) -> Vec<String> {
+    parameters.into_iter().flat_map(|parameter| ["-p".to_owned(), parameter]).collect()
 }
