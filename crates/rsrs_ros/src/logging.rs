@@ -80,8 +80,8 @@ const MIDDLEWARE: [(&str, LevelFilter); 11] = [
     ("ros2_client::rosout", LevelFilter::Off),
 ];
 
-/// Sends log lines of our own crates to stderr, those of `level` and worse; `RUST_LOG`, if it is
-/// set, overrides that for developers.
+/// Sends log lines of `level` and worse to stderr, and of the middleware what a user can act upon;
+/// `RUST_LOG`, if it is set, overrides both for developers.
 ///
 /// A second call in one process changes nothing.
 pub fn init(level: Level) {

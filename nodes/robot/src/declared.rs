@@ -4,7 +4,7 @@ use anyhow::Context;
 use rsrs_fleet::fleet_file::CmdVel;
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterServer, ParameterValue};
 
-/// A text that is one of a few words, for good.
+/// A text that is set for good; `words` states what it may be.
 pub fn choice(
     name: &str,
     description: &str,

@@ -111,7 +111,7 @@ pub enum Impossible {
     /// Obstacles are walls.
     #[error("the world has obstacles, which are walls, and `walls` is none")]
     ObstaclesWithoutWalls,
-    /// A controller for robots that report other things.
+    /// A controller for robots that report other things; with what they report.
     #[error("controller.sensors are not what the robots report: {0}")]
     Readings(String),
     /// The sensor's polygon is no region.
