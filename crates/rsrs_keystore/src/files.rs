@@ -125,7 +125,7 @@ pub(crate) fn exchange(new: &Path, folder: &Path, aside: &Path) -> Result<(), Ke
     let moved = || {
         let swap = || renameat_with(CWD, new, CWD, folder, RenameFlags::EXCHANGE);
         if swap().is_ok() {
-            return fs::rename(new, aside).inspect_err(|_| drop(swap()));
+            return fs::rename(new, aside).inspect_err(|_| _ = swap());
         }
         fs::rename(folder, aside)?;
         fs::rename(new, folder).inspect_err(|_| drop(fs::rename(aside, folder)))
