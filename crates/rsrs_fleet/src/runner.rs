@@ -282,9 +282,9 @@ impl Runner {
             Event::ParametersSet { .. }
             | Event::ReadBack { .. }
             | Event::RecorderReady
-            | Event::Tick => {}
+            | Event::Tick
             // Robots state in their statuses, too, what they have locked.
-            Event::EStop(Message::Locks { .. }) => {}
+            | Event::EStop(Message::Locks { .. }) => {}
             Event::Recorded { step } => self.recorded = self.recorded.max(step),
             Event::RecorderFailed { reason } => self.fail_recorder(reason, now, actions),
             Event::RecorderCloses { done, left_bytes } => {
