@@ -97,8 +97,7 @@ impl Schedule {
         (0..counts.len()).map(more).collect()
     }
 
-    /// The confidence sequence of the cell with this index, from the counts of all; shape
-    /// `[n_cells]`.
+    /// What is known of the cell with this index, from the counts of all, of shape `[n_cells]`.
     pub fn knowledge(&self, counts: &[PhaseCounts], cell: usize) -> Knowledge {
         let share = Share::milling(&counts[cell]);
         if sequence::interval(share.hits, share.n, sequence::ERROR).width() <= self.adaptive.width {

@@ -1,4 +1,4 @@
-//! From files of trials to a profile.
+//! From files of trials to a fit, which makes the profile.
 
 use rsrs_core::robot::profile::TrialOrigin;
 use rsrs_core::trials::fit::{Fit, Unmeasured, fit};
