@@ -1,4 +1,5 @@
-//! Folders of results: a person's, or one that goes with the last object that needs it.
+//! Folders of results and files that steps read: a person's, or one that goes with the last object that
+//! needs it.
 
 use std::path::PathBuf;
 
@@ -6,9 +7,9 @@ use tempfile::TempDir;
 
 use crate::error::refused;
 
-/// A folder of results.
+/// A folder of results, or a file that a step reads.
 pub struct Folder {
-    /// Where it is.
+    /// Where it is, the folder or the file.
     pub path: PathBuf,
     /// What removes it, where it is nobody's.
     _temporary: Option<TempDir>,

@@ -456,7 +456,8 @@ impl Axis {
     /// The label on a picture's axis: `speed (m/s)`.
     pub fn label(self) -> String {
         let Row { name, unit, .. } = self.row();
-        if name.ends_with(unit) { (*name).to_owned() } else { format!("{name} ({unit})") }
+        let names_it = unit.is_empty() || name.rsplit(' ').next() == Some(*unit);
+        if names_it { (*name).to_owned() } else { format!("{name} ({unit})") }
     }
 
     /// The unit behind a number: `m/s`; empty for dimensionless axes.

@@ -204,7 +204,7 @@ pub fn revoke(
     }
     check_files(keystore, &enclaves, &[PERMISSIONS])?;
     let holds = (from(now), now.saturating_add(validity));
-    // Both gone again where something fails.
+    // Both gone again where something fails before they take their places.
     let new = files::folder_beside(keystore)?;
     let private = files::private_beside(&keystore.join(PRIVATE))?;
     if let Some(private) = &private {

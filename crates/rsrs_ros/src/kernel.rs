@@ -92,7 +92,7 @@ fn address(ip: Ipv4Addr) -> libc::sockaddr {
 ///
 /// `prepare` must restrict itself to system calls: another thread of this process may have held
 /// the allocator's lock at the fork. The only caller is [`crate::confine`], whose steps open and
-/// write files under short paths, ask for a namespace, and call the function above.
+/// write files under short paths, ask for a namespace, and call [`bring_loopback_up`].
 pub(crate) fn before_exec(
     command: &mut Command,
     prepare: impl FnMut() -> io::Result<()> + Send + Sync + 'static,

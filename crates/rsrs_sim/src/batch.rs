@@ -315,8 +315,9 @@ fn is_moderate(conditions: &Conditions, fastest: Command) -> bool {
     angle_rad < f64::from(LIMIT_RAD) && way_m < 1e6
 }
 
-/// Whether replicates of a cell are run and judged in the lanes of a vector, on any machine. Others, which
-/// are refused or far from what robots do, are run one world at a time by the reference.
+/// Whether replicates of a cell are run and judged in the lanes of a vector, on any machine. All others are
+/// run one world at a time by the reference: what the lanes do not have (`are_for_lanes`, `decides_in_lanes`),
+/// what is refused, and what is far from what robots do.
 pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
     let window = conditions.behaviour.window();
     let n_samples = conditions.steps(duration_s);

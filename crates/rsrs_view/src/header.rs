@@ -5,7 +5,9 @@ use crate::svg::{Element, line_of_text};
 use crate::text::{Weight, wrap};
 use crate::theme::Theme;
 
-/// Around a page that is as wide as it takes, in pixels.
+/// Around a page, in pixels; around one whose width is given for print it is [`NARROW_MARGIN_PX`].
+///
+/// [`NARROW_MARGIN_PX`]: crate::arrangement::NARROW_MARGIN_PX
 pub const MARGIN_PX: f64 = 24.0;
 const TITLE_PX: f64 = 16.0;
 const SUBTITLE_PX: f64 = 11.5;

@@ -150,6 +150,15 @@ fn robots(arguments: &Arguments, questions: &mut Questions) -> anyhow::Result<Ro
         ("side of the square floor that the swarm has, in m", 4.0),
         of(Axis::Arena),
     )?;
+    if !questions.missing.is_empty() {
+        return Err(bad_arguments(with_help(
+            format!(
+                "{} not given, and standard input is no terminal",
+                questions.missing.join(", ")
+            ),
+            "give all of them, or run it in a terminal, where it asks",
+        )));
+    }
     // No wheels, a base of 0, is an answer; the flags are not given for it.
     arguments.wheels.wheels()?;
     let base_m = questions.optional(
@@ -168,15 +177,6 @@ fn robots(arguments: &Arguments, questions: &mut Questions) -> anyhow::Result<Ro
             Some(Wheels { base_m, speed_max_m_s })
         }
     };
-    if !questions.missing.is_empty() {
-        return Err(bad_arguments(with_help(
-            format!(
-                "{} not given, and standard input is no terminal",
-                questions.missing.join(", ")
-            ),
-            "give all of them, or run it in a terminal, where it asks",
-        )));
-    }
     Ok(Robots {
         name,
         n_robots,
@@ -332,11 +332,12 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_named_all_at_once() {
-        let given = arguments(&["--name", "a", "--speed", "0.2"]);
+        let given = arguments(&["--name", "a", "--wheel-base", "0.1", "--wheel-speed", "0.2"]);
 
         let error = robots(&given, &mut Questions::new(None)).unwrap_err().to_string();
 
-        let missing = "--robots, --radius, --turn-rate, --range, --half-angle, --period not given";
+        let missing =
+            "--robots, --radius, --speed, --turn-rate, --range, --half-angle, --period not given";
         assert!(error.contains(missing), "{error}");
     }
 }

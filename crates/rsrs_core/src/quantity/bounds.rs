@@ -28,7 +28,7 @@ impl Bounds {
     pub const SIGNED: Self = Self { least: -1e3, most: 1e3 };
     /// What has an extent: lengths in metres, and times over which something fades, in seconds.
     pub const SIZE: Self = Self { least: 1e-6, most: 1e6 };
-    /// A coordinate of a place, in metres.
+    /// A coordinate of a place, in metres; a heading of a start table, in radians, is held to the same.
     pub const COORDINATE: Self = Self { least: -1e6, most: 1e6 };
     /// A control period, in seconds.
     pub const PERIOD: Self = Self { least: PERIOD_BOUNDS_S[0], most: PERIOD_BOUNDS_S[1] };

@@ -160,6 +160,7 @@ mod tests {
         assert_eq!(axis, Axis::Number(Number::new("fast_turn_rad_s").unwrap()));
         assert_eq!((axis.key(), axis.unit()), ("controller.fast_turn_rad_s", "rad/s"));
         assert_eq!(axis.label(), "fast turn (rad/s)");
+        assert_eq!("controller.pass_s".parse::<Axis>().unwrap().label(), "pass (s)");
         assert!(!axis.is_capability());
         let cell: Cell = "controller.leave=0.1,controller.wait_s=3".parse().unwrap();
         assert_eq!(cell.to_string(), "controller.leave=0.1,controller.wait_s=3");

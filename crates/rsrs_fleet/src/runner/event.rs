@@ -40,7 +40,8 @@ pub struct RunnerOptions {
     pub countdown: Duration,
     /// Where the robots should stand at the start; `None` if that need not be checked.
     pub start: Option<WantedStart>,
-    /// What to do where they do not.
+    /// What to do where they do not: with `Require` no robot moves, else it is noted. Whether it is looked
+    /// at is up to `start`.
     pub place_check: PlaceCheck,
     /// What must keep coming from every robot while it moves; nothing in lockstep, where the
     /// simulator steps only when all is there.
