@@ -182,7 +182,7 @@ fn begin(folder: &Path) -> Result<(), KeystoreError> {
     for made in [ENCLAVES, PUBLIC, PRIVATE] {
         files::remove(&folder.join(made))?;
     }
-    files::write_public(&folder.join(UNFINISHED), "")
+    files::note(&folder.join(UNFINISHED))
 }
 
 /// The domain that a governance is for, which must be the one that was asked for, if any was.

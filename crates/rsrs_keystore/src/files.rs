@@ -192,6 +192,16 @@ pub(crate) fn write_public(path: &Path, text: &str) -> Result<(), KeystoreError>
     written().map_err(KeystoreError::file("write", path))
 }
 
+/// Makes an empty file, if it is not there, and at no time anything beside it.
+pub(crate) fn note(path: &Path) -> Result<(), KeystoreError> {
+    match File::options().write(true).create_new(true).open(path) {
+        Err(error) if error.kind() != ErrorKind::AlreadyExists => {
+            Err(KeystoreError::file("write", path)(error))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// A file beside another one, of a name that nobody else chooses, to take its place.
 fn draft_of(path: &Path, mode: u32, text: &str) -> io::Result<NamedTempFile> {
     let mut file = NamedTempFile::new_in(folder_of(path)).map_err(without_path)?;
