@@ -13,6 +13,7 @@ use crate::command::{code, copy, json, stderr, text_in};
 use crate::processes::{Process, confined_rsrs, nodes_of};
 use crate::recorded::record_of;
 use crate::terminal::Terminal;
+use base16ct::HexDisplay;
 use rsrs_ros::confine::Confinement;
 use rsrs_testing::environment::number;
 use serde_json::Value;
@@ -101,7 +102,7 @@ fn check_manifest(folder: &Path) {
     for file in listed {
         let bytes = std::fs::read(folder.join(file["path"].as_str().expect("text")));
         let bytes = bytes.expect("it is there");
-        let digest = format!("{:x}", Sha256::digest(&bytes));
+        let digest = format!("{:x}", HexDisplay(&Sha256::digest(&bytes)));
         assert_eq!(file["size_bytes"], bytes.len());
         assert_eq!(file["sha256"], digest.as_str());
     }
@@ -375,7 +376,7 @@ fn without_result(folder: &Path, changes: &[(&str, Value)]) {
             return false;
         };
         file["size_bytes"] = bytes.len().into();
-        file["sha256"] = format!("{:x}", Sha256::digest(&bytes)).into();
+        file["sha256"] = format!("{:x}", HexDisplay(&Sha256::digest(&bytes))).into();
         true
     });
     write(folder, "manifest.json", &manifest.to_string());
@@ -412,7 +413,7 @@ fn what_an_earlier_version_took_for_finished(place: &Path) {
     files.push(serde_json::json!({
         "path": "bag/lacking_0.mcap",
         "size_bytes": recorded.len(),
-        "sha256": format!("{:x}", Sha256::digest(&recorded)),
+        "sha256": format!("{:x}", HexDisplay(&Sha256::digest(&recorded))),
     }));
     write(&folder, "manifest.json", &old.to_string());
 

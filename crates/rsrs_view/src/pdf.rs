@@ -1,9 +1,8 @@
 //! From SVG to PDF, for papers: lines stay lines, and texts are texts in the font that travels along.
 
-use svg2pdf::usvg::{ImageHrefResolver, Options, Tree};
 use svg2pdf::{ConversionOptions, PageOptions, to_pdf};
 
-use crate::raster::{FONT_FAMILY, FONTS};
+use crate::raster::{RasterError, parse};
 
 /// Pixels of a picture in an inch, as CSS has them.
 const PX_PER_INCH: f32 = 96.0;
@@ -12,8 +11,8 @@ const PX_PER_INCH: f32 = 96.0;
 #[derive(Debug, thiserror::Error)]
 pub enum PdfError {
     /// The text is no SVG.
-    #[error("not a drawable svg")]
-    Svg(#[source] Box<svg2pdf::usvg::Error>),
+    #[error(transparent)]
+    Svg(#[from] RasterError),
     /// The writer failed.
     #[error("pdf writer: {0}")]
     Write(String),
@@ -22,23 +21,7 @@ pub enum PdfError {
 /// Writes an SVG as a PDF of one page, as large as the picture at 96 pixels to an inch. Where it has more
 /// than one face of the font, in what order the file has them changes from time to time.
 pub fn pdf(svg: &str) -> Result<Vec<u8>, PdfError> {
-    // The same fonts and options as those of `raster::parse`, of other types: svg2pdf has an older usvg
-    // than resvg, and no version of it has the newer one.
-    let mut options = Options {
-        font_family: FONT_FAMILY.to_owned(),
-        image_href_resolver: ImageHrefResolver {
-            resolve_data: Box::new(|_, _, _| None),
-            resolve_string: Box::new(|_, _| None),
-        },
-        ..Options::default()
-    };
-    let fonts = options.fontdb_mut();
-    fonts.set_sans_serif_family(FONT_FAMILY);
-    for font in FONTS {
-        fonts.load_font_data(font.to_vec());
-    }
-    let tree = Tree::from_str(svg, &options).map_err(|source| PdfError::Svg(Box::new(source)))?;
-    to_pdf(&tree, ConversionOptions::default(), PageOptions { dpi: PX_PER_INCH })
+    to_pdf(&parse(svg)?, ConversionOptions::default(), PageOptions { dpi: PX_PER_INCH })
         .map_err(|error| PdfError::Write(error.to_string()))
 }
 

@@ -7,6 +7,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
+use base16ct::HexDisplay;
 use rsrs_core::judge::phase::Phase;
 use rsrs_fleet::record::{EndingKind, ExperimentRecord, LostRobot};
 use serde::{Deserialize, Serialize};
@@ -197,7 +198,7 @@ fn digest(path: &Path) -> io::Result<(u64, String)> {
         size_bytes += n as u64;
         digest.update(&piece[..n]);
     }
-    Ok((size_bytes, format!("{:x}", digest.finalize())))
+    Ok((size_bytes, format!("{:x}", HexDisplay(&digest.finalize()))))
 }
 
 /// Writes a value as JSON, so that a reader finds the old file or the new one, whenever this program
