@@ -1,6 +1,6 @@
 //! What can be changed about a robot, and in which directions.
 
-use rsrs_core::quantity::Axis;
+use rsrs_core::quantity::{Axis, Bounds};
 use rsrs_core::robot::harsher::tidy;
 use rsrs_core::robot::profile::RobotProfile;
 
@@ -109,8 +109,23 @@ pub fn savings(robot: &RobotProfile) -> Vec<Remedy> {
             Axis::TurnBias => doubling(now, 0.02 * turn_rad_s, 0.5 * turn_rad_s),
             Axis::Gust => doubling(now, 0.05 * speed_m_s, speed_m_s),
             Axis::YawLag => doubling(now, 0.1, 5.0),
-            Axis::Period => doubling(now, 0.1, 2.0),
-            _ => Vec::new(),
+            Axis::Period => doubling(now, 0.1, Bounds::PERIOD.most),
+            // Which side of these is the worse one is up to the swarm.
+            Axis::HalfAngle
+            | Axis::PolygonScale
+            | Axis::SensorBearing
+            | Axis::SpeedGain
+            | Axis::TurnGain
+            | Axis::ContactFriction => Vec::new(),
+            // These are settings, and not what a robot is like.
+            Axis::Speed
+            | Axis::TurnRate
+            | Axis::UndetectedSpeed
+            | Axis::UndetectedTurnRate
+            | Axis::Robots
+            | Axis::PlacementRadius
+            | Axis::Arena
+            | Axis::Number(_) => return None,
         };
         (!values.is_empty()).then_some(Remedy { axis, now, values })
     };
