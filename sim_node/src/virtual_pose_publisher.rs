@@ -20,8 +20,7 @@ use crate::robots::pose_message;
 pub struct VirtualPosePublisher {
     publishers: Vec<Publisher<PoseStamped>>,
     interpolator: PoseInterpolator,
-    /// Real robots whose pose the tracker has published since ours were.
-    updated_this_round: BTreeSet<usize>,
+    rounds: Rounds,
 }
 
 impl VirtualPosePublisher {
@@ -38,7 +37,7 @@ impl VirtualPosePublisher {
             .map(|name| session.publish_on(node, &topic.for_robot(name), topic.qos))
             .collect::<Result<_, _>>()?;
         let interpolator = PoseInterpolator::new(period);
-        Ok(Self { publishers, interpolator, updated_this_round: BTreeSet::new() })
+        Ok(Self { publishers, interpolator, rounds: Rounds::default() })
     }
 
     /// Takes the poses of the virtual robots after a step of their world.
@@ -46,21 +45,48 @@ impl VirtualPosePublisher {
         self.interpolator.step(poses.collect(), Instant::now());
     }
 
-    /// Publishes the virtual robots' poses when a round of the tracker begins: with its first
-    /// message, and with each message on a robot that it has already published since ours were. The
-    /// message is on a real `robot`, by its index; its `header` tells when that was seen, and in
-    /// which frame.
+    /// Publishes the virtual robots' poses when a round of the tracker begins. The message is on a real
+    /// `robot`, by its index; its `header` tells when that was seen, and in which frame.
     pub async fn follow(&mut self, robot: usize, header: &Header) -> anyhow::Result<()> {
-        if !self.updated_this_round.is_empty() && self.updated_this_round.insert(robot) {
+        let stamp = if header.stamp == Time::default() { wall_time() } else { header.stamp };
+        if !self.rounds.begins(robot, stamp.to_nanos().unwrap_or(0)) {
             return Ok(());
         }
-        self.updated_this_round = BTreeSet::from([robot]);
-        let stamp = if header.stamp == Time::default() { wall_time() } else { header.stamp };
         for (publisher, pose) in self.publishers.iter().zip(self.interpolator.at(Instant::now())) {
             let header = Header { stamp, frame_id: header.frame_id.clone() };
             publisher.publish(PoseStamped { header, pose: pose_message(pose) }).await?;
         }
         Ok(())
+    }
+}
+
+/// Rounds of a tracker, in each of which it publishes where every real robot is.
+#[derive(Default)]
+struct Rounds {
+    /// Robots that were published since the last round began.
+    published: BTreeSet<usize>,
+    /// Stamp of that round, in nanoseconds.
+    stamp_ns: u64,
+}
+
+impl Rounds {
+    /// A stamp that is older by this much than the last round is of a clock that was set, in nanoseconds; a
+    /// message that is late by less belongs to a round of before.
+    const SET_BACK_NS: u64 = 2_000_000_000;
+
+    /// Whether a message on a robot begins a round: the first one, and each on a robot that was published
+    /// in this one already. What is not younger than the last round begins none, for stamps of virtual robots
+    /// would go back with it.
+    fn begins(&mut self, robot: usize, stamp_ns: u64) -> bool {
+        let is_first = self.published.is_empty();
+        let is_late = self.stamp_ns.checked_sub(stamp_ns).is_some_and(|it| it < Self::SET_BACK_NS);
+        if !is_first && (is_late || !self.published.contains(&robot)) {
+            self.published.insert(robot);
+            return false;
+        }
+        self.published = BTreeSet::from([robot]);
+        self.stamp_ns = stamp_ns;
+        true
     }
 }
 
@@ -111,6 +137,30 @@ mod tests {
 
     fn at(x_m: f64, heading_rad: f64) -> Vec<Pose> {
         vec![Pose { x_m, y_m: 1.0, heading_rad }]
+    }
+
+    #[test]
+    fn a_round_begins_with_each_second_message_on_a_robot_and_not_with_a_late_one() {
+        let mut rounds = Rounds::default();
+        let ms = |time: u64| 1_000_000 * (10_000 + time);
+        for (robot, stamp_ns, begins) in [
+            (0, ms(0), true),
+            (1, ms(0), false),
+            (0, ms(50), true),
+            (0, ms(100), true),
+            // The other one's messages were held up.
+            (1, ms(50), false),
+            (1, ms(100), false),
+            (1, ms(150), true),
+            (0, ms(150), false),
+            (0, ms(150), false),
+            (0, ms(200), true),
+            // A clock is set back.
+            (1, ms(200) - 3_000_000_000, false),
+            (0, ms(250) - 3_000_000_000, true),
+        ] {
+            assert_eq!(rounds.begins(robot, stamp_ns), begins, "robot {robot} at {stamp_ns}");
+        }
     }
 
     #[test]

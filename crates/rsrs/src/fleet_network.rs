@@ -14,6 +14,15 @@ use rsrs_operate::run::RunTarget;
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_pipeline::error::helped;
 
+/// Where the robots are, as a person names it.
+#[derive(clap::Args)]
+pub struct InterfaceArguments {
+    /// Network interface of the fleet, by name or address, more than once for several (or
+    /// `RSRS_INTERFACE`, with commas between them).
+    #[arg(long, value_name = "NAME|IP")]
+    pub interface: Vec<String>,
+}
+
 /// Why robots may not be found although they run, where the environment shows it.
 pub fn other_middleware() -> Option<OtherMiddleware> {
     OtherMiddleware::of(&Environment::of_this_process())

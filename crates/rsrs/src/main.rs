@@ -3,6 +3,7 @@
 mod bag_arguments;
 mod command_line;
 mod commands;
+mod experiment_arguments;
 mod experiment_bar;
 mod failure;
 mod fleet_network;

@@ -13,7 +13,7 @@ use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord, RECORDING};
 use rsrs_msgs::cdr::{self, CdrError, ENCAPSULATION};
 use rsrs_msgs::rosgraph_msgs::Clock;
-use rsrs_msgs::rsrs::WorldDigest;
+use rsrs_msgs::rsrs::{LeaseState, RunLease, WorldDigest};
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
@@ -112,8 +112,9 @@ const ENDED: usize = usize::MAX - 1;
 enum BagClock {
     /// The time of the wall.
     Wall,
-    /// Simulated time, and how many steps each topic of the lockstep has made.
-    Lockstep { period_ns: u64, now_ns: u64, steps: Steps },
+    /// Simulated time, and how many steps each topic of the lockstep has made. None counts as taken before
+    /// the lease that lets the robots move is: its log time is where the run begins.
+    Lockstep { period_ns: u64, now_ns: u64, steps: Steps, has_begun: bool },
 }
 
 impl Recorder {
@@ -148,6 +149,7 @@ impl Recorder {
             Time::Lockstep => BagClock::Lockstep {
                 period_ns: period_ns(record.conditions.period_s),
                 now_ns: 0,
+                has_begun: false,
                 steps: Steps::of(
                     recorded_topics
                         .iter()
@@ -184,6 +186,9 @@ impl Recorder {
     ) -> Result<(), RecorderError> {
         let data = &received.message;
         let log_time_ns = self.clock.log_time_ns(index, recorded_topic, data)?;
+        if recorded_topic.role == Role::Lease {
+            self.clock.take_lease(data, &self.run_id);
+        }
         if recorded_topic.role == Role::Markers && !self.keeps_markers(log_time_ns) {
             self.account.add((index, received.writer), received.sequence);
             return Ok(());
@@ -247,11 +252,11 @@ impl Recorder {
         });
     }
 
-    /// The last step that every topic of the lockstep has made; 0 in real time.
+    /// The last step that every topic of the lockstep has made; 0 before the run begins, and in real time.
     fn step(&self) -> u64 {
         match &self.clock {
-            BagClock::Wall => 0,
-            BagClock::Lockstep { steps, .. } => steps.made_by_all,
+            BagClock::Lockstep { steps, has_begun: true, .. } => steps.made_by_all,
+            BagClock::Lockstep { .. } | BagClock::Wall => 0,
         }
     }
 
@@ -317,6 +322,13 @@ impl Steps {
 }
 
 impl BagClock {
+    /// Finds out from a lease whether the run has begun; what is no lease says nothing about it.
+    fn take_lease(&mut self, data: &[u8], run_id: &str) {
+        let Self::Lockstep { has_begun: has_begun @ false, .. } = self else { return };
+        *has_begun = cdr::decode::<RunLease>(data)
+            .is_ok_and(|lease| lease.state == LeaseState::Running && lease.run_id == run_id);
+    }
+
     /// When a message counts as received: in lockstep, the time of its step.
     fn log_time_ns(
         &mut self,
@@ -324,7 +336,7 @@ impl BagClock {
         recorded_topic: &RecordedTopic,
         data: &[u8],
     ) -> Result<u64, RecorderError> {
-        let Self::Lockstep { period_ns, now_ns, steps } = self else {
+        let Self::Lockstep { period_ns, now_ns, steps, .. } = self else {
             return Ok(wall_time().to_nanos().unwrap_or(0));
         };
         let Some(count) = steps.count(index) else {

@@ -10,7 +10,7 @@ use rsrs_core::robot::other_profile::OtherProfile;
 use crate::commands::{Backend, Format, PlaceCheck, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
-use crate::fleet_network::enter;
+use crate::fleet_network::{InterfaceArguments, enter};
 use crate::notes::print_note;
 use crate::profile_arguments::ProfileArguments;
 use prompt::Prompt;
@@ -50,10 +50,8 @@ pub struct Arguments {
     /// What moves the robots (default: sim).
     #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
     backend: Backend,
-    /// Network interface of the fleet, by name or address, more than once for several (or
-    /// `RSRS_INTERFACE`, with commas between them).
-    #[arg(long, value_name = "NAME|IP")]
-    interface: Vec<String>,
+    #[command(flatten)]
+    network: InterfaceArguments,
     /// Start every run of a fleet without asking, where robots need not be placed.
     #[arg(long)]
     yes: bool,
@@ -97,7 +95,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
              `--yes` where nobody has to place them",
         ));
     }
-    let target = enter(arguments.backend.into(), &arguments.interface)?;
+    let target = enter(arguments.backend.into(), &arguments.network.interface)?;
     let folder = CampaignFolder::open(&arguments.output, &text, &items)?;
     // Threads begin here, behind the network.
     let ended = runtime()?.block_on(async {
@@ -125,7 +123,7 @@ fn command(arguments: &Arguments) -> String {
     if arguments.backend == Backend::Fleet {
         words.push("--backend fleet".to_owned());
     }
-    words.extend(arguments.interface.iter().map(|name| format!("--interface {name}")));
+    words.extend(arguments.network.interface.iter().map(|name| format!("--interface {name}")));
     if arguments.other.profile() == OtherProfile::Insisted {
         words.push("--other-profile".to_owned());
     }

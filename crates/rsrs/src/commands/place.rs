@@ -4,7 +4,6 @@ mod check;
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::quantity::Cell;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_experiment_runner::plan::{Plan, Request};
@@ -17,6 +16,7 @@ use rsrs_ros::security::Member;
 
 use self::check::Until;
 use crate::commands::{Format, report, report_written};
+use crate::experiment_arguments::ExperimentArguments;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::page_arguments::PageArguments;
@@ -43,14 +43,8 @@ Examples:
   rsrs place milling.yaml --check --interface wlan0
   rsrs place milling.yaml --check --once --interface wlan0 --format json")]
 pub struct Arguments {
-    /// Experiment file (YAML).
-    experiment: PathBuf,
-    /// Folder of a sweep: the robots of its chosen cell, or of the one that `--cell` names.
-    #[arg(long, value_name = "DIR")]
-    from: Option<PathBuf>,
-    /// Cell to run, as AXIS=VALUE,…; where the experiment file has `from`, only with `--from`.
-    #[arg(long)]
-    cell: Option<Cell>,
+    #[command(flatten)]
+    what: ExperimentArguments,
     /// Seed of the poses (default: the experiment file's).
     #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
@@ -77,9 +71,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
     let plan = Plan::read(&Request {
-        experiment: arguments.experiment.clone(),
-        cell: arguments.cell.clone(),
-        from: arguments.from.clone(),
+        experiment: arguments.what.experiment.clone(),
+        cell: arguments.what.cell.clone(),
+        from: arguments.what.from.clone(),
         // Whose robots are the measured ones, at any pace.
         backend: Backend::Fleet,
         bag: None,
@@ -97,7 +91,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let poses = StartPoses::of(&plan)?;
     if let Some(picture) = picture {
-        draw(picture, &arguments.experiment, &poses)?;
+        draw(picture, &arguments.what.experiment, &poses)?;
     }
     report(arguments.format, &poses, poses.to_string())?;
     if let Some(picture) = picture {

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_core::judge::behaviour::window::Window;
-use rsrs_core::quantity::Cell;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::E_STOP_REASON;
@@ -11,9 +10,10 @@ use rsrs_fleet::record::{self, EndingKind, ExperimentRecord};
 use rsrs_ros::session::SessionOptions;
 
 use crate::commands::{Backend, Format, PlaceCheck, report};
+use crate::experiment_arguments::ExperimentArguments;
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
-use crate::fleet_network::{enter, other_middleware};
+use crate::fleet_network::{InterfaceArguments, enter, other_middleware};
 use crate::interrupt::asked_to_stop;
 use crate::notes::print_always;
 use crate::profile_arguments::ProfileArguments;
@@ -43,21 +43,13 @@ Examples:
   rsrs run milling.yaml --backend fleet --interface wlan0
   rsrs run milling.yaml --backend fleet --interface wlan0 --place-command './drive_to_places.py'")]
 pub struct Arguments {
-    /// Experiment file (YAML).
-    experiment: PathBuf,
-    /// Folder of a sweep: run its chosen cell, or the one of it that `--cell` names.
-    #[arg(long, value_name = "DIR")]
-    from: Option<PathBuf>,
-    /// Cell to run, as AXIS=VALUE,…; where the experiment file has `from`, only with `--from`.
-    #[arg(long)]
-    cell: Option<Cell>,
+    #[command(flatten)]
+    what: ExperimentArguments,
     /// What moves the robots (default: sim).
     #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
     backend: Backend,
-    /// Network interface of the fleet, by name or address, more than once for several (or
-    /// `RSRS_INTERFACE`, with commas between them).
-    #[arg(long, value_name = "NAME|IP")]
-    interface: Vec<String>,
+    #[command(flatten)]
+    network: InterfaceArguments,
     /// Seed of the simulated world (default: the experiment file's).
     #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
@@ -80,9 +72,9 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let plan = Plan::read(&Request {
-        experiment: arguments.experiment.clone(),
-        cell: arguments.cell.clone(),
-        from: arguments.from.clone(),
+        experiment: arguments.what.experiment.clone(),
+        cell: arguments.what.cell.clone(),
+        from: arguments.what.from.clone(),
         backend: arguments.backend.into(),
         bag: arguments.output.clone(),
         seed: arguments.seed,
@@ -97,7 +89,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             "for the fleet: `--backend fleet --interface NAME`; else leave it out",
         ));
     }
-    let target = enter(arguments.backend.into(), &arguments.interface)?;
+    let target = enter(arguments.backend.into(), &arguments.network.interface)?;
     let summary = runtime()?.block_on(async {
         match &target {
             RunTarget::Simulator(network) => simulated(&plan, network).await,

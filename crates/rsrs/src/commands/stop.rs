@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::fleet_network::{chosen_network, other_middleware};
+use crate::fleet_network::{InterfaceArguments, chosen_network, other_middleware};
 use crate::interrupt::requested;
 use crate::notes::print_always;
 use rsrs_pipeline::measure::plan_folder::enabled_robots;
@@ -34,10 +34,8 @@ Examples:
   rsrs stop --interface wlan0 --fleet launch_configs/fleets/nine_virtual.yaml
   rsrs stop --interface wlan0 --release")]
 pub struct Arguments {
-    /// Network interface of the fleet, by name or address, more than once for several (or
-    /// `RSRS_INTERFACE`, with commas between them).
-    #[arg(long, value_name = "NAME|IP")]
-    interface: Vec<String>,
+    #[command(flatten)]
+    network: InterfaceArguments,
     /// Fleet file (YAML): its enabled robots must acknowledge, seen or not.
     #[arg(long, value_name = "FLEET")]
     fleet: Option<PathBuf>,
@@ -89,7 +87,7 @@ struct RobotRow {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     logging::init(Level::Warn);
     rsrs_ros::session::start_again_after_deadlock();
-    let network = chosen_network(&arguments.interface, Member::Stop)?;
+    let network = chosen_network(&arguments.network.interface, Member::Stop)?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled_robots)?;
     let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
     let given = runtime()?

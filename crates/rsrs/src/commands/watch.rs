@@ -9,7 +9,7 @@ use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
 
 use crate::failure::Outcome;
-use crate::fleet_network::{chosen_network, other_middleware};
+use crate::fleet_network::{InterfaceArguments, chosen_network, other_middleware};
 use crate::interrupt::{self, asked_to_stop};
 use crate::notes::print_note;
 use crate::watch::{Fleet, Look, check, play, view};
@@ -45,10 +45,8 @@ pub struct Arguments {
     /// Fleet file (YAML), whose enabled robots are shown, seen or not; or a bag, which is played.
     #[arg(value_name = "FLEET|BAG")]
     what: Option<PathBuf>,
-    /// Network interface of the fleet, by name or address, more than once for several (or
-    /// `RSRS_INTERFACE`, with commas between them).
-    #[arg(long, value_name = "NAME|IP")]
-    interface: Vec<String>,
+    #[command(flatten)]
+    network: InterfaceArguments,
     /// Serve all topics to Foxglove and Lichtblick instead, at this address (default:
     /// 127.0.0.1:8765, which no other machine reaches).
     #[arg(long, value_name = "ADDR:PORT", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS, value_parser = address)]
@@ -66,7 +64,7 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(bag) = arguments.bag()
-        && !arguments.interface.is_empty()
+        && !arguments.network.interface.is_empty()
     {
         return Err(with_help(
             format!("{}: a bag is on no interface", bag.display()),
@@ -85,7 +83,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let look = Look::of(anstream::ColorChoice::global(), &environment);
     match arguments.bag() {
         Some(bag) => play_bag(bag, look),
-        None => view_fleet(arguments.what.as_deref(), &arguments.interface, look),
+        None => view_fleet(arguments.what.as_deref(), &arguments.network.interface, look),
     }
 }
 
@@ -101,7 +99,7 @@ fn serve(arguments: &Arguments, address: SocketAddr) -> anyhow::Result<Outcome> 
     logging::init(Level::Warn);
     let network = match arguments.bag() {
         Some(_) => None,
-        None => Some(chosen_network(&arguments.interface, Member::Viewer)?),
+        None => Some(chosen_network(&arguments.network.interface, Member::Viewer)?),
     };
     let listener = Listener::bind(address)?;
     let address = listener.address()?;

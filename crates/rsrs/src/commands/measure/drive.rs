@@ -14,7 +14,7 @@ use rsrs_operate::drive::{DriveOptions, SingleTrial, drive, fill_plan, fill_tabl
 
 use crate::commands::{Backend, Format, report};
 use crate::failure::Outcome;
-use crate::fleet_network;
+use crate::fleet_network::{InterfaceArguments, enter};
 use placing::Placing;
 
 /// Drive one trial, or all trials of a plan, recorded in bags: a robot moves by one constant command,
@@ -118,10 +118,8 @@ pub struct Arguments {
     /// of which states it.
     #[arg(long, value_enum)]
     backend: Option<Backend>,
-    /// Network interface of the fleet, by name or address, more than once for several (or
-    /// `RSRS_INTERFACE`, with commas between them).
-    #[arg(long, value_name = "NAME|IP")]
-    interface: Vec<String>,
+    #[command(flatten)]
+    network: InterfaceArguments,
     /// Seed of the simulated robot (default: 1); each seed is another trial.
     #[arg(long, value_name = "SEED", default_value = "1", hide_default_value = true, value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: u64,
@@ -164,7 +162,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         seed: arguments.seed,
         period_s: arguments.period,
     };
-    let enter = || fleet_network::enter(arguments.backend().into(), &arguments.interface);
+    let enter = || enter(arguments.backend().into(), &arguments.network.interface);
     let placing = Placing::new(arguments)?;
     if let Some(filled) = match (&arguments.plan, &arguments.template) {
         (Some(folder), _) => Some(fill_plan(&options, folder, enter, &placing)?),
