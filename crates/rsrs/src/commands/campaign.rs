@@ -65,8 +65,8 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
     place_check: PlaceCheck,
     /// How often to try an experiment again at once if its run gave no result, for a cause that was known
-    /// before: void, failed before the robots moved, not judged, or a robot lost before the judged last
-    /// minute; never for its result (default: 2 in the simulator, 0 with a fleet).
+    /// before: void, failed before the robots moved, not judged, or a robot lost before the time that is
+    /// judged, mostly the last minute; never for its result (default: 2 in the simulator, 0 with a fleet).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100))]
     retry: Option<u32>,
     #[command(flatten)]

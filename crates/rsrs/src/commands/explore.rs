@@ -52,7 +52,7 @@ pub struct Arguments {
     /// Number of robots (default: that of `fleet.yaml` beside the profile, or 9).
     #[arg(long, value_name = "N")]
     robots: Option<usize>,
-    /// Side of the square arena, in metres (default: 22 radii of a robot's body times the root of their number).
+    /// Side of the square arena, in metres (default: 22.4 radii of a robot's body times the root of their number, to 0.1 m).
     #[arg(long, value_name = "M")]
     arena: Option<f64>,
     /// What happens at the arena's border: robots seldom slide along real walls, as with `clamp`.
