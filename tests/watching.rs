@@ -1,6 +1,6 @@
 //! `rsrs watch` in a window: over a fleet of the simulator's, and over bags.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -15,7 +15,6 @@ use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::network::{CYCLONE_ON_LOOPBACK, TIMEOUT, eventually, session};
 use rsrs_testing::python;
 use rsrs_testing::record::fleet_record;
-use serde_json::Value;
 
 use crate::command;
 use crate::fleet::{ROBOTS, signal};
@@ -270,82 +269,4 @@ fn nothing_that_anybody_publishes_ends_watching_or_writes_over_what_a_stop_shows
         assert!(output.contains("\\u001b[8m"), "{output}");
         assert!(errors.contains("go and look: robot_8"), "{errors}");
     });
-}
-
-/// What a client of other people's receives: the first message of each topic.
-fn received_by_a_client(url: &str, protocol: &str, topics: &[&str]) -> Value {
-    let python = python::python_with(&python::BAGS);
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/watching/client.py");
-    let printed =
-        python::must_run(Command::new(python).arg(script).args([url, protocol]).args(topics));
-    serde_json::from_str(&printed).expect("the client prints JSON")
-}
-
-/// A server, and where it is.
-fn serving(mut command: Command) -> (Process, String) {
-    // Any port that is free.
-    let mut server = Process::start(command.args(["--foxglove", "127.0.0.1:0"]));
-    let errors = BufReader::new(server.0.stderr.take().expect("it is a pipe"));
-    let is_address = |line: &String| line.starts_with("ws://127.0.0.1:");
-    let line = errors.lines().map_while(Result::ok).find(is_address).expect("it serves");
-    let url = line.split(": ").next().expect("the address comes first").to_owned();
-    (server, url)
-}
-
-#[test]
-fn a_client_of_the_foxglove_protocol_decodes_a_bag() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let bag = Run::new(1).record(folder.path(), "run");
-    for protocol in ["foxglove.websocket.v1", "foxglove.sdk.v1"] {
-        let (_server, url) = serving(watch(&[bag.to_str().expect("its path is text")]));
-
-        let seen = received_by_a_client(&url, protocol, &["/robot_1/cmd_vel", "/robot_2/odom"]);
-
-        let command = &seen["/robot_1/cmd_vel"]["message"]["twist"];
-        assert!(command["linear"]["x"].as_f64().is_some_and(|speed| speed > 0.1), "{seen}");
-        let place = &seen["/robot_2/odom"]["message"]["pose"]["pose"]["position"];
-        assert!(place["x"].as_f64().is_some_and(f64::is_finite), "{seen}");
-    }
-}
-
-#[test]
-fn a_client_of_the_foxglove_protocol_decodes_a_fleet_that_runs() {
-    // Installed outside of the network without a package index.
-    python::python_with(&python::BAGS);
-    in_own_network(async || {
-        let fleet = FleetUnderTest::new(&ROBOTS).await;
-        let (server, url) = serving(watch(&["--interface", "127.0.0.1"]));
-
-        let topics = ["/robot_1/status", "/robot_9/odom", "/robot_3/controller/status"];
-        let seen = received_by_a_client(&url, "foxglove.websocket.v1", &topics);
-
-        let status = &seen["/robot_1/status"]["message"];
-        // No run has begun.
-        assert!(status["stop_reason"].as_str().is_some_and(|reason| !reason.is_empty()), "{seen}");
-        assert_eq!(status["epoch"], 0, "{seen}");
-        signal(&server, "INT");
-        let mut server = server;
-        assert_eq!(server.wait(TIMEOUT).0.code(), Some(0));
-        fleet.close().await;
-    });
-}
-
-#[test]
-fn nobody_is_served_who_asks_for_another_protocol() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let bag = Run::new(1).record(folder.path(), "run");
-    let (_server, url) = serving(watch(&[bag.to_str().expect("its path is text")]));
-    let address = url.trim_start_matches("ws://");
-
-    let mut stream = std::net::TcpStream::connect(address).expect("it listens");
-    let request = format!(
-        "GET / HTTP/1.1\r\nHost: {address}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
-         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\
-         Sec-WebSocket-Protocol: mqtt\r\n\r\n"
-    );
-    stream.write_all(request.as_bytes()).expect("it reads");
-    let mut answer = String::new();
-    BufReader::new(stream).read_line(&mut answer).expect("it answers");
-
-    assert!(answer.starts_with("HTTP/1.1 400 "), "{answer}");
 }

@@ -1,10 +1,9 @@
 //! A fleet that is watched while it runs, or out of a bag.
 //!
 //! What is seen is a [`rsrs_fleet::observation::Observation`]; here messages become its events.
-//! [`live`] receives them and [`recording`] reads them; what they mean is the same for both. [`foxglove`]
-//! hands all of them on to viewers, and [`stop`] stops the robots.
+//! [`live`] receives them and [`recording`] reads them; what they mean is the same for both.
+//! [`stop`] stops the robots.
 
-pub mod foxglove;
 pub mod live;
 mod meaning;
 pub mod recording;

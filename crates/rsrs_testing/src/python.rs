@@ -18,7 +18,7 @@ pub struct Environment<'a> {
 /// Other people's readers of bags, messages and protocols.
 pub const BAGS: Environment = Environment {
     name: "bags",
-    packages: &["mcap-ros2-support==0.6.0", "rosbags==0.11.9", "websockets==17.4"],
+    packages: &["mcap-ros2-support==0.6.0", "rosbags==0.11.9"],
     files_only: &["ros-rcl-interfaces==2.0.3"],
 };
 

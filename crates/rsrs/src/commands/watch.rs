@@ -1,7 +1,6 @@
 //! `rsrs watch`: a fleet that runs, or a recorded one, in the terminal.
 
 use std::io::IsTerminal;
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use rsrs_ros::environment::Environment;
@@ -10,14 +9,12 @@ use rsrs_ros::security::Member;
 
 use crate::failure::Outcome;
 use crate::fleet_network::{InterfaceArguments, chosen_network, other_middleware};
-use crate::interrupt::{self, asked_to_stop};
+use crate::interrupt;
 use crate::notes::print_note;
 use crate::watch::{Fleet, Look, check, play, view};
-use rsrs_operate::watch::foxglove::{DEFAULT_ADDRESS, Listener, serve_bag, serve_fleet};
 use rsrs_operate::watch::recording;
 use rsrs_pipeline::error::{in_one_line, with_help};
 use rsrs_pipeline::measure::plan_folder::enabled_robots;
-use rsrs_ros::runtime::runtime;
 
 /// Watch a fleet that runs, or a recorded run, in the terminal.
 ///
@@ -30,36 +27,18 @@ use rsrs_ros::runtime::runtime;
 /// A run that has a network of its own is watched from inside, with the command that it prints:
 /// `nsenter … env ROS_DOMAIN_ID=0 rsrs watch --interface lo`. A secured fleet is watched with the
 /// enclave `/viewer`, and stopped with `/stop`: docs/security.md.
-///
-/// With `--foxglove` it draws nothing: it serves all topics to Foxglove and Lichtblick, which connect to
-/// `ws://127.0.0.1:8765` as to a "Foxglove WebSocket", until Ctrl-C. A bag is played once, from when
-/// its first topic is wanted.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   rsrs watch --interface wlan0
   rsrs watch launch_configs/fleets/nine_virtual.yaml --interface wlan0
-  rsrs watch milling
-  rsrs watch --interface wlan0 --foxglove")]
+  rsrs watch milling")]
 pub struct Arguments {
     /// Fleet file (YAML), whose enabled robots are shown, seen or not; or a bag, which is played.
     #[arg(value_name = "FLEET|BAG")]
     what: Option<PathBuf>,
     #[command(flatten)]
     network: InterfaceArguments,
-    /// Serve all topics to Foxglove and Lichtblick instead, at this address (default:
-    /// 127.0.0.1:8765, which no other machine reaches).
-    #[arg(long, value_name = "ADDR:PORT", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS, value_parser = address)]
-    foxglove: Option<SocketAddr>,
-}
-
-fn address(text: &str) -> Result<SocketAddr, String> {
-    text.parse().map_err(|_invalid| {
-        format!(
-            "expected an address and a port, as {DEFAULT_ADDRESS}; a bag or fleet file goes before \
-             `--foxglove`"
-        )
-    })
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
@@ -70,9 +49,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             format!("{}: a bag is on no interface", bag.display()),
             "leave `--interface` out, or name a fleet file",
         ));
-    }
-    if let Some(address) = arguments.foxglove {
-        return serve(arguments, address);
     }
     let environment = Environment::of_this_process();
     check(&environment)?;
@@ -92,30 +68,6 @@ impl Arguments {
     fn bag(&self) -> Option<&Path> {
         self.what.as_deref().filter(|path| is_bag(path))
     }
-}
-
-/// Serves topics until Ctrl-C, or until a bag is over.
-fn serve(arguments: &Arguments, address: SocketAddr) -> anyhow::Result<Outcome> {
-    logging::init(Level::Warn);
-    let network = match arguments.bag() {
-        Some(_) => None,
-        None => Some(chosen_network(&arguments.network.interface, Member::Viewer)?),
-    };
-    let listener = Listener::bind(address)?;
-    let address = listener.address()?;
-    print_note(format!("ws://{address}: open it in Foxglove or Lichtblick; Ctrl-C ends"));
-    if !address.ip().is_loopback() {
-        print_note("whoever reaches this address receives every topic");
-    }
-    let stop = async { drop(asked_to_stop().await) };
-    runtime()?.block_on(async {
-        match (arguments.bag(), &network) {
-            (Some(bag), _) => serve_bag(bag, listener, stop).await,
-            (None, Some(network)) => serve_fleet(network, listener, stop).await,
-            (None, None) => unreachable!("what is no bag has a network"),
-        }
-    })?;
-    Ok(Outcome::Done)
 }
 
 /// Bags are folders, or files with the extension of one.
