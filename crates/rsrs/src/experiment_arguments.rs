@@ -12,7 +12,7 @@ pub struct ExperimentArguments {
     /// Folder of a sweep: its chosen cell, or the one of it that `--cell` names.
     #[arg(long, value_name = "DIR")]
     pub from: Option<PathBuf>,
-    /// Cell of the sweep, as AXIS=VALUE,…; where the experiment file has `from`, only with `--from`.
+    /// Cell, as AXIS=VALUE,…; where the experiment file has `from`, only with `--from`.
     #[arg(long)]
     pub cell: Option<Cell>,
 }
