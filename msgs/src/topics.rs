@@ -117,13 +117,13 @@ impl Topic {
 /// Whether ROS takes a name, such as that of a robot, as a namespace; any program in the network may
 /// publish under names that it does not take.
 pub fn is_namespace(name: &str) -> bool {
-    let is_sign = |sign: char| sign.is_ascii_alphanumeric() || sign == '_';
-    let is_part = |part: &str| {
-        part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
-            && part.chars().all(is_sign)
-            && !part.contains("__")
-    };
-    name.split('/').all(is_part)
+    name.split('/').all(|part| is_token(part) && !part.contains("__"))
+}
+
+/// Whether ROS takes a part of a name: letters, digits and underscores, no digit in front.
+pub fn is_token(part: &str) -> bool {
+    part.chars().all(|sign| sign.is_ascii_alphanumeric() || sign == '_')
+        && part.starts_with(|first: char| !first.is_ascii_digit())
 }
 
 /// What stands before the last parts of a name, without the slashes around it.

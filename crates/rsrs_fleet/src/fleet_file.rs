@@ -432,13 +432,11 @@ fn first_of<T: Clone>(layers: [&Option<T>; 3]) -> Option<T> {
 /// Whether a robot may have this name: each part of it is one of a namespace in ROS, and its topics are
 /// not taken for those of another one.
 pub(crate) fn is_name(name: &str) -> bool {
-    let is_part = |part: &str| {
-        part.starts_with(|first: char| first.is_ascii_alphabetic())
-            && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-            && !part.contains("__")
-    };
+    let is_hidden = |part: &str| part.starts_with('_');
     let last = name.rsplit_once('/').map(|(_, last)| last);
-    name.split('/').all(is_part) && !matches!(last, Some("controller" | "hardware"))
+    topics::is_namespace(name)
+        && !name.split('/').any(is_hidden)
+        && !matches!(last, Some("controller" | "hardware"))
 }
 
 /// Refuses a robot in whose namespace another one is: its topics would be taken for that one's.

@@ -1,5 +1,6 @@
 //! What is recorded besides the topics of every run, and how the bag is laid out.
 
+use rsrs_msgs::topics;
 use serde::Deserialize;
 
 /// The part of an experiment file on what is recorded.
@@ -101,16 +102,9 @@ impl RecordOptions {
     }
 }
 
-/// Whether ROS 2 allows the name: parts of letters, digits and underscores, none of which begins with
-/// a digit.
+/// Whether ROS 2 allows the name.
 fn is_name(name: &str) -> bool {
-    let is_part = |part: &str| {
-        let plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
-        !part.is_empty()
-            && part.chars().all(plain)
-            && !part.starts_with(|it: char| it.is_ascii_digit())
-    };
-    name.strip_prefix('/').unwrap_or(name).split('/').all(is_part)
+    name.strip_prefix('/').unwrap_or(name).split('/').all(topics::is_token)
 }
 
 #[cfg(test)]

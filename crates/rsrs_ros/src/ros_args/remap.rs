@@ -1,5 +1,7 @@
 //! Other names for nodes and topics.
 
+use rsrs_msgs::topics::is_token;
+
 use super::RosArgsError;
 
 /// A rule `[NODE:]FROM:=TO`.
@@ -127,12 +129,6 @@ fn full_name(namespace: &str, name: &str, topic: &str) -> String {
     } else {
         format!("{namespace}/{topic}")
     }
-}
-
-/// One part of a name: letters, digits and underscores, no digit in front.
-fn is_token(text: &str) -> bool {
-    text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-        && text.chars().next().is_some_and(|c| !c.is_ascii_digit())
 }
 
 fn is_namespace(text: &str) -> bool {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use rsrs_keystore::check::{ENDS_SOON, ends_at, problems_of};
 use rsrs_keystore::layout::ENCLAVES;
 use rsrs_keystore::problem::{EnclaveProblem, cures};
+use rsrs_msgs::topics::is_token;
 
 use super::{Enclave, IS_BUILT_IN, SecurityError};
 use crate::environment::Environment;
@@ -162,12 +163,8 @@ impl SecurityRequest {
 
 /// Names of enclaves are those of nodes: nothing outside the keystore can be named.
 fn folder_of(keystore: &Path, name: &str) -> Result<PathBuf, SecurityError> {
-    let is_part = |part: &str| {
-        part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
-            && part.chars().all(|sign| sign.is_ascii_alphanumeric() || sign == '_')
-    };
     let relative =
-        name.strip_prefix('/').filter(|rest| rest.is_empty() || rest.split('/').all(is_part));
+        name.strip_prefix('/').filter(|rest| rest.is_empty() || rest.split('/').all(is_token));
     let relative = relative.ok_or_else(|| SecurityError::Name { found: name.to_owned() })?;
     Ok(keystore.join(ENCLAVES).join(relative))
 }
