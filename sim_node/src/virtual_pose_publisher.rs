@@ -7,7 +7,6 @@ use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::PoseStamped;
 use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::topics;
@@ -48,8 +47,9 @@ impl VirtualPosePublisher {
     /// Publishes the virtual robots' poses when a round of the tracker begins. The message is on a real
     /// `robot`, by its index; its `header` tells when that was seen, and in which frame.
     pub async fn follow(&mut self, robot: usize, header: &Header) -> anyhow::Result<()> {
-        let stamp = if header.stamp == Time::default() { wall_time() } else { header.stamp };
-        if !self.rounds.begins(robot, stamp.to_nanos().unwrap_or(0)) {
+        let stamp_ns = header.stamp.to_nanos().filter(|stamp_ns| *stamp_ns > 0);
+        let stamp = if stamp_ns.is_some() { header.stamp } else { wall_time() };
+        if !self.rounds.begins(robot, stamp.to_nanos().unwrap_or(0), Instant::now()) {
             return Ok(());
         }
         for (publisher, pose) in self.publishers.iter().zip(self.interpolator.at(Instant::now())) {
@@ -65,27 +65,27 @@ impl VirtualPosePublisher {
 struct Rounds {
     /// Robots that were published since the last round began.
     published: BTreeSet<usize>,
-    /// Stamp of that round, in nanoseconds.
-    stamp_ns: u64,
+    /// The stamp with which it began, in nanoseconds, and when.
+    last: Option<(u64, Instant)>,
 }
 
 impl Rounds {
-    /// A stamp that is older by this much than the last round is of a clock that was set, in nanoseconds; a
-    /// message that is late by less belongs to a round of before.
-    const SET_BACK_NS: u64 = 2_000_000_000;
+    /// If no round begins for so long, the tracker's clock was set back.
+    const SET_BACK: Duration = Duration::from_secs(2);
 
-    /// Whether a message on a robot begins a round: the first one, and each on a robot that was published
-    /// in this one already. What is not younger than the last round begins none, for stamps of virtual robots
-    /// would go back with it.
-    fn begins(&mut self, robot: usize, stamp_ns: u64) -> bool {
-        let is_first = self.published.is_empty();
-        let is_late = self.stamp_ns.checked_sub(stamp_ns).is_some_and(|it| it < Self::SET_BACK_NS);
-        if !is_first && (is_late || !self.published.contains(&robot)) {
+    /// Whether a message on a robot begins a round: the first one of all, and each on a robot that was
+    /// published in this round already. One that is not younger than the round is late and begins none, for
+    /// with it the stamps of virtual robots would go back.
+    fn begins(&mut self, robot: usize, stamp_ns: u64, now: Instant) -> bool {
+        let is_late = self.last.is_some_and(|(last_ns, at)| {
+            stamp_ns <= last_ns && now.saturating_duration_since(at) < Self::SET_BACK
+        });
+        if self.last.is_some() && (!self.published.contains(&robot) || is_late) {
             self.published.insert(robot);
             return false;
         }
         self.published = BTreeSet::from([robot]);
-        self.stamp_ns = stamp_ns;
+        self.last = Some((stamp_ns, now));
         true
     }
 }
@@ -140,26 +140,31 @@ mod tests {
     }
 
     #[test]
-    fn a_round_begins_with_each_second_message_on_a_robot_and_not_with_a_late_one() {
-        let mut rounds = Rounds::default();
-        let ms = |time: u64| 1_000_000 * (10_000 + time);
-        for (robot, stamp_ns, begins) in [
-            (0, ms(0), true),
-            (1, ms(0), false),
-            (0, ms(50), true),
-            (0, ms(100), true),
-            // The other one's messages were held up.
-            (1, ms(50), false),
-            (1, ms(100), false),
-            (1, ms(150), true),
-            (0, ms(150), false),
-            (0, ms(150), false),
-            (0, ms(200), true),
-            // A clock is set back.
-            (1, ms(200) - 3_000_000_000, false),
-            (0, ms(250) - 3_000_000_000, true),
+    fn a_round_begins_with_a_robot_that_was_published_already_and_not_with_a_late_message() {
+        let (mut rounds, start) = (Rounds::default(), Instant::now());
+        // Which robot, its stamp and when it comes in milliseconds, and whether a round begins.
+        for (robot, stamp_ms, at_ms, begins) in [
+            (0, 10_000, 0, true),
+            (1, 10_000, 0, false),
+            (0, 10_050, 50, true),
+            (0, 10_100, 100, true),
+            // The other one's messages were held up, however long.
+            (1, 7_000, 120, false),
+            (1, 10_050, 121, false),
+            (1, 10_100, 122, false),
+            (1, 10_150, 150, true),
+            (0, 10_150, 150, false),
+            (0, 10_150, 151, false),
+            (0, 10_200, 200, true),
+            // The clock is set back by eight seconds.
+            (0, 2_250, 250, false),
+            (0, 4_150, 2_150, false),
+            (0, 4_200, 2_200, true),
+            (1, 4_200, 2_200, false),
+            (0, 4_250, 2_250, true),
         ] {
-            assert_eq!(rounds.begins(robot, stamp_ns), begins, "robot {robot} at {stamp_ns}");
+            let (stamp_ns, at) = (1_000_000 * stamp_ms, start + Duration::from_millis(at_ms));
+            assert_eq!(rounds.begins(robot, stamp_ns, at), begins, "{robot} {stamp_ms} {at_ms}");
         }
     }
 

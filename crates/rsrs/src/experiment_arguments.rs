@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use rsrs_core::quantity::Cell;
 
-/// Which swarm is set up.
+/// What is run, or where its robots are placed.
 #[derive(clap::Args)]
 pub struct ExperimentArguments {
     /// Experiment file (YAML).
     pub experiment: PathBuf,
-    /// Folder of a sweep: its chosen cell, or the one of it that `--cell` names.
+    /// Folder of a sweep: take its chosen cell, or the one of it that `--cell` names.
     #[arg(long, value_name = "DIR")]
     pub from: Option<PathBuf>,
-    /// Cell, as AXIS=VALUE,…; where the experiment file has `from`, only with `--from`.
+    /// Cell to take, as AXIS=VALUE,…; where the experiment file has `from`, only with `--from`.
     #[arg(long)]
     pub cell: Option<Cell>,
 }

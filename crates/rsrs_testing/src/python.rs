@@ -15,7 +15,7 @@ pub struct Environment<'a> {
     pub files_only: &'a [&'a str],
 }
 
-/// Other people's readers of bags, messages and protocols.
+/// Other people's readers of bags and messages.
 pub const BAGS: Environment = Environment {
     name: "bags",
     packages: &["mcap-ros2-support==0.6.0", "rosbags==0.11.9"],

@@ -10,9 +10,9 @@ const PX_PER_INCH: f32 = 96.0;
 /// Why there is no PDF.
 #[derive(Debug, thiserror::Error)]
 pub enum PdfError {
-    /// The text is no SVG.
+    /// The text cannot be read.
     #[error(transparent)]
-    Svg(#[from] RasterError),
+    Parse(#[from] RasterError),
     /// The writer failed.
     #[error("pdf writer: {0}")]
     Write(String),
@@ -41,6 +41,6 @@ mod tests {
         let text = String::from_utf8_lossy(&one);
         assert!(text.contains("/MediaBox [0 0 72 36]"), "{text}");
         assert!(text.contains("DejaVuSans"), "the text has its font");
-        assert!(matches!(pdf("no picture"), Err(PdfError::Svg { .. })));
+        assert!(matches!(pdf("no picture"), Err(PdfError::Parse { .. })));
     }
 }

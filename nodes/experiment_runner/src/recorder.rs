@@ -112,8 +112,8 @@ const ENDED: usize = usize::MAX - 1;
 enum BagClock {
     /// The time of the wall.
     Wall,
-    /// Simulated time, and how many steps each topic of the lockstep has made. None counts as taken before
-    /// the lease that lets the robots move is: its log time is where the run begins.
+    /// Simulated time, how many steps each topic of the lockstep has made, and whether the lease that lets
+    /// the robots move was taken.
     Lockstep { period_ns: u64, now_ns: u64, steps: Steps, has_begun: bool },
 }
 
@@ -185,10 +185,7 @@ impl Recorder {
         received: &ReceivedRaw,
     ) -> Result<(), RecorderError> {
         let data = &received.message;
-        let log_time_ns = self.clock.log_time_ns(index, recorded_topic, data)?;
-        if recorded_topic.role == Role::Lease {
-            self.clock.take_lease(data, &self.run_id);
-        }
+        let log_time_ns = self.clock.log_time_ns(index, recorded_topic, data, &self.run_id)?;
         if recorded_topic.role == Role::Markers && !self.keeps_markers(log_time_ns) {
             self.account.add((index, received.writer), received.sequence);
             return Ok(());
@@ -252,11 +249,11 @@ impl Recorder {
         });
     }
 
-    /// The last step that every topic of the lockstep has made; 0 before the run begins, and in real time.
+    /// The last step that every topic of the lockstep has made; 0 in real time.
     fn step(&self) -> u64 {
         match &self.clock {
-            BagClock::Lockstep { steps, has_begun: true, .. } => steps.made_by_all,
-            BagClock::Lockstep { .. } | BagClock::Wall => 0,
+            BagClock::Wall => 0,
+            BagClock::Lockstep { steps, .. } => steps.made_by_all,
         }
     }
 
@@ -322,23 +319,23 @@ impl Steps {
 }
 
 impl BagClock {
-    /// Finds out from a lease whether the run has begun; what is no lease says nothing about it.
-    fn take_lease(&mut self, data: &[u8], run_id: &str) {
-        let Self::Lockstep { has_begun: has_begun @ false, .. } = self else { return };
-        *has_begun = cdr::decode::<RunLease>(data)
-            .is_ok_and(|lease| lease.state == LeaseState::Running && lease.run_id == run_id);
-    }
-
     /// When a message counts as received: in lockstep, the time of its step.
     fn log_time_ns(
         &mut self,
         index: usize,
         recorded_topic: &RecordedTopic,
         data: &[u8],
+        run_id: &str,
     ) -> Result<u64, RecorderError> {
-        let Self::Lockstep { period_ns, now_ns, steps, .. } = self else {
+        let Self::Lockstep { period_ns, now_ns, steps, has_begun } = self else {
             return Ok(wall_time().to_nanos().unwrap_or(0));
         };
+        // By how many steps it comes late is up to the network: the run begins with the first one.
+        if recorded_topic.role == Role::Lease && !*has_begun {
+            *has_begun = cdr::decode::<RunLease>(data)
+                .is_ok_and(|lease| lease.state == LeaseState::Running && lease.run_id == run_id);
+            return Ok((*now_ns).min(*period_ns));
+        }
         let Some(count) = steps.count(index) else {
             return Ok(*now_ns);
         };

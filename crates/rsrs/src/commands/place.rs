@@ -44,7 +44,7 @@ Examples:
   rsrs place milling.yaml --check --once --interface wlan0 --format json")]
 pub struct Arguments {
     #[command(flatten)]
-    what: ExperimentArguments,
+    setup: ExperimentArguments,
     /// Seed of the poses (default: the experiment file's).
     #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
@@ -71,9 +71,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
     let plan = Plan::read(&Request {
-        experiment: arguments.what.experiment.clone(),
-        cell: arguments.what.cell.clone(),
-        from: arguments.what.from.clone(),
+        experiment: arguments.setup.experiment.clone(),
+        cell: arguments.setup.cell.clone(),
+        from: arguments.setup.from.clone(),
         // Whose robots are the measured ones, at any pace.
         backend: Backend::Fleet,
         bag: None,
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let poses = StartPoses::of(&plan)?;
     if let Some(picture) = picture {
-        draw(picture, &arguments.what.experiment, &poses)?;
+        draw(picture, &arguments.setup.experiment, &poses)?;
     }
     report(arguments.format, &poses, poses.to_string())?;
     if let Some(picture) = picture {

@@ -44,7 +44,7 @@ Examples:
   rsrs run milling.yaml --backend fleet --interface wlan0 --place-command './drive_to_places.py'")]
 pub struct Arguments {
     #[command(flatten)]
-    what: ExperimentArguments,
+    setup: ExperimentArguments,
     /// What moves the robots (default: sim).
     #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
     backend: Backend,
@@ -72,9 +72,9 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let plan = Plan::read(&Request {
-        experiment: arguments.what.experiment.clone(),
-        cell: arguments.what.cell.clone(),
-        from: arguments.what.from.clone(),
+        experiment: arguments.setup.experiment.clone(),
+        cell: arguments.setup.cell.clone(),
+        from: arguments.setup.from.clone(),
         backend: arguments.backend.into(),
         bag: arguments.output.clone(),
         seed: arguments.seed,

@@ -178,7 +178,7 @@ pub fn apng(
     let mut encoder = png::Encoder::new(&mut bytes, width_px, height_px);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Default);
+    encoder.set_compression(png::Compression::Balanced);
     let n_frames = u32::try_from(frames.n).map_err(|error| FilmError::encode(&error))?;
     encoder.set_animated(n_frames, 0).map_err(|error| FilmError::encode(&error))?;
     let rate = u16::try_from(frames_per_s).map_err(|error| FilmError::encode(&error))?;

@@ -342,7 +342,7 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
 }
 
 #[test]
-fn no_step_of_the_lockstep_is_taken_before_the_lease_with_which_the_run_begins() {
+fn a_run_in_lockstep_begins_with_its_first_step_however_late_its_lease_comes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     let of = |topic: Topic, role| RecordedTopic::new(topic.name.to_owned(), topic, role);
@@ -350,36 +350,38 @@ fn no_step_of_the_lockstep_is_taken_before_the_lease_with_which_the_run_begins()
         [of(topics::WORLD_DIGEST, Role::WorldDigest), of(topics::LEASE, Role::Lease)];
     let (mut recorder, mut written) = recorder(&path, &recorded_topics);
     let steps = Steps::of(std::iter::once(0));
-    recorder.clock =
-        BagClock::Lockstep { period_ns: 100_000_000, now_ns: 0, steps, has_begun: false };
+    let period_ns = 100_000_000;
+    recorder.clock = BagClock::Lockstep { period_ns, now_ns: 0, steps, has_begun: false };
     "ours".clone_into(&mut recorder.run_id);
-    let take = |recorder: &mut Recorder, index: usize, message: Vec<u8>| {
+    let mut take = |index: usize, message: Vec<u8>| {
         let received = ReceivedRaw { message, ..sample(1) };
         recorder.take(index, &recorded_topics[index], &received).unwrap();
-        recorder.step()
     };
     let lease = |state: LeaseState, run_id: &str| {
-        let (state, run_id) = (state as u8, run_id.to_owned());
+        let (state, run_id) = (state.into(), run_id.to_owned());
         cdr::encode(&RunLease { state, run_id, ..RunLease::default() })
     };
 
-    let taken = [
-        take(&mut recorder, 1, lease(LeaseState::Armed, "ours")),
-        take(&mut recorder, 0, cdr::encode(&WorldDigest { step: 1, digest: 7 })),
-        take(&mut recorder, 1, lease(LeaseState::Running, "theirs")),
-        take(&mut recorder, 1, lease(LeaseState::Running, "ours")),
-    ];
+    take(1, lease(LeaseState::Armed, "ours"));
+    (1..=3).for_each(|step| take(0, cdr::encode(&WorldDigest { step, digest: 7 })));
+    take(1, lease(LeaseState::Running, "theirs"));
+    take(1, lease(LeaseState::Running, "ours"));
+    take(1, lease(LeaseState::Running, "ours"));
+    take(0, cdr::encode(&WorldDigest { step: 4, digest: 7 }));
+    take(1, lease(LeaseState::Stopped, "ours"));
 
-    assert_eq!(taken, [0, 0, 0, 1]);
     recorder.close(&Ending::completed());
-    let reported = std::iter::from_fn(|| written.blocking_recv());
-    let steps: Vec<u64> = reported
-        .filter_map(|it| if let Written::Step(step) = it { Some(step) } else { None })
-        .collect();
-    assert_eq!(steps, [1]);
+    summary(&mut written);
     let bag = Bag::open(&path).unwrap();
-    let leases = bag.messages_on([topics::LEASE.name]).map(|it| it.unwrap().log_time_ns);
-    assert_eq!(leases.last(), Some(100_000_000), "the first step is within the run");
+    let mut leases: Vec<(u64, u8)> = bag
+        .messages_on([topics::LEASE.name])
+        .map(|it| it.unwrap())
+        .map(|it| (it.log_time_ns, cdr::decode::<RunLease>(&it.bytes).unwrap()))
+        .filter(|(_, lease)| lease.run_id == "ours")
+        .map(|(log_time_ns, lease)| (log_time_ns / period_ns, lease.state))
+        .collect();
+    leases.sort_unstable();
+    assert_eq!(leases, [(0, 1), (1, 2), (3, 2), (4, 3)]);
 }
 
 #[test]
