@@ -19,10 +19,13 @@ use crate::processes::{in_own_network, is_starved};
 use rsrs_testing::network::TIMEOUT;
 
 /// How much a page measures, and how much of that is enough to see whether it works.
-const SHORTER_PLAN: [(&str, &str); 1] = [(
-    "--distances 5 --bearings 3 --rate-precision 0.15",
-    "--distances 4 --bearings 2 --rate-precision 0.25",
-)];
+const SHORTER_PLAN: [(&str, &str); 2] = [
+    ("--robots 2 --speed", "--robots 1 --speed"),
+    (
+        "--distances 5 --bearings 3 --rate-precision 0.15",
+        "--distances 3 --bearings 2 --rate-precision 0.25",
+    ),
+];
 /// The same of pages that simulate.
 const SHORTER_RUNS: [(&str, &str); 10] = [
     ("rsrs dry-run\n", "rsrs dry-run --experiments 1\n"),

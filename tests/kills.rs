@@ -29,7 +29,7 @@ use rsrs_ros::session::SessionOptions;
 use rsrs_testing::environment::number;
 use rsrs_testing::network::{TIMEOUT, session};
 
-const KILLS: u64 = 20;
+const KILLS: u64 = 12;
 /// Each kind of process once.
 const FREEZES: u64 = 4;
 /// How often a process is stopped again whose middleware happened not to wait when it was stopped.

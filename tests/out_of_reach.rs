@@ -25,7 +25,7 @@ use rsrs_ros::session::{Session, SessionOptions};
 use rsrs_testing::network::TIMEOUT;
 
 /// A cut that is longer than the leases of DDS (50 s), one that is shorter, and another address.
-const CUTS: &str = "cable:75,cable:20,address:5";
+const CUTS: &str = "cable:60,cable:5,address:5";
 /// How long participants of DDS remember each other.
 const LEASE: Duration = Duration::from_secs(50);
 /// Where all but the robot are.
