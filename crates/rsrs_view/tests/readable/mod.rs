@@ -117,7 +117,8 @@ impl Found {
     fn written(&self, text: &Text) -> Option<Written> {
         let mut rooms = Vec::new();
         letters(text.flattened(), &mut rooms);
-        let room = rooms.into_iter().reduce(around)?;
+        // Letters know where they are in their text, and not on the page.
+        let room = rooms.into_iter().reduce(around)?.transform(text.abs_transform())?;
         let grounds = self.grounds.iter().filter(|ground| contains(ground.inside(), room));
         let n_hidden = grounds.map(|ground| ground.n_strokes).max().unwrap_or(0);
         let text = text.chunks().iter().map(TextChunk::text).collect();
