@@ -47,12 +47,15 @@ impl VirtualPosePublisher {
     /// Publishes the virtual robots' poses when a round of the tracker begins. The message is on a real
     /// `robot`, by its index; its `header` tells when that was seen, and in which frame.
     pub async fn follow(&mut self, robot: usize, header: &Header) -> anyhow::Result<()> {
-        let stamp_ns = header.stamp.to_nanos().filter(|stamp_ns| *stamp_ns > 0);
-        let stamp = if stamp_ns.is_some() { header.stamp } else { wall_time() };
-        if !self.rounds.begins(robot, stamp.to_nanos().unwrap_or(0), Instant::now()) {
+        let stamp = match header.stamp.to_nanos() {
+            None | Some(0) => wall_time(),
+            Some(_) => header.stamp,
+        };
+        let now = Instant::now();
+        if !self.rounds.begins(robot, stamp.to_nanos().unwrap_or(0), now) {
             return Ok(());
         }
-        for (publisher, pose) in self.publishers.iter().zip(self.interpolator.at(Instant::now())) {
+        for (publisher, pose) in self.publishers.iter().zip(self.interpolator.at(now)) {
             let header = Header { stamp, frame_id: header.frame_id.clone() };
             publisher.publish(PoseStamped { header, pose: pose_message(pose) }).await?;
         }
@@ -77,16 +80,16 @@ impl Rounds {
     /// published in this round already. One that is not younger than the round is late and begins none, for
     /// with it the stamps of virtual robots would go back.
     fn begins(&mut self, robot: usize, stamp_ns: u64, now: Instant) -> bool {
-        let is_late = self.last.is_some_and(|(last_ns, at)| {
-            stamp_ns <= last_ns && now.saturating_duration_since(at) < Self::SET_BACK
+        let begins = self.last.is_none_or(|(last_ns, at)| {
+            let is_recent = now.saturating_duration_since(at) < Self::SET_BACK;
+            self.published.contains(&robot) && (stamp_ns > last_ns || !is_recent)
         });
-        if self.last.is_some() && (!self.published.contains(&robot) || is_late) {
-            self.published.insert(robot);
-            return false;
+        if begins {
+            self.published.clear();
+            self.last = Some((stamp_ns, now));
         }
-        self.published = BTreeSet::from([robot]);
-        self.last = Some((stamp_ns, now));
-        true
+        self.published.insert(robot);
+        begins
     }
 }
 

@@ -110,22 +110,21 @@ pub fn savings(robot: &RobotProfile) -> Vec<Remedy> {
             Axis::Gust => doubling(now, 0.05 * speed_m_s, speed_m_s),
             Axis::YawLag => doubling(now, 0.1, 5.0),
             Axis::Period => doubling(now, 0.1, Bounds::PERIOD.most),
-            // Which side of these is the worse one is up to the swarm.
+            // Which side is the worse one is up to the swarm; from `Speed` on they are settings, which no robot has.
             Axis::HalfAngle
             | Axis::PolygonScale
             | Axis::SensorBearing
             | Axis::SpeedGain
             | Axis::TurnGain
-            | Axis::ContactFriction => Vec::new(),
-            // These are settings, and not what a robot is like.
-            Axis::Speed
+            | Axis::ContactFriction
+            | Axis::Speed
             | Axis::TurnRate
             | Axis::UndetectedSpeed
             | Axis::UndetectedTurnRate
             | Axis::Robots
             | Axis::PlacementRadius
             | Axis::Arena
-            | Axis::Number(_) => return None,
+            | Axis::Number(_) => Vec::new(),
         };
         (!values.is_empty()).then_some(Remedy { axis, now, values })
     };
