@@ -1,5 +1,7 @@
-//! From SVG to PDF, for papers: lines stay lines, and texts are texts in the font that travels along.
+//! From SVG to PDF, for papers: lines stay lines, and texts are the outlines of the font that travels along,
+//! so that a page needs no font.
 
+use resvg::usvg::WriteOptions;
 use svg2pdf::{ConversionOptions, PageOptions, to_pdf};
 
 use crate::raster::{RasterError, parse};
@@ -18,10 +20,12 @@ pub enum PdfError {
     Write(String),
 }
 
-/// Writes an SVG as a PDF of one page, as large as the picture at 96 pixels to an inch. Where it has more
-/// than one face of the font, in what order the file has them changes from time to time.
+/// Writes an SVG as a PDF of one page, as large as the picture at 96 pixels to an inch. The same SVG gives
+/// the same bytes.
 pub fn pdf(svg: &str) -> Result<Vec<u8>, PdfError> {
-    to_pdf(&parse(svg)?, ConversionOptions::default(), PageOptions { dpi: PX_PER_INCH })
+    // Texts written as what they look like: svg2pdf would bring along a second reader of fonts for them.
+    let outlines = parse(svg)?.to_string(&WriteOptions::default());
+    to_pdf(&parse(&outlines)?, ConversionOptions::default(), PageOptions { dpi: PX_PER_INCH })
         .map_err(|error| PdfError::Write(error.to_string()))
 }
 
@@ -31,16 +35,21 @@ mod tests {
     use crate::svg::{Element, line_of_text};
 
     #[test]
-    fn a_picture_is_a_page_of_its_size_with_its_font() {
-        let picture = Element::picture(96.0, 48.0, "one inch")
-            .child(line_of_text(10.0, 30.0, "mill").at("font-size", 12.0));
+    fn a_picture_is_a_page_of_its_size_on_which_its_texts_are_drawn() {
+        let page = |text| {
+            let picture = Element::picture(96.0, 48.0, "one inch")
+                .child(line_of_text(10.0, 30.0, text).at("font-size", 12.0));
+            pdf(&picture.to_string()).unwrap()
+        };
 
-        let one = pdf(&picture.to_string()).unwrap();
+        let one = page("mill");
 
         assert!(one.starts_with(b"%PDF-"));
         let text = String::from_utf8_lossy(&one);
         assert!(text.contains("/MediaBox [0 0 72 36]"), "{text}");
-        assert!(text.contains("DejaVuSans"), "the text has its font");
+        assert!(!text.contains("/Font"), "a reader needs no font");
+        assert!(one.len() > page("").len() + 100, "the text is drawn");
+        assert_eq!(one, page("mill"));
         assert!(matches!(pdf("no picture"), Err(PdfError::Parse { .. })));
     }
 }
