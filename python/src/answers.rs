@@ -7,6 +7,7 @@ use rsrs_core::diagram::choice::{self, VIABLE_B_S_LOW};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::other_profile::OtherProfile;
+use rsrs_pipeline::best_setting::BestSetting;
 use rsrs_pipeline::choose::{CONFIRM, Chosen, NoViableCell, Options, write};
 use rsrs_pipeline::execution::Execution;
 use rsrs_pipeline::{answer, diagnose};
@@ -198,22 +199,22 @@ impl Answers {
     /// Whether the robots show the wanted phase as often as wanted at the recommendation.
     #[getter]
     fn is_viable(&self) -> bool {
-        self.0.viable
+        self.0.best.viable
     }
     /// The recommended cell, as values by axis.
     #[getter]
     fn cell<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0.cell)
+        to_python(py, &self.0.best.cell)
     }
     /// Share of fresh runs there that show the wanted phase, in the world in which it is rarer.
     #[getter]
     fn b_s(&self) -> f64 {
-        self.0.b_s
+        self.0.best.b_s
     }
     /// Lower bound of its 95 % interval.
     #[getter]
     fn b_s_low(&self) -> f64 {
-        self.0.b_s_low
+        self.0.best.b_s_low
     }
     /// The five questions, each with its quantities, their ranges and curves.
     #[getter]
@@ -232,7 +233,7 @@ impl Answers {
         to_python(py, &answers::json(&self.0))
     }
     fn __repr__(&self) -> String {
-        let answer::Answers { robot, viable, cell, b_s, b_s_low, behaviour, .. } = &self.0;
+        let BestSetting { robot, viable, cell, b_s, b_s_low, behaviour, .. } = &self.0.best;
         let verb = behaviour.verb();
         let does = if *viable { verb.plain.to_owned() } else { format!("do not {}", verb.plain) };
         format!(
@@ -311,17 +312,17 @@ impl Diagnosis {
     /// Whether the robots show the wanted phase as often as wanted in some setting.
     #[getter]
     fn is_viable(&self) -> bool {
-        self.0.viable
+        self.0.best.viable
     }
     /// Their best setting, as values by axis.
     #[getter]
     fn cell<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0.cell)
+        to_python(py, &self.0.best.cell)
     }
     /// Share of fresh runs there that show the wanted phase, in the world in which it is rarer.
     #[getter]
     fn b_s(&self) -> f64 {
-        self.0.b_s
+        self.0.best.b_s
     }
     /// Changes after which the robots would do, the first one first; empty if they do.
     #[getter]
@@ -338,15 +339,15 @@ impl Diagnosis {
         to_python(py, &diagnosis::json(&self.0))
     }
     fn __repr__(&self) -> String {
-        let diagnose::Diagnosis { robot, viable, causes, .. } = &self.0;
-        let verdict = match (viable, causes.first()) {
+        let diagnose::Diagnosis { best, causes, .. } = &self.0;
+        let verdict = match (best.viable, causes.first()) {
             (true, _) => "nothing is wrong".to_owned(),
             (false, Some(cause)) => {
                 format!("something must change, first {}", diagnosis::change(cause))
             }
             (false, None) => "something must change".to_owned(),
         };
-        format!("Diagnosis({robot}: {verdict})")
+        format!("Diagnosis({}: {verdict})", best.robot)
     }
     fn __str__(&self) -> String {
         diagnosis::text(&self.0).to_string()

@@ -11,8 +11,7 @@ mod reason;
 use std::path::Path;
 
 use rsrs_core::conditions::controller_table::ControllerTable;
-use rsrs_core::diagram::choice::{Choice, DenserStart, Margin, OtherNumber};
-use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::diagram::choice::Margin;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
@@ -21,7 +20,7 @@ use serde::Serialize;
 
 pub use crate::answer::reason::{Edge, Why};
 use crate::best_setting::search::Search;
-use crate::best_setting::{self, Best, Subject, best};
+use crate::best_setting::{self, BestSetting, Subject};
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -46,43 +45,21 @@ pub const REPLICATES: u64 = 250;
 /// `pr:main`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Answers {
-    /// Name of the kind of robot.
-    pub robot: String,
-    /// What the swarm is to do, if not milling.
-    #[serde(skip_serializing_if = "Behaviour::is_usual")]
-    pub behaviour: Behaviour,
-    /// The share of mills that was wanted.
-    pub wanted: f64,
-    /// Whether the robots mill so often at the recommendation, made worse and as measured.
-    pub viable: bool,
-    /// The recommendation; if it is not viable, where they mill most often.
-    pub cell: Cell,
+    /// The recommendation.
+    #[serde(flatten)]
+    pub best: BestSetting,
     /// What is the same in all settings.
     pub fixed: Cell,
     /// Simulated time of each run, in seconds.
     pub duration_s: f64,
-    /// Share of mills at the recommendation in fresh runs, in the world in which they are rarer.
-    pub b_s: f64,
-    /// Its lower bound.
-    pub b_s_low: f64,
-    /// Fresh runs in each world.
-    pub n_replicates: u64,
-    /// What a denser start would give.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub denser_start: Option<DenserStart>,
-    /// What other numbers of robots would.
-    pub other_numbers: Vec<OtherNumber>,
-    /// All of the recommendation.
-    #[serde(skip)]
-    pub choice: Choice,
     /// The factors that a sweep has other than those that follow from its robot, by their keys.
     #[serde(skip)]
     pub decided_factors: Vec<(&'static str, f64)>,
     /// That the settings are of a sweep of robots with another profile; not there if they are not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_profile: Option<ProfilesDiffer>,
-    /// One of each of the five questions, in the paper's order, and one about the numbers of a controller; as JSON they are written with their reasons,
-    /// by `rsrs_render`.
+    /// One of each of the five questions, in the paper's order, and one about the numbers of a controller; as
+    /// JSON they are written with their reasons, by `rsrs_render`.
     #[serde(skip)]
     pub questions: Vec<Answer>,
 }
@@ -195,7 +172,7 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
     let mut subject = Subject::read(path, (options.sweep, options.other_profile), robots)?;
     let other_profile = subject.other_profile.take();
     let result = subject.swept(path, options.best)?;
-    let Best { choice, .. } = best(&result, options.best)?;
+    let best = BestSetting::of(&result, options.best)?;
     let search = Search::new(&result, options.best)?;
     let numbers: Vec<Axis> =
         search.settings.controller.iter().flat_map(ControllerTable::axes).collect();
@@ -204,27 +181,16 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
     for (question, axes) in QUESTIONS.into_iter().chain(of_numbers) {
         let mut quantities = Vec::new();
         for axis in axes {
-            quantities.extend(curve::quantity(&search, &choice.cell, *axis, options)?);
+            quantities.extend(curve::quantity(&search, &best.cell, *axis, options)?);
         }
         questions.push(Answer { question, quantities });
     }
     let fixed = search.settings.values.iter().copied();
-    let (b_s, b_s_low) = choice.least();
     Ok(Answers {
-        robot: result.source.profile.name.clone(),
-        behaviour: result.source.sweep.behaviour.known(),
-        wanted: options.best.wanted,
-        viable: choice.is_viable(options.best.wanted),
-        fixed: Cell::new(fixed.filter(|(axis, _)| choice.cell.get(*axis).is_none()))?,
+        fixed: Cell::new(fixed.filter(|(axis, _)| best.cell.get(*axis).is_none()))?,
         duration_s: result.source.sweep.duration_s,
-        b_s,
-        b_s_low,
-        n_replicates: choice.n_replicates,
-        denser_start: choice.denser_start,
         decided_factors: decided_factors(result.source.sweep.harsher),
-        other_numbers: choice.other_numbers.clone(),
-        cell: choice.cell.clone(),
-        choice,
+        best,
         other_profile,
         questions,
     })

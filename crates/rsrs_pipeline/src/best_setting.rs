@@ -10,14 +10,17 @@ use std::path::Path;
 use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::choice::{
-    AsMeasured, AtCircliness, Candidate, Choice, most_frequent, rank,
+    AsMeasured, AtCircliness, Candidate, Choice, DenserStart, OtherNumber, most_frequent, rank,
 };
 use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::quantity::Cell;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_files::quoted;
 use rsrs_sim::sweep::{Swept, confirmation_seed};
+use serde::Serialize;
 
 use crate::error::with_help;
 use crate::execution::Execution;
@@ -53,6 +56,57 @@ pub struct Best {
     pub index: usize,
     /// Settings that might have been viable.
     pub n_candidates: usize,
+}
+
+/// What `answer` and `diagnose` state of the best setting of some robots.
+#[derive(Clone, Debug, Serialize)]
+pub struct BestSetting {
+    /// Name of the kind of robot.
+    pub robot: String,
+    /// What the swarm is to do, if not milling.
+    #[serde(skip_serializing_if = "Behaviour::is_usual")]
+    pub behaviour: Behaviour,
+    /// The share of mills that was wanted.
+    pub wanted: f64,
+    /// Whether the robots mill so often in it, made worse and as measured.
+    pub viable: bool,
+    /// The setting; if it is not viable, where they mill most often.
+    pub cell: Cell,
+    /// Share of mills there in fresh runs, in the world in which they are rarer.
+    pub b_s: f64,
+    /// Its lower bound.
+    pub b_s_low: f64,
+    /// Fresh runs in each world.
+    pub n_replicates: u64,
+    /// What a denser start would give.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denser_start: Option<DenserStart>,
+    /// What other numbers of robots would.
+    pub other_numbers: Vec<OtherNumber>,
+    /// All of it.
+    #[serde(skip)]
+    pub choice: Choice,
+}
+
+impl BestSetting {
+    /// Looks for it among the settings of a sweep.
+    pub fn of(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Self> {
+        let Best { choice, .. } = best(result, options)?;
+        let (b_s, b_s_low) = choice.least();
+        Ok(Self {
+            robot: result.source.profile.name.clone(),
+            behaviour: result.source.sweep.behaviour.known(),
+            wanted: options.wanted,
+            viable: choice.is_viable(options.wanted),
+            cell: choice.cell.clone(),
+            b_s,
+            b_s_low,
+            n_replicates: choice.n_replicates,
+            denser_start: choice.denser_start,
+            other_numbers: choice.other_numbers.clone(),
+            choice,
+        })
+    }
 }
 
 /// Looks for the best setting of a sweep: from the most robust on, candidates are confirmed on

@@ -10,15 +10,13 @@ mod repair;
 use std::path::Path;
 
 use rsrs_core::diagram::DiagramCell;
-use rsrs_core::diagram::choice::{Choice, DenserStart, OtherNumber};
-use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
 use crate::best_setting::search::{Changes, Search, Tried};
-use crate::best_setting::{self, Best, Subject, best, confirm};
+use crate::best_setting::{self, BestSetting, Subject, confirm};
 use crate::sweep::result::SweepResult;
 use remedy::savings;
 
@@ -36,33 +34,11 @@ pub struct Options<'a> {
 /// What is wrong with a robot, or nothing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
-    /// Name of the kind of robot.
-    pub robot: String,
-    /// What the swarm is to do, if not milling.
-    #[serde(skip_serializing_if = "Behaviour::is_usual")]
-    pub behaviour: Behaviour,
-    /// The share of mills that was wanted.
-    pub wanted: f64,
-    /// Whether the robots mill so often in some setting, made worse and as measured.
-    pub viable: bool,
     /// Their best setting.
-    pub cell: Cell,
-    /// Share of mills there in fresh runs, in the world in which they are rarer.
-    pub b_s: f64,
-    /// Its lower bound.
-    pub b_s_low: f64,
-    /// Fresh runs in each world.
-    pub n_replicates: u64,
+    #[serde(flatten)]
+    pub best: BestSetting,
     /// Settings that were tried.
     pub n_settings: usize,
-    /// What a denser start would give in the best setting.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub denser_start: Option<DenserStart>,
-    /// What other numbers of robots would.
-    pub other_numbers: Vec<OtherNumber>,
-    /// All of the best setting.
-    #[serde(skip)]
-    pub choice: Choice,
     /// The robots as measured, if they do not mill made worse.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub as_measured: Option<AsMeasured>,
@@ -162,21 +138,9 @@ pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> 
     let subject =
         Subject::read(path, (options.sweep, OtherProfile::Insisted), options.best.robots)?;
     let result = subject.swept(path, options.best)?;
-    let Best { choice, .. } = best(&result, options.best)?;
-    let (b_s, b_s_low) = choice.least();
     let mut diagnosis = Diagnosis {
-        robot: result.source.profile.name.clone(),
-        behaviour: result.source.sweep.behaviour.known(),
-        wanted: options.best.wanted,
-        viable: choice.is_viable(options.best.wanted),
-        b_s,
-        b_s_low,
-        n_replicates: choice.n_replicates,
+        best: BestSetting::of(&result, options.best)?,
         n_settings: result.diagram.cells.len(),
-        denser_start: choice.denser_start,
-        other_numbers: choice.other_numbers.clone(),
-        cell: choice.cell.clone(),
-        choice,
         as_measured: None,
         causes: Vec::new(),
         hopeless: Vec::new(),
@@ -184,7 +148,7 @@ pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> 
     };
     let search = Search::new(&result, options.best)?;
     let tried = tried(&result);
-    if diagnosis.viable {
+    if diagnosis.best.viable {
         diagnosis.spare = spare(&search, &tried)?;
         return Ok(diagnosis);
     }

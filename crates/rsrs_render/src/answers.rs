@@ -32,30 +32,31 @@ pub fn questions(answers: &Answers) -> Vec<impl Serialize> {
 
 /// All of it.
 pub fn text(answers: &Answers) -> Words {
-    let verb = answers.behaviour.verb();
-    let (verdict, with) = if answers.viable {
+    let best = &answers.best;
+    let verb = best.behaviour.verb();
+    let (verdict, with) = if best.viable {
         (format!("they {}", verb.plain), " with")
     } else {
         (format!("they do not {}", verb.plain), "; most often with")
     };
-    let first = Words::from(format!("{}: ", answers.robot))
-        .then_toned(Tone::good_if(answers.viable), verdict)
+    let first = Words::from(format!("{}: ", best.robot))
+        .then_toned(Tone::good_if(best.viable), verdict)
         .then(format!(
             "{with} {},\nin {} of {} fresh runs of {} s (lower bound {}; wanted {}){}",
-            of_cell(&answers.cell),
-            percent(answers.b_s),
-            count(answers.n_replicates),
+            of_cell(&best.cell),
+            percent(best.b_s),
+            count(best.n_replicates),
             answers.duration_s,
-            percent(answers.b_s_low),
-            percent(answers.wanted),
-            if answers.viable { "" } else { "; `rsrs diagnose` names what to change" }
+            percent(best.b_s_low),
+            percent(best.wanted),
+            if best.viable { "" } else { "; `rsrs diagnose` names what to change" }
         ));
     let mut lines = Vec::new();
     if let Some(differ) = &answers.other_profile {
         lines.push(format!("note: the settings are those of another sweep: {differ}"));
     }
     // Other numbers of robots are the first question.
-    lines.extend(start_and_spare(&answers.choice, answers.wanted));
+    lines.extend(start_and_spare(&best.choice, best.wanted));
     for (number, answer) in (1..).zip(&answers.questions) {
         lines.push(format!("\n{number}. {}", answer.question));
         if answer.quantities.is_empty() {
@@ -73,7 +74,7 @@ pub fn text(answers: &Answers) -> Words {
          as measured, all else as recommended{fixed}; what chance has put out of order is pooled. \
          A margin is from what is recommended to the end of its range, by runs of its own; how far a value \
          may drift by `rsrs choose` goes from swept value to swept value.",
-        percent(answers.wanted),
+        percent(best.wanted),
         verb.plain
     ));
     if !answers.decided_factors.is_empty() {

@@ -30,8 +30,8 @@ pub fn spare(diagnosis: &Diagnosis) -> Vec<impl Serialize> {
 /// All of it.
 pub fn text(diagnosis: &Diagnosis) -> Words {
     let of = Text(diagnosis);
-    let mut lines = indented(alternatives(&diagnosis.choice, diagnosis.wanted));
-    if diagnosis.viable {
+    let mut lines = indented(alternatives(&diagnosis.best.choice, diagnosis.best.wanted));
+    if diagnosis.best.viable {
         lines.extend(of.surplus());
     } else {
         lines.extend(of.changes());
@@ -45,22 +45,22 @@ struct Text<'a>(&'a Diagnosis);
 
 impl Text<'_> {
     fn headline(&self) -> Words {
-        let mill = self.0.behaviour.verb().plain;
-        let (found, verdict) = if self.0.viable {
+        let mill = self.0.best.behaviour.verb().plain;
+        let (found, verdict) = if self.0.best.viable {
             (mill.to_owned(), "nothing is wrong")
         } else {
             (format!("do not {mill} often enough"), "something must change")
         };
-        let words = Words::from(format!("{}: these robots {found}; ", self.0.robot));
-        words.then_toned(Tone::good_if(self.0.viable), verdict).then(format!(
+        let words = Words::from(format!("{}: these robots {found}; ", self.0.best.robot));
+        words.then_toned(Tone::good_if(self.0.best.viable), verdict).then(format!(
             "\n  best of {}: {}\n  there they {mill} in {} of {} fresh \
              runs, lower bound {}; wanted {}",
             counted(self.0.n_settings as u64, "setting"),
-            self.0.cell,
-            percent(self.0.b_s),
-            count(self.0.n_replicates),
-            percent(self.0.b_s_low),
-            percent(self.0.wanted)
+            self.0.best.cell,
+            percent(self.0.best.b_s),
+            count(self.0.best.n_replicates),
+            percent(self.0.best.b_s_low),
+            percent(self.0.best.wanted)
         ))
     }
 
@@ -117,7 +117,7 @@ impl Text<'_> {
         if !necessary.is_empty() {
             lines.push(format!(
                 "robots that are perfect in all else would not {} either without a change of: {}",
-                self.0.behaviour.verb().plain,
+                self.0.best.behaviour.verb().plain,
                 necessary.join(", ")
             ));
         }
@@ -147,7 +147,7 @@ impl Text<'_> {
                 return None;
             }
             let values = format!("{now} → {best}");
-            let share = format!("{} in {}", self.0.behaviour.verb().does, percent(*b_s));
+            let share = format!("{} in {}", self.0.best.behaviour.verb().does, percent(*b_s));
             Some([format!("  {}", capability.name()), values, share])
         };
         let rows: Vec<[String; 3]> = self.0.hopeless.iter().filter_map(row).collect();
@@ -159,13 +159,13 @@ impl Text<'_> {
 
     /// `mills in 92.1 %, lower bound 90.2 %`.
     fn after(&self, b_s: f64, b_s_low: f64) -> String {
-        let mills = self.0.behaviour.verb().does;
+        let mills = self.0.best.behaviour.verb().does;
         format!("{mills} in {}, lower bound {}", percent(b_s), percent(b_s_low))
     }
 
     /// The setting in which something holds, if that is not the one that is named above.
     fn elsewhere(&self, cell: &Cell) -> String {
-        if *cell == self.0.cell { String::new() } else { format!(", at {}", of_cell(cell)) }
+        if *cell == self.0.best.cell { String::new() } else { format!(", at {}", of_cell(cell)) }
     }
 
     /// The paper's order of remedies (§III step 3): less noise first, then an upgrade, then step 1 again.
@@ -174,12 +174,12 @@ impl Text<'_> {
         if let Some(measured) = &self.0.as_measured {
             let share = format!(
                 "as measured they {} in {} (lower bound {}) at {}",
-                self.0.behaviour.verb().plain,
+                self.0.best.behaviour.verb().plain,
                 percent(measured.b_s),
                 percent(measured.b_s_low),
                 measured.cell
             );
-            steps.push(if measured.b_s_low >= self.0.wanted {
+            steps.push(if measured.b_s_low >= self.0.best.wanted {
                 format!(
                     "make the simulated robots less worse (`harsher:` in a sweep file; `rsrs choose` \
                      names the factor that matters): {share}"

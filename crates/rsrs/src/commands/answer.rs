@@ -70,5 +70,5 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         picture.write(&of_answers(&answers, picture.style())?)?;
         report_written(arguments.format, picture.path())?;
     }
-    Ok(if answers.viable { Outcome::Done } else { Outcome::NegativeAnswer })
+    Ok(if answers.best.viable { Outcome::Done } else { Outcome::NegativeAnswer })
 }

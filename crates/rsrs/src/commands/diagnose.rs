@@ -65,5 +65,5 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     };
     let diagnosis = diagnose(&arguments.profile, options)?;
     report(arguments.format, &json(&diagnosis), text(&diagnosis))?;
-    Ok(if diagnosis.viable { Outcome::Done } else { Outcome::NegativeAnswer })
+    Ok(if diagnosis.best.viable { Outcome::Done } else { Outcome::NegativeAnswer })
 }

@@ -11,24 +11,25 @@ use crate::wording::quantity::{as_on_an_axis, of_cell, span_on_an_axis, without_
 /// Draws the curves of all answers on one page, as SVG.
 pub fn of_answers(answers: &Answers, style: PageStyle) -> anyhow::Result<String> {
     let quantities = answers.questions.iter().flat_map(|answer| &answer.quantities);
-    let behaviour = answers.behaviour;
+    let best = &answers.best;
+    let behaviour = best.behaviour;
     let curves: Vec<Curve> = quantities.map(|quantity| of_quantity(behaviour, quantity)).collect();
     let mill = behaviour.verb().plain;
-    let title = if answers.viable {
-        format!("What {} needs to {mill}", answers.robot)
+    let title = if best.viable {
+        format!("What {} needs to {mill}", best.robot)
     } else {
-        format!("Why {} does not {mill}", answers.robot)
+        format!("Why {} does not {mill}", best.robot)
     };
     let subtitle = format!(
         "{}: {} of {} fresh runs of {} s {mill} (lower bound {}). Each curve moves one quantity, all else \
          as recommended, and shows the world in which fewer runs {mill}: robots made worse or as measured.",
-        of_cell(&answers.cell),
-        percent(answers.b_s),
-        count(answers.n_replicates),
+        of_cell(&best.cell),
+        percent(best.b_s),
+        count(best.n_replicates),
         answers.duration_s,
-        percent(answers.b_s_low)
+        percent(best.b_s_low)
     );
-    let wanted = Some((answers.wanted, format!("wanted: {}", percent(answers.wanted))));
+    let wanted = Some((best.wanted, format!("wanted: {}", percent(best.wanted))));
     let subtitles = vec![subtitle];
     let marked = "recommended, or what the robot has";
     Ok(svg(&CurvesPicture {
