@@ -18,7 +18,7 @@ use crate::command::{
     answer, bring, code, done, done_line, json, repository, rsrs, run_line, shipped, stderr,
     stdout, text_in,
 };
-use crate::laboratory::{SPEEDS, swept, workplace};
+use crate::prepared_sweeps::{SPEEDS, swept, workplace};
 
 /// One quantity of the answers.
 fn quantity(answers: &Value, axis: Axis) -> Value {

@@ -14,7 +14,7 @@ use std::sync::Mutex;
 
 use crate::cells::{CELLS, conditions, flockbot};
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::laboratory::{SPEEDS, swept};
+use crate::prepared_sweeps::{SPEEDS, swept};
 use crate::simulated_bags::{Run, cut_in_half};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::command::{bring, code, done, json, rsrs, run_line, stderr, stdout, text_in};
-use crate::laboratory::{SPEEDS, swept, workplace, write_sweep};
+use crate::prepared_sweeps::{SPEEDS, swept, workplace, write_sweep};
 
 #[test]
 fn the_chosen_cell_is_confirmed_and_drawn() {
@@ -166,7 +166,7 @@ fn a_choice_states_how_the_robots_fare_as_measured() {
 
 #[test]
 fn cells_show_the_number_that_is_asked_for() {
-    let place = crate::laboratory::chosen();
+    let place = crate::prepared_sweeps::chosen();
 
     for (value, expected) in [
         ("circliness", "circliness, mean of the runs"),
@@ -187,7 +187,7 @@ fn cells_show_the_number_that_is_asked_for() {
 
 #[test]
 fn two_sweeps_are_compared_cell_by_cell() {
-    let place = crate::laboratory::chosen();
+    let place = crate::prepared_sweeps::chosen();
     write_sweep(place.path(), "blind.yaml", SPEEDS, "true_positive: 0.2");
     done(place.path(), &["sweep", "blind.yaml", "-o", "blind"]);
 

@@ -9,11 +9,11 @@ use std::process::{Command, Stdio};
 use rsrs_ros::confine;
 
 use crate::command::{code, done, json, repository, rsrs, shipped, stderr, stdout, text_in};
-use crate::laboratory::{SPEEDS, write_sweep};
+use crate::prepared_sweeps::{SPEEDS, write_sweep};
 
 /// A folder with the Flockbot's profile and a small sweep of it.
 fn workplace() -> tempfile::TempDir {
-    crate::laboratory::workplace(SPEEDS, "true_positive: 0.8")
+    crate::prepared_sweeps::workplace(SPEEDS, "true_positive: 0.8")
 }
 
 fn bytes(folder: &Path, file: &str) -> Vec<u8> {

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use crate::bags_cli::implausible::{in_the_corner, millimetres};
 use crate::command::{code, copy, json, repository, rsrs, stderr, stdout};
-use crate::laboratory::{chosen, swept};
+use crate::prepared_sweeps::{chosen, swept};
 use crate::simulated_bags::{Part, Run, cut_in_half, ended};
 use rsrs_core::comparison::fixed::FixedRun;
 use rsrs_fleet::experiment::Time;

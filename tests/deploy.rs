@@ -288,12 +288,12 @@ fn build_package(folder: &Path, version: &str) {
 }
 
 /// A laboratory of two robots and a recorder, all of them this machine, each below a folder.
-struct Laboratory {
+struct TestBed {
     folder: tempfile::TempDir,
     python: PathBuf,
 }
 
-impl Laboratory {
+impl TestBed {
     fn new() -> Self {
         let folder = folder();
         let python = python_with(&DEPLOYMENT);
@@ -378,7 +378,7 @@ impl Laboratory {
 
 #[test]
 fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
-    let laboratory = Laboratory::new();
+    let laboratory = TestBed::new();
     let here = laboratory.folder.path();
     let robots = ["robot_1", "robot_2"].map(str::to_owned);
     let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970");
@@ -435,7 +435,7 @@ fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
 
 #[test]
 fn the_playbook_brings_a_fleet_to_the_floor_and_back() {
-    let laboratory = Laboratory::new();
+    let laboratory = TestBed::new();
 
     laboratory.must_play("install,configure,start,clock");
     for robot in ["robot_1", "robot_2"] {

@@ -1,7 +1,7 @@
 //! Recorded runs as pictures and films, and why they have their label.
 
 use crate::command::{code, json, rsrs, stderr, stdout, text_in};
-use crate::laboratory::{SPEEDS, swept};
+use crate::prepared_sweeps::{SPEEDS, swept};
 use crate::simulated_bags::{Part, Run};
 
 #[test]

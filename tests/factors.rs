@@ -1,7 +1,7 @@
 //! Which factor makes simulated robots worse, as a person reads it.
 
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::laboratory::{SPEEDS, swept, workplace};
+use crate::prepared_sweeps::{SPEEDS, swept, workplace};
 
 #[test]
 fn choose_states_what_each_factor_does_in_its_cell() {

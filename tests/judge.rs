@@ -74,7 +74,7 @@ fn seen_by(tracker: Tracker, folder: &Path, index: usize) -> (Phase, bool, bool)
     let episode = episode(&conditions, (index / CELLS.len()) as u64);
     let bodies = conditions.bodies();
     let verdict = label(&episode, &bodies).expect("it is long enough");
-    let certainty = Certainty::of(&verdict, &Behaviour::MILLING.rules());
+    let certainty = Certainty::new(&verdict, &Behaviour::MILLING.rules());
     let bag = folder.join(index.to_string());
     tracker.record(&bag, &episode, index as u64);
     let opened = Bag::open(&bag).expect("it is a bag");

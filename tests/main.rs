@@ -33,7 +33,6 @@ mod interop;
 mod interop_robot;
 mod judge;
 mod kills;
-mod laboratory;
 mod measure;
 #[path = "../nodes/robot/tests/robot/micro.rs"]
 #[expect(dead_code, reason = "microcontrollers that misbehave are tested beside their driver")]
@@ -49,6 +48,7 @@ mod pipeline;
 mod placing;
 mod pose_sources;
 mod predictors;
+mod prepared_sweeps;
 mod processes;
 mod protocol;
 mod recorded;

@@ -7,7 +7,7 @@ use std::process::Command;
 use rsrs_testing::python::{SCIENCE, must_run, python_with};
 
 use crate::command::{code, json, repository, rsrs, stderr};
-use crate::laboratory::{SPEEDS, swept};
+use crate::prepared_sweeps::{SPEEDS, swept};
 use crate::simulated_bags::Run;
 
 /// Executes a notebook; what goes wrong in a cell is printed.

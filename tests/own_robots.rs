@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::command::{code, done, json, rsrs as typed, stderr, stdout};
 use crate::fleet::{experiment, start_run};
-use crate::laboratory::chosen;
+use crate::prepared_sweeps::chosen;
 use crate::processes::{Process, in_own_network, is_starved, rsrs, run_in_lockstep};
 use crate::recorded::{assert_digests_of_replicate, messages, record_of};
 use crate::simulated_bags::Run;

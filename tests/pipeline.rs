@@ -81,7 +81,7 @@ fn a_lockstep_run_over_dds_passes_through_the_states_of_the_replicate() {
             &["-p", "speed:=0.15", "-p", "turn_rate:=0.75", "-p", "stamp_from_clock:=true"],
         );
         let session = session();
-        let node = session.node("/", "conductor").expect("the name is allowed");
+        let node = session.node("/", "campaign_runner").expect("the name is allowed");
         let (to_digests, mut digests) = unbounded_channel::<WorldDigest>();
         let topic = topics::WORLD_DIGEST;
         let _digests = session

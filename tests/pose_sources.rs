@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::command::{code, done, json, repository, rsrs, stderr, stdout, text_in};
-use crate::laboratory::chosen;
+use crate::prepared_sweeps::chosen;
 use crate::simulated_bags::{Run, SeenBy};
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_operate::watch::recording;

@@ -9,7 +9,7 @@ use rsrs_fleet::record::EndingKind;
 
 /// A folder with a small sweep, its chosen cell, and four bags.
 fn laboratory() -> tempfile::TempDir {
-    let place = crate::laboratory::chosen();
+    let place = crate::prepared_sweeps::chosen();
     let here = place.path();
     Run::new(1).record(here, "one");
     Run::new(2).record(here, "a<b>&c");
@@ -21,7 +21,7 @@ fn laboratory() -> tempfile::TempDir {
 
 #[test]
 fn a_sweep_without_runs_has_a_report_of_its_cells() {
-    let place = crate::laboratory::chosen();
+    let place = crate::prepared_sweeps::chosen();
 
     let report = rsrs(place.path(), &["report", "out", "-o", "report.html"]);
 

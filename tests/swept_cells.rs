@@ -6,7 +6,7 @@ use std::process::Output;
 use std::time::Duration;
 
 use crate::command::{code, done, repository, rsrs, shipped, stderr, stdout, text_in};
-use crate::laboratory::{self, SPEEDS, chosen, swept, write_sweep};
+use crate::prepared_sweeps::{self, SPEEDS, chosen, swept, write_sweep};
 use crate::processes::{Process, confined_rsrs};
 use crate::recorded::record_of;
 use crate::simulated_bags::Run;
@@ -28,7 +28,7 @@ fn refused(folder: &Path, lines: &str) -> String {
 
 #[test]
 fn a_cell_beside_an_experiment_file_with_a_sweep_is_refused_with_both_ways_out() {
-    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+    let place = prepared_sweeps::workplace(SPEEDS, "true_positive: 0.8");
     let text = std::fs::read_to_string(shipped("experiments/flockbot_milling.yaml"))
         .expect("it is shipped");
     let text =
@@ -51,7 +51,7 @@ fn a_cell_beside_an_experiment_file_with_a_sweep_is_refused_with_both_ways_out()
 
 #[test]
 fn cells_beyond_the_robots_limits_are_refused_wherever_they_are_asked_for() {
-    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+    let place = prepared_sweeps::workplace(SPEEDS, "true_positive: 0.8");
     let experiment = &shipped("experiments/flockbot_milling.yaml");
     let too_fast = "speed_m_s is 0.4, beyond the robots' limits: expected 0.02 to 0.3 m/s";
     let slower = text_in(place.path(), "flockbot.yaml");
@@ -95,7 +95,7 @@ fn cells_beyond_the_robots_limits_are_refused_wherever_they_are_asked_for() {
 
 #[test]
 fn cells_that_ask_too_much_of_a_wheel_are_refused_wherever_they_are_asked_for() {
-    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+    let place = prepared_sweeps::workplace(SPEEDS, "true_positive: 0.8");
     let profile = text_in(place.path(), "flockbot.yaml");
     let wheels = "actuation:\n  wheels: {base_m: 0.12, speed_max_m_s: 0.2}";
     let profile = profile.replace("actuation:", wheels);
@@ -115,7 +115,7 @@ fn cells_that_ask_too_much_of_a_wheel_are_refused_wherever_they_are_asked_for() 
 
 #[test]
 fn values_in_other_units_are_refused_wherever_a_person_types_them() {
-    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+    let place = prepared_sweeps::workplace(SPEEDS, "true_positive: 0.8");
     let experiment = &shipped("experiments/flockbot_milling.yaml");
     let fleet = &shipped("fleets/nine_virtual.yaml");
     let fixed = "turn_rate_rad_s: 0.75, robots: 9, placement_radius_m: 0.6";
@@ -165,7 +165,7 @@ fn values_in_other_units_are_refused_wherever_a_person_types_them() {
 
 #[test]
 fn an_axis_that_is_swept_and_fixed_has_two_values_and_is_refused() {
-    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+    let place = prepared_sweeps::workplace(SPEEDS, "true_positive: 0.8");
 
     let both = refused(
         place.path(),

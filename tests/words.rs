@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use crate::command::{code, done, json, rsrs, shipped, stderr, stdout, text_in};
-use crate::laboratory::{SPEEDS, chosen, swept, workplace};
+use crate::prepared_sweeps::{SPEEDS, chosen, swept, workplace};
 use crate::simulated_bags::Run;
 use crate::terminal::Terminal;
 

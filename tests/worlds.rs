@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::command::{bring, code, done, json, repository, rsrs, stderr, stdout};
-use crate::laboratory::{SPEEDS, swept};
+use crate::prepared_sweeps::{SPEEDS, swept};
 
 fn text(path: &Path) -> String {
     std::fs::read_to_string(path).expect("it is there")

@@ -134,7 +134,7 @@ pub extern "C" fn count(from: u64, to: u64) -> usize {
             let batch = page.batch.get_or_insert_default();
             let verdicts = batch.judge(&conditions, scene.seed(), from..to, scene.duration_s());
             let verdicts = verdicts.map_err(|error| error.to_string())?;
-            let counts = PhaseCounts::of(verdicts.iter().map(|verdict| verdict.phase));
+            let counts = PhaseCounts::new(verdicts.iter().map(|verdict| verdict.phase));
             serde_json::to_string(&counts).map_err(|error| error.to_string())
         });
         page.answer(counts)

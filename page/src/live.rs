@@ -95,7 +95,7 @@ impl Live {
         let rules = self.conditions.behaviour.rules();
         match label_with(&self.past, &bodies, &rules) {
             Ok(verdict) => {
-                let reason = Reason::of(&self.past, &bodies, &verdict, &rules);
+                let reason = Reason::new(&self.past, &bodies, &verdict, &rules);
                 // When somebody left is not known of what came before the kept past.
                 let reason = Reason { departures: Vec::new(), ..reason };
                 serde_json::json!({

@@ -179,7 +179,7 @@ impl Scene {
     pub fn describe(&self) -> Result<serde_json::Value, Refusal> {
         let conditions = self.conditions()?;
         let robot = self.robot()?;
-        let setting = OperatorConditions::of(&conditions, self.duration_s());
+        let setting = OperatorConditions::new(&conditions, self.duration_s());
         let value = |axis: Axis| setting.setting(axis).or_else(|| robot.capability(axis));
         let values: serde_json::Map<_, _> = Axis::ALL
             .into_iter()

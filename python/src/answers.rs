@@ -285,7 +285,7 @@ pub fn answer_all(
     let (robot, sweep) = (source(robot)?, sweep.map(source).transpose()?);
     let setting = setting(wanted, robots, confirm)?;
     let replicates = runs("replicates", replicates)?;
-    let progress = Progress::of(progress)?;
+    let progress = Progress::new(progress)?;
     work(py, threads, &progress, |execution| {
         let options = answer::Options {
             sweep: path_of(sweep.as_ref()),
@@ -388,7 +388,7 @@ pub fn diagnose_all(
     let setting = setting(wanted, robots, confirm)?;
     let costs = costs.unwrap_or_default().into_iter().map(|(key, cost)| Ok((axis(&key)?, cost)));
     let costs: Vec<(Axis, f64)> = costs.collect::<PyResult<_>>()?;
-    let progress = Progress::of(progress)?;
+    let progress = Progress::new(progress)?;
     work(py, threads, &progress, |execution| {
         let options = diagnose::Options {
             sweep: path_of(sweep.as_ref()),

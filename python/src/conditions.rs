@@ -38,7 +38,7 @@ pub struct PyConditions {
 impl PyConditions {
     /// Conditions of robots with a profile.
     pub fn new(conditions: Conditions, profile: &RobotProfile) -> Self {
-        Self { conditions, range: Some(CommandRange::of(profile)) }
+        Self { conditions, range: Some(CommandRange::new(profile)) }
     }
 }
 
@@ -53,7 +53,7 @@ impl PartialEq for PyConditions {
 impl PyConditions {
     #[new]
     #[pyo3(signature = (profile, *, harsher=None, behaviour=None, placement=None, walls=None, **axes))]
-    fn of(
+    fn new(
         py: Python<'_>,
         profile: &Bound<'_, PyAny>,
         harsher: Option<&Bound<'_, PyAny>>,

@@ -155,7 +155,7 @@ pub fn explore_all(
             "the world has no arena of its own, and there is no `arena_m`: give the side of a square in metres",
         ));
     }
-    let progress = Progress::of(progress)?;
+    let progress = Progress::new(progress)?;
     work(py, threads, &progress, |execution| {
         let options = Options {
             wanted,

@@ -147,7 +147,7 @@ impl Sweep {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<SweepResult> {
         warn_of_lost_capabilities(py, &self.source)?;
-        let progress = Progress::of(progress)?;
+        let progress = Progress::new(progress)?;
         let is_kept = output.is_some();
         let folder = match output {
             Some(path) => Folder::kept(path),
@@ -370,7 +370,7 @@ impl SweepResult {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Choice> {
-        let progress = Progress::of(progress)?;
+        let progress = Progress::new(progress)?;
         let setting = setting(viable, robots, confirm)?;
         let chosen = work(py, threads, &progress, |execution| {
             choose(self.path(), setting.options(execution))

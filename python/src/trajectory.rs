@@ -72,7 +72,7 @@ impl PyTrajectory {
             classes: self.bodies.classes.clone(),
         };
         let (behaviour, robots) = (behaviour.unwrap_or(self.behaviour), self.robots.clone());
-        work_to_end(py, move || Verdict::of(&trajectory, &bodies, (behaviour, true), &robots))
+        work_to_end(py, move || Verdict::new(&trajectory, &bodies, (behaviour, true), &robots))
     }
 }
 

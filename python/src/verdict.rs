@@ -166,7 +166,7 @@ struct Written<'a> {
 
 impl Verdict {
     /// The verdict on a trajectory; `robots` has the robots' names, shape `[n_robots]`.
-    pub fn of(
+    pub fn new(
         trajectory: &Trajectory,
         bodies: &Bodies,
         (behaviour, has_commands): (Behaviour, bool),
@@ -182,8 +182,8 @@ impl Verdict {
         Ok(Self {
             phase: verdict.phase,
             evidence: verdict.evidence,
-            certainty: is_all_known.then(|| Certainty::of(&verdict, &rules)),
-            why: Reason::of(trajectory, bodies, &verdict, &rules).sentences(rules.wanted, robots),
+            certainty: is_all_known.then(|| Certainty::new(&verdict, &rules)),
+            why: Reason::new(trajectory, bodies, &verdict, &rules).sentences(rules.wanted, robots),
             n_robots: verdict.n_robots,
             duration_s: verdict.duration_s,
             has_commands,
@@ -409,6 +409,6 @@ pub fn judge(
     work_to_end(py, move || {
         let robots: Vec<String> =
             (0..trajectory.n_robots).map(|robot| format!("robot {robot}")).collect();
-        Verdict::of(&trajectory, &bodies, (behaviour, has_commands), &robots)
+        Verdict::new(&trajectory, &bodies, (behaviour, has_commands), &robots)
     })
 }

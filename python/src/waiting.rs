@@ -31,7 +31,7 @@ pub enum Progress {
 
 impl Progress {
     /// `None`, `False`, `True`, or a function.
-    pub fn of(value: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    pub fn new(value: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let Some(value) = value else { return Ok(Self::None) };
         if let Ok(is_line) = value.cast::<PyBool>() {
             return Ok(if is_line.is_true() { Self::Line } else { Self::None });

@@ -73,7 +73,7 @@ pub fn pick(
     if !filters.categories.is_empty() && !filters.categories.contains(&robot) {
         return Ok(Vec::new());
     }
-    let volume = Volume::of(&filters.bounds)?;
+    let volume = Volume::new(&filters.bounds)?;
     let conditions = &placed_world.conditions;
     let passes = |(row, pose): (usize, Pose)| {
         let is_inside = volume.overlaps(&pose, conditions.robot_at(row).radius_m);
@@ -170,7 +170,7 @@ enum Volume {
 }
 
 impl Volume {
-    fn of(bounds: &Bounds) -> Result<Self, EntityError> {
+    fn new(bounds: &Bounds) -> Result<Self, EntityError> {
         let point = |point: &Vector3| [point.x, point.y, point.z];
         match (bounds.r#type, bounds.points.as_slice()) {
             (Bounds::EMPTY, _) => Ok(Self::Everywhere),

@@ -212,7 +212,7 @@ pub fn check(
     }
     let Some(conditions) = conditions else { return Ok(()) };
     check_length(&conditions, steps)?;
-    let rows = Rows::of(names, hosted, conditions.robots)?;
+    let rows = Rows::new(names, hosted, conditions.robots)?;
     time.map_or(Ok(()), |time| check_mixed(&rows, time))
 }
 
@@ -224,7 +224,7 @@ pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Want
         return Ok(None);
     }
     let conditions = read_conditions(&conditions)?;
-    let rows = Rows::of(&names(server), hosted, conditions.robots)?;
+    let rows = Rows::new(&names(server), hosted, conditions.robots)?;
     let time = read_time(&server.text(FULL_NAME, TIME))?;
     check_mixed(&rows, time)?;
     let (seed, replicate, steps) = (integer(SEED), integer(REPLICATE), integer(STEPS));

@@ -64,7 +64,7 @@ impl PlacedWorld {
             obeyed: vec![Command::STOP; placed.robots.len()],
             names: rows.names.clone().into(),
             is_ours: is_ours.into(),
-            look: Arc::new(Look::of(&conditions)),
+            look: Arc::new(Look::new(&conditions)),
             world,
             controllers,
             placed,

@@ -58,7 +58,7 @@ pub enum RowsError {
 impl Rows {
     /// Understands the names of a world's robots in the order of its rows, of which so many are
     /// `asked` for. Without names they are the first of those that this simulator has (`hosted`).
-    pub fn of(names: &[String], hosted: &[String], asked: usize) -> Result<Self, RowsError> {
+    pub fn new(names: &[String], hosted: &[String], asked: usize) -> Result<Self, RowsError> {
         if names.is_empty() {
             let are_there = (1..=hosted.len()).contains(&asked);
             let names = are_there.then(|| hosted[..asked].to_vec());
@@ -96,7 +96,7 @@ mod tests {
     }
 
     fn rows(names: &[&str], asked: usize) -> Result<Rows, RowsError> {
-        Rows::of(&named(names), &named(&["a", "b", "c"]), asked)
+        Rows::new(&named(names), &named(&["a", "b", "c"]), asked)
     }
 
     #[test]

@@ -12,7 +12,7 @@ use rsrs_msgs::{cdr, topics};
 
 use super::place;
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::laboratory::{SPEEDS, swept};
+use crate::prepared_sweeps::{SPEEDS, swept};
 use crate::simulated_bags::Run;
 
 const ODOM: &str = "/robot_1/odom";

@@ -14,7 +14,7 @@ use rsrs_msgs::{cdr, topics};
 use super::bad_bags::copied;
 use super::place;
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::laboratory::chosen;
+use crate::prepared_sweeps::chosen;
 use crate::simulated_bags::Run;
 
 /// Flips one bit in a chunk in the middle of a bag's file, as a worn disk does.

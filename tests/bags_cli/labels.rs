@@ -2,7 +2,7 @@
 
 use super::{place, read};
 use crate::command::{code, done, json, rsrs, stderr, stdout};
-use crate::laboratory::{SPEEDS, swept};
+use crate::prepared_sweeps::{SPEEDS, swept};
 use crate::simulated_bags::{Part, Run};
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::browser::browse;
 use crate::command::{bring, code, done, rsrs, stderr, text_in};
-use crate::laboratory::workplace;
+use crate::prepared_sweeps::workplace;
 use crate::simulated_bags::Run;
 use rsrs_core::conditions::Conditions;
 use rsrs_pipeline::sweep::source::ResolvedSweep;

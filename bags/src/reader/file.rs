@@ -49,7 +49,7 @@ impl BagFile {
         let n_bytes = file.metadata().map_err(BagError::io("read", &path))?.len();
         let is_compressed = source.is_compressed();
         let summary = if is_compressed { None } else { summary::read(&mut file) };
-        let scan = Scan::of(&path, Depth::Chunks)?;
+        let scan = Scan::new(&path, Depth::Chunks)?;
         let library = library(&path, &scan)?;
         let is_indexed = summary.as_ref().is_some_and(|summary| scan.is_indexed_by(summary));
         let mut opened = Self {
@@ -70,7 +70,7 @@ impl BagFile {
         match summary {
             Some(summary) if is_indexed && scan.is_sound() => opened.by_summary(summary, scan),
             summary => {
-                let scan = Scan::of(&opened.path, Depth::Messages)?;
+                let scan = Scan::new(&opened.path, Depth::Messages)?;
                 opened.by_reading(summary, scan);
             }
         }

@@ -73,7 +73,7 @@ pub struct ScannedRecords {
 
 impl Scan {
     /// Reads a file to its end, or to the first thing that is not as it was written.
-    pub fn of(path: &Path, depth: Depth) -> Result<Self, BagError> {
+    pub fn new(path: &Path, depth: Depth) -> Result<Self, BagError> {
         let mut file = Linear::open(path, depth)?;
         let mut found = ScannedRecords::default();
         let fault = loop {

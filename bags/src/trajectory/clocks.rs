@@ -26,7 +26,7 @@ struct Offsets {
 
 impl Offsets {
     /// By stamps and log times; `None` without any.
-    fn of(times_ns: impl Iterator<Item = (u64, u64)> + Clone, run_ns: (u64, u64)) -> Option<Self> {
+    fn new(times_ns: impl Iterator<Item = (u64, u64)> + Clone, run_ns: (u64, u64)) -> Option<Self> {
         let ahead = |(stamp_ns, log_ns): (u64, u64)| i128::from(stamp_ns) - i128::from(log_ns);
         let part_of = |log_ns: u64| {
             let passed = u128::from(log_ns.saturating_sub(run_ns.0)) * N_PARTS as u128;
@@ -57,13 +57,13 @@ pub fn align(robots: &mut [RecordedRobot]) -> Result<Option<Finding>, Trajectory
     let logs_ns = || robots.iter().flat_map(|robot| &robot.poses).map(|pose| pose.log_ns);
     let Some(run_ns) = logs_ns().min().zip(logs_ns().max()) else { return Ok(None) };
     let of_poses = |robot: &RecordedRobot| {
-        Offsets::of(robot.poses.iter().map(|pose| (pose.stamp_ns, pose.log_ns)), run_ns)
+        Offsets::new(robot.poses.iter().map(|pose| (pose.stamp_ns, pose.log_ns)), run_ns)
     };
     // Commands of which one has no stamp are put on log time anyway.
     let of_commands = |robot: &RecordedRobot| {
         let times = |command: &CommandSample| Some((command.stamp_ns?, command.log_ns));
         let times: Option<Vec<(u64, u64)>> = robot.commands.iter().map(times).collect();
-        Offsets::of(times?.into_iter(), run_ns)
+        Offsets::new(times?.into_iter(), run_ns)
     };
     let poses: Vec<Option<Offsets>> = robots.iter().map(of_poses).collect();
     let commands: Vec<Option<Offsets>> = robots.iter().map(of_commands).collect();

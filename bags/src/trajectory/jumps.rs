@@ -27,7 +27,7 @@ struct Reach {
 }
 
 impl Reach {
-    fn of(robot: &RecordedRobot) -> Self {
+    fn new(robot: &RecordedRobot) -> Self {
         let speeds = robot.commands.iter().map(|command| command.command.speed_m_s.abs());
         let commanded_m_s = speeds.fold(0.0, f64::max);
         let mut steps_m_s: Vec<f64> = robot
@@ -64,7 +64,7 @@ struct Jump {
 ///
 /// [`TrajectoryError::Jump`] if a robot jumped and no exchange explains it.
 pub fn mend(robots: &mut [RecordedRobot], period_ns: u64) -> Result<Vec<Finding>, TrajectoryError> {
-    let reaches: Vec<Reach> = robots.iter().map(Reach::of).collect();
+    let reaches: Vec<Reach> = robots.iter().map(Reach::new).collect();
     let mut findings = Vec::new();
     for (robot, reach) in robots.iter_mut().zip(&reaches) {
         let n_poses = drop_outliers(&mut robot.poses, reach);

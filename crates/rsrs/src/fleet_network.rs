@@ -25,7 +25,7 @@ pub struct InterfaceArguments {
 
 /// Why robots may not be found although they run, where the environment shows it.
 pub fn other_middleware() -> Option<OtherMiddleware> {
-    OtherMiddleware::of(&Environment::of_this_process())
+    OtherMiddleware::new(&Environment::of_this_process())
 }
 
 /// Enters the network of the robots of a run; to be called before the first thread is started.

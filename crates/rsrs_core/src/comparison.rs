@@ -123,7 +123,7 @@ pub const MOST_RUNS: u64 = 1024;
 
 impl Comparison {
     /// Compares real runs with simulated ones, with the usual [`MARGIN`].
-    pub fn of(runs: &[CellRuns]) -> Self {
+    pub fn new(runs: &[CellRuns]) -> Self {
         Self::with_margin(runs, MARGIN)
     }
 

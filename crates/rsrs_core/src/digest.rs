@@ -2,8 +2,8 @@
 
 /// Digest of a sequence of 64-bit words (FNV-1a over bytes, then mixed).
 ///
-/// It names conditions, parameters and world states. It is not cryptographic: it distinguishes
-/// honest differences apart, it does not withstand an adversary.
+/// It names conditions, parameters and world states. It is not cryptographic: it tells
+/// things apart that differ by accident, and does not withstand an adversary.
 ///
 /// # Example
 ///

@@ -542,7 +542,7 @@ impl FromStr for Axis {
             return Ok(Self::Number(number));
         }
         // What ends with a unit may be a number of a table.
-        let number = || Number::new(key).filter(|_| NumberUnit::of(key) != NumberUnit::None);
+        let number = || Number::new(key).filter(|_| NumberUnit::new(key) != NumberUnit::None);
         Self::ALL.into_iter().find(|axis| axis.key() == key).ok_or_else(|| UnknownAxis {
             found: key.to_owned(),
             nearest: nearest(key, Self::ALL.map(Self::key))

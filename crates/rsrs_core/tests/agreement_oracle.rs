@@ -26,7 +26,7 @@ fn case(seed: u64, n_runs: usize, copies: f64) -> Value {
         .collect();
     let count = |one: Phase, other: Phase| labels.iter().filter(|l| **l == (one, other)).count();
     let table = Phase::BUILT_IN.map(|one| Phase::BUILT_IN.map(|other| count(one, other)));
-    json!({"table": table, "agreement": Agreement::of(&labels)})
+    json!({"table": table, "agreement": Agreement::new(&labels)})
 }
 
 #[test]

@@ -17,7 +17,7 @@ fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory 
 
 fn judged(trajectory: &Trajectory, bodies: &Bodies) -> (Verdict, Certainty) {
     let verdict = label(trajectory, bodies).expect("the trajectory is long enough and finite");
-    let certainty = Certainty::of(&verdict, &Behaviour::MILLING.rules());
+    let certainty = Certainty::new(&verdict, &Behaviour::MILLING.rules());
     (verdict, certainty)
 }
 

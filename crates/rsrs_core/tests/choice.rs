@@ -267,8 +267,8 @@ fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
     // A fifth one that was torn apart counts nowhere.
     let torn = (Phase::SEMI_STABLE_MILLING, evidence(0.9));
 
-    let moved = AtCircliness::of(&[mill(0.3), mill(0.45), mill(0.55), mill(0.65)]);
-    let with_torn = AtCircliness::of(&[mill(0.65), torn]);
+    let moved = AtCircliness::new(&[mill(0.3), mill(0.45), mill(0.55), mill(0.65)]);
+    let with_torn = AtCircliness::new(&[mill(0.65), torn]);
 
     let found: Vec<(f64, f64)> = moved.iter().map(|at| (at.stable_circliness, at.b_s)).collect();
     assert_eq!(found, [(0.4, 0.75), (0.5, 0.5), (0.6, 0.25)]);

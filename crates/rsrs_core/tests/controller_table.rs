@@ -387,7 +387,7 @@ proptest! {
 
         let controller = table.resolve(&[], None, 0.1).unwrap();
 
-        let parameters = ControllerParameters::of(seen, unseen);
+        let parameters = ControllerParameters::new(seen, unseen);
         prop_assert_eq!(&controller, &parameters.into());
         prop_assert_eq!(controller.digest(), parameters.digest());
         let (program, mut memory) = (controller.program(), Memory::default());

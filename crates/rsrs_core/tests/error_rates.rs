@@ -240,7 +240,7 @@ fn the_interval_of_kappa_covers_the_truth_in_95_of_100_campaigns() {
                 (one, if same { one } else { draw(&mut random) })
             })
             .collect();
-        let agreement = Agreement::of(&labels).expect("there are labels");
+        let agreement = Agreement::new(&labels).expect("there are labels");
         let interval = agreement.kappa_interval.expect("the judges use several phases");
         interval.low <= truth && truth <= interval.high
     };
@@ -260,7 +260,7 @@ fn unknown(_: &Cell) -> Share {
 fn a_violated_cell_sends_back_to_step_1() {
     let runs = [cell_runs(0.1, [5, 0], [900, 100]), cell_runs(0.2, [0, 8], [900, 100])];
 
-    let next = next_step(&Comparison::of(&runs), &runs, &[], &unknown);
+    let next = next_step(&Comparison::new(&runs), &runs, &[], &unknown);
 
     let NextStep::ReturnToStep1 { cell: worst, b_r, b_s, e_violated } = next else {
         panic!("expected step 1, found {next:?}")
@@ -276,7 +276,7 @@ fn the_cell_of_which_least_is_known_is_run_next_and_the_runs_decide_it() {
         cell_runs(0.1, [8, 0], [900, 100]),
         cell_runs(0.2, [1, 1], [900, 100]),
     ];
-    let comparison = Comparison::of(&runs);
+    let comparison = Comparison::new(&runs);
     assert!(comparison.cells.iter().all(|cell| cell.verdict == Verdict::Undecided));
 
     let next = next_step(&comparison, &runs, &[], &unknown);
@@ -296,7 +296,7 @@ fn where_nothing_is_claimed_the_chosen_cell_is_next_though_another_is_more_infor
     let chosen = CellRuns { part: 0.5, ..cell_runs(0.2, [0, 0], [990, 10]) };
     let other = CellRuns { part: 0.01, ..cell_runs(0.3, [0, 0], [700, 300]) };
     let never = CellRuns { part: 0.5, ..cell_runs(0.4, [0, 0], [0, 1000]) };
-    let comparison = Comparison::of(&runs);
+    let comparison = Comparison::new(&runs);
     assert_eq!(comparison.verdict, Verdict::NoClaim);
 
     let next = next_step(&comparison, &runs, &[other.clone(), never.clone(), chosen], &unknown);
@@ -317,7 +317,7 @@ fn when_all_is_supported_a_cell_that_was_not_run_is_next_and_a_certain_one_is_no
     // Where no simulated robot mills, real ones cannot mill less often.
     let never = cell_runs(0.3, [0, 0], [0, 1000]);
     let often = cell_runs(0.2, [0, 0], [700, 300]);
-    let comparison = Comparison::of(&runs);
+    let comparison = Comparison::new(&runs);
     assert_eq!(comparison.verdict, Verdict::Supported);
 
     let next = next_step(&comparison, &runs, &[never.clone(), often], &unknown);

@@ -154,8 +154,8 @@ fn reasons_and_margins_are_in_the_unit_of_the_order_parameter() {
     let trajectory = run(9, 70.0, spread);
 
     let verdict = label_with(&trajectory, &BODIES, &rules).expect("it is long enough");
-    let reason = Reason::of(&trajectory, &BODIES, &verdict, &rules);
-    let certainty = Certainty::of(&verdict, &rules);
+    let reason = Reason::new(&trajectory, &BODIES, &verdict, &rules);
+    let certainty = Certainty::new(&verdict, &rules);
 
     assert_eq!(
         reason.rules[0].to_string(),

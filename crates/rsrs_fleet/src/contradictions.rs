@@ -90,7 +90,7 @@ mod tests {
 
     fn names() -> ReadingNames {
         let sensors = [vec!["detection", "wall"], vec!["left"], vec!["goal", "object"]];
-        ReadingNames::of(sensors.map(|names| names.into_iter().map(str::to_owned).collect()))
+        ReadingNames::new(sensors.map(|names| names.into_iter().map(str::to_owned).collect()))
     }
 
     #[test]

@@ -210,7 +210,7 @@ impl Controller {
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
         let Some(mut lease_gate) = self.lease_gate.take() else { return self.react(event, now) };
         let wanted = self.react(event.clone(), now);
-        let actions = lease_gate.hold(&event, self.word(now), wanted, now);
+        let actions = lease_gate.hold(&event, self.status(now), wanted, now);
         self.lease_gate = Some(lease_gate);
         actions
     }
@@ -365,11 +365,11 @@ impl Controller {
 
     fn status_due(&mut self, now: Duration) -> Option<Status> {
         self.beat.due(self.state(now), now)?;
-        Some(self.word(now))
+        Some(self.status(now))
     }
 
     /// The status that it publishes.
-    fn word(&self, now: Duration) -> Status {
+    fn status(&self, now: Duration) -> Status {
         let state = self.state(now);
         let run_id = self.bound.as_ref().map_or_else(String::new, |bound| bound.run_id.clone());
         let (stop_cause, stop_reason) = match state {

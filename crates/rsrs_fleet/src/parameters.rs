@@ -67,7 +67,7 @@ pub mod controller {
             return machine.map(Controller::Machine).map_err(failed);
         }
         Ok(match undetected {
-            Some(undetected) => ControllerParameters::of(detected, undetected).into(),
+            Some(undetected) => ControllerParameters::new(detected, undetected).into(),
             None => {
                 ControllerParameters::mirrored(detected.speed_m_s, detected.turn_rate_rad_s).into()
             }

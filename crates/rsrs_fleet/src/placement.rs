@@ -44,7 +44,7 @@ pub enum StartArea {
 impl WantedStart {
     /// How the robots of these conditions are to start; of several tables of poses, the replicate
     /// selects one.
-    pub fn of(conditions: &Conditions, replicate: u64) -> Self {
+    pub fn new(conditions: &Conditions, replicate: u64) -> Self {
         let area = match &conditions.placement {
             Placement::BoxFacingOut(sides) => StartArea::Box(*sides),
             Placement::BoxFacingAnyWay(sides) => StartArea::BoxFacingAnyWay(*sides),

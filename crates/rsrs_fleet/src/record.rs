@@ -371,7 +371,7 @@ impl ExperimentRecord {
 
     /// What must be the same for the run to be compared with a simulated cell.
     pub fn operator_conditions(&self) -> OperatorConditions {
-        OperatorConditions::of(&self.conditions, self.duration_s)
+        OperatorConditions::new(&self.conditions, self.duration_s)
     }
 }
 
@@ -664,7 +664,7 @@ pub(crate) mod tests {
 
     #[test]
     fn an_ending_reads_back() {
-        let ending = Ending::of(&Outcome::Void { reason: "frozen".to_owned() }, &[], &[]);
+        let ending = Ending::new(&Outcome::Void { reason: "frozen".to_owned() }, &[], &[]);
 
         assert_eq!(Ending::from_pairs(&ending.to_pairs()), Some(ending.clone()));
         assert_eq!(Ending::from_json(&ending.to_json("r")).unwrap(), (ending, "r".to_owned()));

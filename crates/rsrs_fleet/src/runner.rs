@@ -30,7 +30,7 @@ mod requests;
 mod roster;
 mod search;
 mod start_check;
-mod strangers;
+mod unexpected_publishers;
 
 pub use event::{Action, Event, RunLength, RunnerOptions};
 use gates::Gates;
@@ -44,7 +44,7 @@ use requests::Requests;
 use roster::{LossTimeouts, Roster, RunBinding};
 use search::Search;
 use start_check::StartCheck;
-use strangers::UnexpectedPublishers;
+use unexpected_publishers::UnexpectedPublishers;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
@@ -190,7 +190,7 @@ impl Runner {
 
     /// How the run ended, as its bag has it; `None` while it goes on.
     pub fn ending(&self) -> Option<Ending> {
-        self.outcome.as_ref().map(|outcome| Ending::of(outcome, &self.lost, &self.paused))
+        self.outcome.as_ref().map(|outcome| Ending::new(outcome, &self.lost, &self.paused))
     }
 
     /// Whether it needs what the discovery database holds now: all the time until all is
@@ -357,7 +357,7 @@ impl Runner {
         }
     }
 
-    /// A runner that receives another that wants a robot of its own gives way, or is given way to;
+    /// A runner that hears another one which wants a robot of its own gives way, or is given way to;
     /// runs of other robots go on beside it.
     fn receive_lease(&mut self, lease: Lease, now: Duration, actions: &mut Vec<Action>) {
         if lease.run_id == self.options.run_id {

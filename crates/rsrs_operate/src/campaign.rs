@@ -1,6 +1,6 @@
 //! Many experiments, one after the other, each in a folder that contains all of it.
 
-mod conduct;
+mod campaign_runner;
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use rsrs_fleet::record::{self, ExperimentRecord};
 use rsrs_pipeline::campaign::{Experiment, Item, file, is_same};
 use rsrs_pipeline::error::with_help;
 
-pub use conduct::{Conductor, OperatorDecision, Placer};
+pub use campaign_runner::{CampaignRunner, OperatorDecision, Placer};
 
 /// What is to be run.
 pub struct Campaign {

@@ -5,6 +5,6 @@
 //! [`stop`] stops the robots.
 
 pub mod live;
-mod meaning;
 pub mod recording;
 pub mod stop;
+mod watched_topic;

@@ -172,7 +172,7 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
     let mut subject = Subject::read(path, (options.sweep, options.other_profile), robots)?;
     let other_profile = subject.other_profile.take();
     let result = subject.swept(path, options.best)?;
-    let best = BestSetting::of(&result, options.best)?;
+    let best = BestSetting::new(&result, options.best)?;
     let search = Search::new(&result, options.best)?;
     let numbers: Vec<Axis> =
         search.settings.controller.iter().flat_map(ControllerTable::axes).collect();

@@ -90,7 +90,7 @@ pub struct BestSetting {
 
 impl BestSetting {
     /// Looks for it among the settings of a sweep.
-    pub fn of(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Self> {
+    pub fn new(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Self> {
         let Best { choice, .. } = best(result, options)?;
         let (b_s, b_s_low) = choice.least();
         Ok(Self {
@@ -151,7 +151,7 @@ fn confirmed(
     choice.sweep_digest = Some(source.digest());
     let judged: Vec<(Phase, OrderParameters)> =
         made_worse.outcomes.iter().map(|outcome| (outcome.phase, outcome.evidence)).collect();
-    choice.by_circliness = AtCircliness::of(&judged);
+    choice.by_circliness = AtCircliness::new(&judged);
     if let Some(measured) = source.as_measured() {
         choice.as_measured = Some(AsMeasured::new(&fresh(&measured)?.counts(1)[0], n_tried));
     }
@@ -206,7 +206,7 @@ impl Subject {
                 let profile = read_profile(path)?;
                 let robots = robots.map_or_else(|| robots_beside(path), |n| Ok(Some(n)))?;
                 let sweep = grid::of_robot(&profile, robots);
-                let provenance = Provenance::of(&profile);
+                let provenance = Provenance::new(&profile);
                 (ResolvedSweep { sweep, profile: profile.clone(), provenance }, None, profile)
             }
         };

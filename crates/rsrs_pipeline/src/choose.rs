@@ -72,7 +72,7 @@ pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
     Ok(Chosen::NoViableCell(NoViableCell {
         wanted: options.wanted,
         n_candidates,
-        best_swept: BestSwept::of(&result, options)?,
+        best_swept: BestSwept::new(&result, options)?,
         best: choice,
     }))
 }
@@ -93,7 +93,7 @@ pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
 }
 
 impl BestSwept {
-    fn of(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Self> {
+    fn new(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Self> {
         let kind = result.source.sweep.interval_kind();
         let best = most_frequent(result.worlds()?, kind, options.wanted);
         let DiagramCell { cell, counts } = result.diagram.cells[best.index].clone();

@@ -97,26 +97,26 @@ pub struct Runs {
 /// with its reason.
 pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Comparison> {
     let result = folder::read(folder)?;
-    let prediction = Prediction::of(folder, &result)?;
+    let prediction = Prediction::new(folder, &result)?;
     let cell = |index: usize| &result.diagram.cells[index].cell;
     let mut runs = Runs::default();
     let admitted = admit(&result, &options.bags, options.other_profile)?;
     let design = fixed::design(&admitted)?;
     let margin = fixed::margin(options.margin, design)?;
-    let at_hand = AtHand::of(folder, &admitted);
+    let at_hand = AtHand::new(folder, &admitted);
     for run in admitted {
         let of_cell = cell(run.cell);
         let counts = |cause: &Cause| *cause == Cause::RobotLost && options.with_lost_robots;
         match run.cause().filter(|(cause, _)| !counts(cause)) {
-            Some(cause) => runs.left_out.push(LeftOutRun::of(of_cell, run, cause)),
+            Some(cause) => runs.left_out.push(LeftOutRun::new(of_cell, run, cause)),
             None => match label(&run, options) {
                 Ok(labelled) => match implausible(&labelled, options) {
-                    Some(cause) => runs.left_out.push(LeftOutRun::of(of_cell, run, cause)),
+                    Some(cause) => runs.left_out.push(LeftOutRun::new(of_cell, run, cause)),
                     None => runs.counted.push((of_cell.clone(), run, labelled)),
                 },
                 Err(error) => {
                     let cause = (Cause::NotLabelled, without_bag(&run.bag, &error));
-                    runs.left_out.push(LeftOutRun::of(of_cell, run, cause));
+                    runs.left_out.push(LeftOutRun::new(of_cell, run, cause));
                 }
             },
         }
@@ -150,7 +150,7 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Comparison> {
     };
     let others = not_run(&result, &prediction, deciding);
     let share = |index| Ok(Share::milling(&prediction.of_cell(index)?.phases));
-    let fixed = design.map(|design| FixedCampaign::of(design, &runs, share)).transpose()?;
+    let fixed = design.map(|design| FixedCampaign::new(design, &runs, share)).transpose()?;
     // The test of a design is given once, and there is no verdict before, nor one for a cell by itself.
     let next = match &fixed {
         None => next_step(comparison, deciding, &others, &as_measured),

@@ -4,7 +4,7 @@
 //! A changed robot is the measured one with other values on some axes, made worse as any measured robot
 //! is: what is written down as needed can be written into the profile, and swept.
 
-mod remedy;
+mod improvement;
 mod repair;
 
 use std::path::Path;
@@ -18,7 +18,7 @@ use serde::Serialize;
 use crate::best_setting::search::{Changes, Search, Tried};
 use crate::best_setting::{self, BestSetting, Subject, confirm};
 use crate::sweep::result::SweepResult;
-use remedy::savings;
+use improvement::savings;
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -139,7 +139,7 @@ pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> 
         Subject::read(path, (options.sweep, OtherProfile::Insisted), options.best.robots)?;
     let result = subject.swept(path, options.best)?;
     let mut diagnosis = Diagnosis {
-        best: BestSetting::of(&result, options.best)?,
+        best: BestSetting::new(&result, options.best)?,
         n_settings: result.diagram.cells.len(),
         as_measured: None,
         causes: Vec::new(),
@@ -209,11 +209,12 @@ fn in_order(mut causes: Vec<Cause>, costs: &[(Axis, f64)]) -> Vec<Cause> {
 /// tried with the robot as it is.
 fn spare(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Vec<Spare>> {
     let mut found = Vec::new();
-    for remedy in savings(&search.source.profile) {
+    for improvement in savings(&search.source.profile) {
         let mut fails = None;
-        let mut holds = (remedy.now, unchanged.to_vec());
-        for &value in &remedy.values {
-            let tried = search.again(&vec![(remedy.axis, value)], &holds.1, remedy.axis.key())?;
+        let mut holds = (improvement.now, unchanged.to_vec());
+        for &value in &improvement.values {
+            let tried =
+                search.again(&vec![(improvement.axis, value)], &holds.1, improvement.axis.key())?;
             if search.suffices(&tried) {
                 holds = (value, tried);
             } else {
@@ -223,17 +224,17 @@ fn spare(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Vec<Spare>>
         }
         // From what is too little towards what the robot has.
         let (from, tried) = fails.unwrap_or_else(|| holds.clone());
-        let way = remedy::Remedy { now: from, ..remedy.clone() };
-        let at = |share: f64| -> Changes { vec![(way.axis, way.towards(remedy.now, share))] };
-        let smallest = search.smallest(&at, [&tried, &holds.1], remedy.axis.key())?;
+        let way = improvement::Improvement { now: from, ..improvement.clone() };
+        let at = |share: f64| -> Changes { vec![(way.axis, way.towards(improvement.now, share))] };
+        let smallest = search.smallest(&at, [&tried, &holds.1], improvement.axis.key())?;
         let Some((changes, confirmed)) = smallest else { continue };
         let enough = changes[0].1;
-        if (enough - remedy.now).abs() <= 1e-9 {
+        if (enough - improvement.now).abs() <= 1e-9 {
             continue;
         }
         found.push(Spare {
-            capability: remedy.axis,
-            now: remedy.now,
+            capability: improvement.axis,
+            now: improvement.now,
             enough,
             b_s: confirmed.b_s,
             b_s_low: confirmed.b_s_low,

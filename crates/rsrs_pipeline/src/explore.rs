@@ -35,7 +35,7 @@ use crate::files::read_text;
 use crate::sweep::source::{read_controller, read_profile, read_world, robots_beside};
 use folder::Folder;
 use settings::Settings;
-use trial::Laboratory;
+use trial::TestBed;
 
 /// What is searched for, with which robots.
 #[derive(Clone, Copy)]
@@ -236,11 +236,11 @@ impl Explored {
 /// interrupted search has left in it is gone on with.
 pub fn explore(profile: &Path, folder: &Path, options: &Options) -> anyhow::Result<Explored> {
     let measured = read_profile(profile)?;
-    let laboratory = Laboratory::new(&measured, options)?;
-    let settings = Settings::of(options, &laboratory);
-    let mut site = Folder::open(folder, &measured, &settings, options.starts)?;
-    let finds = search::search(&laboratory, &mut site.journal, options)?;
-    gallery::write(&laboratory, &site, finds, options)
+    let test_bed = TestBed::new(&measured, options)?;
+    let settings = Settings::new(options, &test_bed);
+    let mut open_folder = Folder::open(folder, &measured, &settings, options.starts)?;
+    let finds = search::search(&test_bed, &mut open_folder.journal, options)?;
+    gallery::write(&test_bed, &open_folder, finds, options)
 }
 
 /// A table of start poses, checked, and as it was read.

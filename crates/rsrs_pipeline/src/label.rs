@@ -350,7 +350,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     };
     let ending = recorded_run::ending_in(&bag)?;
     let behaviour = behaviour_of(record.as_ref(), options);
-    let poses = PosesOfRun::of(&bag, record.as_ref(), options.poses)?;
+    let poses = PosesOfRun::new(&bag, record.as_ref(), options.poses)?;
     let recorded = poses
         .read(&bag, record.as_ref(), Needed::Judged(behaviour.window()))
         .map_err(|error| refused(path, error, ending.as_ref()))?;
@@ -368,8 +368,8 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
         let rules = behaviour.rules();
         let verdict = label_with(trajectory, &bodies, &rules)
             .map_err(|error| NoLabel::from_error(error, ending.as_ref(), &recorded.findings))?;
-        let certainty = Certainty::of(&verdict, &rules);
-        let reason = Reason::of(trajectory, &bodies, &verdict, &rules);
+        let certainty = Certainty::new(&verdict, &rules);
+        let reason = Reason::new(trajectory, &bodies, &verdict, &rules);
         let counts_without_lost =
             record.as_ref().zip(ending.as_ref()).and_then(|(record, ending)| {
                 let is_asked = ending.kind == EndingKind::Completed && !ending.lost.is_empty();

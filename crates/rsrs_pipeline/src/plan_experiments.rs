@@ -120,7 +120,7 @@ struct Subject {
 impl Subject {
     fn read(folder: &Path, options: &Options) -> anyhow::Result<Self> {
         let result = folder::read(folder)?;
-        let prediction = Prediction::of(folder, &result)?;
+        let prediction = Prediction::new(folder, &result)?;
         let cells = cells(folder, &result, &prediction, options)?;
         let planned = |(index, as_measured): (&usize, Share)| {
             let simulated = Share::milling(&prediction.of_cell(*index)?.phases);

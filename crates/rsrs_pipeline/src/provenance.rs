@@ -23,7 +23,7 @@ pub struct Provenance {
 
 impl Provenance {
     /// The provenance of what this program makes from a profile.
-    pub fn of(profile: &RobotProfile) -> Self {
+    pub fn new(profile: &RobotProfile) -> Self {
         Self {
             version: program::VERSION.to_owned(),
             commit: program::commit().to_owned(),

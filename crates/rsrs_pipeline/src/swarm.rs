@@ -21,12 +21,12 @@ pub struct Swarm {
 }
 
 impl Swarm {
-    /// Robots under these conditions; `None` if the theory does not hold for them, see [`Ring::of`].
-    pub fn of(conditions: &Conditions) -> Option<Self> {
+    /// Robots under these conditions; `None` if the theory does not hold for them, see [`Ring::new`].
+    pub fn new(conditions: &Conditions) -> Option<Self> {
         let Conditions { controller, robot, .. } = conditions;
         let ControllerParameters { speed_m_s, turn_rate_rad_s, .. } = controller.parameters()?;
         Some(Self {
-            ring: Ring::of(conditions)?,
+            ring: Ring::new(conditions)?,
             speed_m_s,
             turn_rate_rad_s,
             speed_gain: robot.speed_gain.mean,

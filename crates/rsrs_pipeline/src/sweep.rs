@@ -22,13 +22,13 @@ use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::JudgeError;
 use rsrs_core::quantity::Cell;
 use rsrs_sim::sweep::{
-    Block, BlockError, Completion, Piece, Progress, ReplicateOutcome, Runs, SweepError, Watch,
-    Work, blocks, check, run_blocks,
+    Block, BlockError, CellReplicates, Completion, Progress, ReplicateOutcome, Runs, SweepError,
+    Watch, Work, blocks, check, run_blocks,
 };
 
 use crate::error::{WithHelp, helped, with_help};
 use crate::execution::{Execution, RunCounter};
-use crate::sweep::folder::unfinished::{self, Site, Unfinished};
+use crate::sweep::folder::unfinished::{self, FolderState, Unfinished};
 use crate::sweep::result::SweepResult;
 use crate::sweep::shard::Shard;
 use crate::sweep::source::ResolvedSweep;
@@ -53,11 +53,12 @@ pub fn sweep_into(
     draw: Draw,
 ) -> anyhow::Result<SweepResult> {
     let plan = Plan::new(name, &source, execution.n_threads)?;
-    let site = match unfinished::open(folder, &source)? {
-        Site::Finished => return folder::read(folder),
-        Site::Unfinished(site) => site,
+    let unfinished = match unfinished::open(folder, &source)? {
+        FolderState::Finished => return folder::read(folder),
+        FolderState::Unfinished(unfinished) => unfinished,
     };
-    let sweeping = Sweeping { plan: &plan, site: &site, folder, shard: None, execution };
+    let sweeping =
+        Sweeping { plan: &plan, unfinished: &unfinished, folder, shard: None, execution };
     let schedule = source
         .sweep
         .adaptive
@@ -67,11 +68,12 @@ pub fn sweep_into(
             let result = plan.result(source, &counts);
             let work = plan.numbered(&rounds);
             let command = unfinished::command(folder);
-            site.finish(&result, work, (execution.n_threads, draw))
+            unfinished
+                .finish(&result, work, (execution.n_threads, draw))
                 .map_err(|error| kept(folder, &command, error))?;
             Ok(result)
         }
-        Err(failure) => Err(plan.give_up(name, site, failure)),
+        Err(failure) => Err(plan.give_up(name, unfinished, failure)),
     }
 }
 
@@ -135,16 +137,17 @@ pub fn sweep_shard(
         ));
     }
     let plan = Plan::new(name, source, execution.n_threads)?;
-    let site = match unfinished::open(folder, source)? {
-        Site::Finished => return Ok(None),
-        Site::Unfinished(site) => site,
+    let unfinished = match unfinished::open(folder, source)? {
+        FolderState::Finished => return Ok(None),
+        FolderState::Unfinished(unfinished) => unfinished,
     };
     let mut counts = vec![PhaseCounts::default(); plan.conditions.len()];
-    let sweeping = Sweeping { plan: &plan, site: &site, folder, shard: Some(shard), execution };
+    let sweeping =
+        Sweeping { plan: &plan, unfinished: &unfinished, folder, shard: Some(shard), execution };
     let round = plan.first_round();
     match sweeping.work_on(&round, 0, &mut counts, &*execution.observer.count("sweeping", "runs")) {
         Ok(()) => Ok(Some(counts.iter().map(PhaseCounts::total).sum())),
-        Err(failure) => Err(plan.give_up(name, site, failure)),
+        Err(failure) => Err(plan.give_up(name, unfinished, failure)),
     }
 }
 
@@ -167,7 +170,7 @@ pub(crate) struct Plan {
 }
 
 /// Replicates of a round, by cell.
-type Round = Vec<Piece>;
+type Round = Vec<CellReplicates>;
 
 impl Plan {
     /// What a sweep asks for; errors call its file `name`.
@@ -208,7 +211,7 @@ impl Plan {
 
     fn first_round(&self) -> Round {
         let cells = 0..self.conditions.len();
-        cells.map(|cell| Piece { cell, replicates: 0..self.runs.replicates }).collect()
+        cells.map(|cell| CellReplicates { cell, replicates: 0..self.runs.replicates }).collect()
     }
 
     /// All blocks of some rounds with their numbers.
@@ -221,11 +224,11 @@ impl Plan {
     }
 
     /// Ends a sweep that failed, with the cause.
-    fn give_up(&self, name: &str, site: Unfinished, failure: Failure) -> anyhow::Error {
+    fn give_up(&self, name: &str, unfinished: Unfinished, failure: Failure) -> anyhow::Error {
         match failure {
             Failure::Impossible { error, is_empty } => {
                 // It will never be finished; what it has so far, if anything, is not thrown away.
-                let abandoned = if is_empty { site.abandon() } else { Ok(()) };
+                let abandoned = if is_empty { unfinished.abandon() } else { Ok(()) };
                 abandoned.err().unwrap_or_else(|| explain(name, &self.cells, error))
             }
             Failure::Other(error) => error,
@@ -235,7 +238,7 @@ impl Plan {
 
 struct Sweeping<'a> {
     plan: &'a Plan,
-    site: &'a Unfinished,
+    unfinished: &'a Unfinished,
     folder: &'a Path,
     /// What of it is done here, if not all.
     shard: Option<Shard>,
@@ -299,7 +302,7 @@ impl Sweeping<'_> {
         };
         let piece = |(cell, more): (usize, u64)| {
             let n = counts[cell].total();
-            Piece { cell, replicates: n..n + more }
+            CellReplicates { cell, replicates: n..n + more }
         };
         // Each world decides for itself where it is uncertain.
         let worlds = counts.chunks(self.plan.cells.len());
@@ -324,7 +327,7 @@ impl Sweeping<'_> {
             (n_before..).zip(blocks).filter(|(number, _)| is_ours(*number))
         };
         for (number, block) in blocks() {
-            let kept = self.site.read(number, &block)?;
+            let kept = self.unfinished.read(number, &block)?;
             count(counts, kept.iter().flatten());
         }
         let done: u64 = counts.iter().map(PhaseCounts::total).sum();
@@ -335,7 +338,7 @@ impl Sweeping<'_> {
         }
         let doing = if n_before > 0 { "sweeping on where it is uncertain" } else { "sweeping" };
         counter.begin(doing, start);
-        let missing = blocks().filter(|(number, _)| !self.site.has(*number));
+        let missing = blocks().filter(|(number, _)| !self.unfinished.has(*number));
         self.run(missing, start, counts, counter)
     }
 
@@ -355,7 +358,7 @@ impl Sweeping<'_> {
         };
         let shared = Mutex::new(counts);
         let keep = |number, block: &Block, outcomes: Vec<ReplicateOutcome>| -> anyhow::Result<()> {
-            self.site.keep(number, block, &outcomes)?;
+            self.unfinished.keep(number, block, &outcomes)?;
             count(&mut shared.lock().expect("no thread panics while holding it"), &outcomes);
             Ok(())
         };

@@ -213,7 +213,7 @@ fn judge(case: &Case) -> anyhow::Result<ValidationReport> {
         .map(|map| capability::sensor_violations(map, &case.conditions[0].robot));
     let senses_worse = sensor_violations.as_ref().is_none_or(Vec::is_empty);
     Ok(ValidationReport {
-        judged: Judged::of(source, case.class.as_deref(), &case.at),
+        judged: Judged::new(source, case.class.as_deref(), &case.at),
         is_harsher: validation.is_contained && capability_violations.is_empty() && senses_worse,
         validation,
         capability_violations,
@@ -222,7 +222,7 @@ fn judge(case: &Case) -> anyhow::Result<ValidationReport> {
         smallest_factors,
         turning,
         trials_of: case.origin,
-        provenance: Provenance::of(measured),
+        provenance: Provenance::new(measured),
     })
 }
 

@@ -25,7 +25,9 @@ use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
 pub use notes::{cause_in_words, note_in_words};
-pub use text::{as_often_as_simulated, evidence, next_in_words, reason_in_words, text, word};
+pub use text::{
+    as_often_as_simulated, evidence, next_in_words, reason_in_words, text, verdict_name,
+};
 
 /// Recorded runs, held against a sweep.
 #[derive(Clone, Debug, Serialize)]

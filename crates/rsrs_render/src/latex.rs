@@ -9,7 +9,7 @@ use rsrs_core::statistics::share::Share;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::sweep::result::{SweepResult, World};
 
-use crate::comparison::{Report, evidence, word};
+use crate::comparison::{Report, evidence, verdict_name};
 use crate::picture::robots;
 use crate::wording::quantity::{as_on_an_axis, without_unit};
 use crate::wording::{capitalised, robot_names};
@@ -79,7 +79,7 @@ pub fn verdict(comparison: &Report) -> String {
         row.extend(share(cell.b_s, cell.b_s_low, cell.b_s_high));
         row.push(cell.n_simulated.to_string());
         row.extend(share(cell.b_r, cell.b_r_low, cell.b_r_high));
-        row.extend([cell.n_real.to_string(), escaped(word(cell.verdict))]);
+        row.extend([cell.n_real.to_string(), escaped(verdict_name(cell.verdict))]);
         row
     });
     let pooled = &comparison.pooled;
@@ -99,7 +99,7 @@ pub fn verdict(comparison: &Report) -> String {
         ),
         format!(
             "Verdict: {}. {}",
-            escaped(word(comparison.verdict)),
+            escaped(verdict_name(comparison.verdict)),
             capitalised(&escaped(&comparison.summary))
         ),
     ];

@@ -17,7 +17,7 @@ use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_view::report::{ReportPage, Slice, Verdict, VerdictMark, html as write};
 use rsrs_view::simulator::source;
 
-use crate::comparison::{self as comparing, ComparedBag, Report as Comparison, word};
+use crate::comparison::{self as comparing, ComparedBag, Report as Comparison, verdict_name};
 use crate::picture::{self, DiagramOptions};
 use crate::wording::{capitalised, quantity, robot_names};
 
@@ -69,7 +69,7 @@ impl Reported<'_> {
                 format!("Simulated runs: {robots}")
             },
             verdict: comparison.map(|comparison| Verdict {
-                words: word(comparison.verdict).to_owned(),
+                words: verdict_name(comparison.verdict).to_owned(),
                 mark: mark(comparison.verdict),
             }),
             summary: comparison.map_or_else(Vec::new, summary),

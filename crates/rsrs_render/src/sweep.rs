@@ -51,7 +51,7 @@ struct Endings {
 
 impl SweepReport {
     /// Reports a finished sweep.
-    pub fn of(folder: &Path, result: &SweepResult) -> Self {
+    pub fn new(folder: &Path, result: &SweepResult) -> Self {
         let sweep = &result.source.sweep;
         let runs = || result.diagram.cells.iter().map(|entry| PhaseCounts::total(&entry.counts));
         Self {

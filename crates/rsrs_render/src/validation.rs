@@ -385,7 +385,7 @@ fn tube_svg(
 ) -> anyhow::Result<String> {
     let places = case.trials.iter().zip(&answer.validation.trials);
     let of_tube = |(trial, place): (&DrivenTrial, &TrialPlace)| {
-        let membership = TubeMembership::of(place.exits_of(index)?);
+        let membership = TubeMembership::new(place.exits_of(index)?);
         let trial = if tube.of_object { trial.of_object()? } else { trial.clone() };
         Some((trial, membership))
     };

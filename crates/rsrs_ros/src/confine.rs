@@ -76,7 +76,7 @@ impl Help for ConfineError {
 }
 
 impl ConfineError {
-    fn of(source: io::Error) -> Self {
+    fn new(source: io::Error) -> Self {
         match source.raw_os_error() {
             // No right to; no more namespaces allowed, in the codes of newer and of older kernels;
             // a kernel built without one kind of them, or without all.
@@ -109,8 +109,8 @@ pub fn into_own_network() -> Result<Confinement, ConfineError> {
     }
 
     let steps = Steps::of_the_kernel();
-    kernel::try_in_a_copy(|| steps.enter().map(drop)).map_err(ConfineError::of)?;
-    let user_namespace = steps.enter().map_err(ConfineError::of)?;
+    kernel::try_in_a_copy(|| steps.enter().map(drop)).map_err(ConfineError::new)?;
+    let user_namespace = steps.enter().map_err(ConfineError::new)?;
     Ok(Confinement { pid: std::process::id(), user_namespace })
 }
 
@@ -118,7 +118,7 @@ pub fn into_own_network() -> Result<Confinement, ConfineError> {
 /// its own; the other threads of this process stay where they are. A process that is in a network
 /// of its own already may make others.
 pub fn thread_into_own_network() -> Result<(), ConfineError> {
-    Steps::of_the_kernel().enter().map(drop).map_err(ConfineError::of)
+    Steps::of_the_kernel().enter().map(drop).map_err(ConfineError::new)
 }
 
 /// Has `command` start in its own network, as [`into_own_network`] would put it there.
@@ -259,7 +259,7 @@ mod tests {
             |_| Err(Errno::ENOSYS),
         ];
         for refusal in refusals {
-            let error = ConfineError::of(steps(refusal).enter().unwrap_err());
+            let error = ConfineError::new(steps(refusal).enter().unwrap_err());
 
             assert!(matches!(error, ConfineError::Forbidden { .. }), "{error:?}");
             assert!(error.help().is_some());
@@ -269,9 +269,9 @@ mod tests {
             write: |_, _| Err(io::Error::from_raw_os_error(libc::EACCES)),
             ..steps(granted_with_users)
         };
-        let error = ConfineError::of(without_rights.enter().unwrap_err());
+        let error = ConfineError::new(without_rights.enter().unwrap_err());
         assert!(matches!(error, ConfineError::Forbidden { .. }), "{error:?}");
-        let broken = ConfineError::of(io::Error::from_raw_os_error(libc::EIO));
+        let broken = ConfineError::new(io::Error::from_raw_os_error(libc::EIO));
         assert!(matches!(broken, ConfineError::Kernel { .. }), "{broken:?}");
     }
 

@@ -28,10 +28,10 @@ pub struct Environment {
 impl Environment {
     /// The real one.
     pub fn of_this_process() -> Self {
-        Self::of(std::env::vars_os())
+        Self::from_variables(std::env::vars_os())
     }
 
-    fn of(given: impl Iterator<Item = (OsString, OsString)>) -> Self {
+    fn from_variables(given: impl Iterator<Item = (OsString, OsString)>) -> Self {
         let (mut variables, mut no_text) = (BTreeMap::new(), Vec::new());
         for (name, value) in given {
             let Ok(name) = name.into_string() else { continue };
@@ -76,7 +76,7 @@ mod tests {
     fn a_variable_of_ros_that_is_no_text_is_an_error_and_never_as_if_it_were_not_set() {
         let no_text = || OsString::from_vec(b"tr\xffue".to_vec());
         let parsed = |name: &str| {
-            let environment = Environment::of([(name.into(), no_text())].into_iter());
+            let environment = Environment::from_variables([(name.into(), no_text())].into_iter());
             environment.check().map_err(|error| error.to_string())
         };
 

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// How long the end of a program waits for a terminal that takes nothing.
 const PATIENCE: Duration = Duration::from_secs(1);
-const LOOK: Duration = Duration::from_millis(2);
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// What a printing thread is given.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,7 +109,7 @@ impl<T: Send + 'static> Printer<T> {
 fn wait_while_it_prints(printed: impl Fn() -> u64, is_done: impl Fn() -> bool) {
     let (mut last, mut since) = (printed(), Instant::now());
     while !is_done() && since.elapsed() < PATIENCE {
-        std::thread::sleep(LOOK);
+        std::thread::sleep(POLL_PERIOD);
         if printed() != last {
             (last, since) = (printed(), Instant::now());
         }

@@ -71,7 +71,7 @@ use threads::Threads;
 pub(crate) const POLL: Duration = Duration::from_millis(20);
 
 /// How often to look whether the session can still send and receive.
-const LOOK: Duration = Duration::from_millis(250);
+const POLL_PERIOD: Duration = Duration::from_millis(250);
 /// A thread whose wait was interrupted has run within so long, unless the machine is overloaded.
 const INTERRUPTED: Duration = Duration::from_millis(500);
 
@@ -120,7 +120,7 @@ impl Session {
             participant.create_subscriber(&qos).map_err(|error| failed(error.to_string()))?;
         let context = Context::from_domain_participant(participant.clone())
             .map_err(|error| failed(error.to_string()))?;
-        let absences = Absences::of(&participant);
+        let absences = Absences::new(&participant);
         let endpoint_creation = Arc::new(EndpointCreation::new(threads.ids()));
 
         Ok(Self {
@@ -129,7 +129,7 @@ impl Session {
             subscriber,
             context,
             absences,
-            addresses: Addresses::of(&options.interfaces),
+            addresses: Addresses::new(&options.interfaces),
             nodes: Mutex::default(),
             tasks: Tasks::on(runtime),
             threads,
@@ -253,7 +253,7 @@ impl Session {
                 RawWriter::new(topic, &self.participant, &self.publisher, &names, &policies)
             })
         };
-        Ok(RawPublisher::of(match &self.local {
+        Ok(RawPublisher::new(match &self.local {
             Some(topics) => {
                 self.writers.shared(names.topic(), || Ok(make()?.delivering_to(topics)))?
             }
@@ -263,8 +263,8 @@ impl Session {
 
     /// Every publisher and subscriber that is known here: those of others, and our own.
     ///
-    /// With the first question it subscribes to the names of nodes, which come a moment later.
-    /// Robots do not ask: each word of each of them would go to each other.
+    /// The first call subscribes to the names of nodes, which come a moment later. Robots do not call it:
+    /// what each of them announces would go to every other one.
     pub fn endpoints(&self) -> Vec<Endpoint> {
         self.follow_names();
         endpoint::all(&self.participant, &self.graph)
@@ -284,7 +284,7 @@ impl Session {
     /// that a service can start it again.
     pub async fn ended(&self) -> SessionEnded {
         loop {
-            tokio::time::sleep(LOOK).await;
+            tokio::time::sleep(POLL_PERIOD).await;
             if let Some(ended) = self.threads.have_ended() {
                 return ended;
             }

@@ -114,15 +114,15 @@ impl Batch {
     /// A batch on all units of this machine: the narrowest that has a lane for each replicate runs
     /// them.
     pub fn new() -> Self {
-        Self::of(&VectorUnit::available())
+        Self::with_units(&VectorUnit::available())
     }
 
     /// A batch on one unit; `None` if this machine does not have it.
     pub fn on(unit: VectorUnit) -> Option<Self> {
-        unit.engine().map(|_| Self::of(&[unit]))
+        unit.engine().map(|_| Self::with_units(&[unit]))
     }
 
-    fn of(units: &[VectorUnit]) -> Self {
+    fn with_units(units: &[VectorUnit]) -> Self {
         Self {
             engines: units.iter().filter_map(|unit| unit.engine()).collect(),
             trajectory: Trajectory::new(1.0, 0),

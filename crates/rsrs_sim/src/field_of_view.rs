@@ -116,11 +116,11 @@ impl FieldOfView {
 
     /// The view of a simulated robot upon robots with bodies of another radius, in metres.
     pub fn upon(robot: &SimulatedRobot, other_radius_m: f64) -> Self {
-        Self::of(&robot.region, seen_radius_m(robot.sees, other_radius_m))
+        Self::from_region(&robot.region, seen_radius_m(robot.sees, other_radius_m))
     }
 
     /// The view of a region upon robots of which so much around the centre is seen, in metres.
-    pub fn of(region: &Region, body_m: f64) -> Self {
+    pub fn from_region(region: &Region, body_m: f64) -> Self {
         match region {
             Region::Cone { half_angle_rad, range_m } => {
                 Self::Cone(ConeView::new(*half_angle_rad, *range_m, body_m))

@@ -408,7 +408,7 @@ impl Sensor {
         let (sine, cosine) = libm::sincos(details.bearing_rad);
         let seen_m = |radius_m: &f64| seen_radius_m(sensor.sees, *radius_m);
         let radii_m = radii_m(conditions);
-        let view = |radius_m: &f64| FieldOfView::of(&sensor.region, seen_m(radius_m));
+        let view = |radius_m: &f64| FieldOfView::from_region(&sensor.region, seen_m(radius_m));
         let readings = sensor.readings();
         let of = |disc| readings.iter().position(|it| is_a(it.detects, disc, (classes, robot)));
         let of_discs = each_disc(&radii_m, of);

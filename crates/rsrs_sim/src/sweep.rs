@@ -19,7 +19,7 @@ use crate::batch::BatchError;
 use crate::draw::{RunKey, Seed};
 use crate::placement::{self, PlacementError};
 
-pub use block::{Block, MOST_ROWS, Piece, blocks};
+pub use block::{Block, CellReplicates, MOST_ROWS, blocks};
 pub use worker_pool::{BlockError, Completion, KeepBlock, Work, run_blocks};
 
 /// How every cell is run.
@@ -134,7 +134,7 @@ pub fn sweep_measuring(
     let start = Progress { done: 0, total };
     let work = Work { conditions, seed, duration_s, n_threads, start, also };
     let cells = (0..conditions.len()).map(|cell| {
-        (cell as u64, Block { pieces: vec![Piece { cell, replicates: 0..replicates }] })
+        (cell as u64, Block { pieces: vec![CellReplicates { cell, replicates: 0..replicates }] })
     });
     let whole_cells: Mutex<BTreeMap<u64, Vec<ReplicateOutcome>>> = Mutex::default();
     let keep = |cell, _: &Block, outcomes| -> Result<(), Infallible> {

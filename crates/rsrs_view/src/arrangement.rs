@@ -55,8 +55,8 @@ pub struct Arrangement {
 
 impl Arrangement {
     /// Arranges a picture with one panel or more, of these slices.
-    pub fn of(picture: &DiagramPicture, slices: &[Slice]) -> Self {
-        let lines = Lines::of(picture);
+    pub fn new(picture: &DiagramPicture, slices: &[Slice]) -> Self {
+        let lines = Lines::new(picture);
         let has_headings = picture.panels.iter().any(|panel| !panel.heading.is_empty());
         let heading_px = if has_headings { HEADING_PX + 5.0 } else { 0.0 };
         let natural_px = natural_px(slices);

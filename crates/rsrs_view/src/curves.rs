@@ -126,7 +126,7 @@ pub(crate) struct DrawnCurves {
 pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictureError> {
     check(picture)?;
     let Page { margin_px, columns, curve_px: (width_px, height_px), width_px: page_px } =
-        Page::of(picture);
+        Page::new(picture);
     let pitch_px = INNER_LEFT_PX + width_px + BETWEEN_PX;
     let room_px = page_px - 2.0 * margin_px;
     let (texts, header_px) =
@@ -180,7 +180,7 @@ struct Page {
 }
 
 impl Page {
-    fn of(picture: &CurvesPicture) -> Self {
+    fn new(picture: &CurvesPicture) -> Self {
         let n = picture.curves.len();
         let curve_px = if n == 1 { LARGE_PX } else { SMALL_PX };
         let axes_px =

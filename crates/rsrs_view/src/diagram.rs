@@ -90,13 +90,13 @@ impl Help for PictureError {
 /// use rsrs_view::diagram::{DiagramPicture, Numbers, Panel, svg};
 ///
 /// let cell: rsrs_core::quantity::Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
-/// let counts = PhaseCounts::of([Phase::STABLE_MILLING; 16]);
+/// let counts = PhaseCounts::new([Phase::STABLE_MILLING; 16]);
 /// let diagram = PhaseDiagram {
 ///     axes: cell.axes(),
 ///     cells: vec![DiagramCell { cell: cell.clone(), counts }],
 /// };
 /// let picture = DiagramPicture {
-///     panels: vec![Panel::of(&diagram)],
+///     panels: vec![Panel::new(&diagram)],
 ///     x: Axis::Speed,
 ///     y: Some(Axis::TurnRate),
 ///     title: "Nine Flockbots".to_owned(),
@@ -128,7 +128,7 @@ pub fn drawn(picture: &DiagramPicture) -> Result<DrawnDiagram, PictureError> {
     if picture.y.is_none() {
         return drawn_curves(picture, &slices);
     }
-    let arrangement = Arrangement::of(picture, &slices);
+    let arrangement = Arrangement::new(picture, &slices);
     let margin_px = arrangement.margin_px;
     let room_px = arrangement.page_px - 2.0 * margin_px;
     let subtitles = subtitles(picture, &slices);
@@ -149,7 +149,7 @@ pub fn drawn(picture: &DiagramPicture) -> Result<DrawnDiagram, PictureError> {
         .panels
         .iter()
         .zip(&plots)
-        .map(|(panel, plot)| Drawing::of(picture, panel, plot))
+        .map(|(panel, plot)| Drawing::new(picture, panel, plot))
         .collect();
     let plots_px = plots.iter().map(|plot| plot.bottom_px).fold(0.0, f64::max) + BELOW_PX;
     let legend_corner_px = match arrangement.legend {

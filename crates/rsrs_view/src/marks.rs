@@ -113,12 +113,12 @@ pub fn places<'a>(
             None => places.push((place, vec![run])),
         }
     }
-    let place = |(at_px, runs)| MarkPlace::of(plot, at_px, runs, number_px);
+    let place = |(at_px, runs)| MarkPlace::new(plot, at_px, runs, number_px);
     places.into_iter().map(place).collect()
 }
 
 impl<'a> MarkPlace<'a> {
-    fn of(
+    fn new(
         plot: &Plot,
         at_px: Point,
         runs: Vec<&'a ExperimentMark>,

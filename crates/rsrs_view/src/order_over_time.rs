@@ -79,7 +79,7 @@ pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
         Theme::Screen => ((PAGE_PX + LEFT_PX, 62.0), PAGE_PX + LEFT_PX + WIDTH_PX + MARGIN_PX),
         Theme::Paper => ((LEFT_PX, run_height_px + 20.0), LEFT_PX + WIDTH_PX + MARGIN_PX),
     };
-    let rows = Rows::of(&picture.order, corner_px);
+    let rows = Rows::new(&picture.order, corner_px);
     let (curves, curves_px) = rows.drawn(&picture.order);
     let page = Element::picture(width_px, run_height_px.max(curves_px), &picture.run.title)
         .described(&picture.run.theme.description([picture.run.subtitle.as_str()], ""))
@@ -90,7 +90,7 @@ pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
 
 /// Draws order parameters without the run, under a title for screen readers.
 pub fn order_svg(picture: &OrderPicture, title: &str) -> DrawnOrder {
-    let rows = Rows::of(picture, (LEFT_PX, 36.0));
+    let rows = Rows::new(picture, (LEFT_PX, 36.0));
     let (curves, height_px) = rows.drawn(picture);
     let width_px = LEFT_PX + WIDTH_PX + MARGIN_PX;
     let page = Element::picture(width_px, height_px, title).children(curves);
@@ -110,7 +110,7 @@ struct Rows {
 }
 
 impl Rows {
-    fn of(picture: &OrderPicture, (left_px, top_px): (f64, f64)) -> Self {
+    fn new(picture: &OrderPicture, (left_px, top_px): (f64, f64)) -> Self {
         let lines = lines(picture);
         let whole_s = end_s(picture.duration_s);
         let chart = |(row, line): (usize, &Line)| Chart {

@@ -28,7 +28,7 @@ pub struct Drawing {
 
 impl Drawing {
     /// Draws a panel.
-    pub fn of(picture: &DiagramPicture, panel: &Panel, plot: &Plot) -> Self {
+    pub fn new(picture: &DiagramPicture, panel: &Panel, plot: &Plot) -> Self {
         let number_px = plot.number_px().filter(|_| picture.numbers == Numbers::Shown);
         let places = marks::places(plot, picture.experiments, number_px);
         let place = |column: usize, row: usize| {
@@ -56,7 +56,7 @@ impl Drawing {
         elements.extend(picture.values.is_none().then(|| plot::region_lines(plot)));
         elements.extend(plot::frames(plot));
         elements.push(axes(plot, y));
-        elements.extend(heading(panel, plot, Lines::of(picture)));
+        elements.extend(heading(panel, plot, Lines::new(picture)));
         elements.extend(lines);
         elements.extend(numbers);
         elements.extend(frame);
@@ -78,7 +78,7 @@ pub enum Lines {
 
 impl Lines {
     /// Those of a picture.
-    pub fn of(picture: &DiagramPicture) -> Self {
+    pub fn new(picture: &DiagramPicture) -> Self {
         let has_lines = picture.panels.iter().any(|panel| !panel.boundaries.is_empty());
         if has_lines { Self::Drawn } else { Self::None }
     }

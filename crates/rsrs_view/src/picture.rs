@@ -71,7 +71,7 @@ pub struct Panel<'a> {
 
 impl<'a> Panel<'a> {
     /// A diagram of the axes of its picture, of robots made worse, without boundaries.
-    pub fn of(diagram: &'a PhaseDiagram) -> Self {
+    pub fn new(diagram: &'a PhaseDiagram) -> Self {
         Self {
             heading: String::new(),
             diagram,

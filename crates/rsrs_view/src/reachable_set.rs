@@ -48,7 +48,7 @@ pub enum TubeMembership {
 
 impl TubeMembership {
     /// Of what was outside at these times.
-    pub fn of(exits: &[Exit]) -> Self {
+    pub fn new(exits: &[Exit]) -> Self {
         if exits.is_empty() { Self::Inside } else { Self::Outside }
     }
 }

@@ -125,7 +125,7 @@ impl Replay {
     /// # Panics
     ///
     /// If there is no sample to show, or a pose is not finite: a run that was judged has both.
-    pub fn of(shown: &Shown) -> Self {
+    pub fn new(shown: &Shown) -> Self {
         let Shown { trajectory, conditions, .. } = shown;
         let frames: Vec<usize> = shown.samples.clone().step_by(shown.every).collect();
         assert!(!frames.is_empty(), "a replay has at least one frame");
@@ -337,7 +337,7 @@ mod tests {
     }
 
     fn of_two_robots(trajectory: &Trajectory, conditions: &Conditions, every: usize) -> Replay {
-        Replay::of(&Shown {
+        Replay::new(&Shown {
             trajectory,
             conditions,
             robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],

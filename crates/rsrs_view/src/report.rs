@@ -177,7 +177,7 @@ pub struct RecordedRun {
 /// If the first cell is none of the cells: they come from the same diagram.
 pub fn html(page: &ReportPage) -> String {
     assert!(page.first_cell < page.cells.len(), "the first cell is one of the cells");
-    let replays = Replays::of(page);
+    let replays = Replays::new(page);
     let body = html! {
         (symbols())
         @if let Some(Verdict { words, mark }) = &page.verdict {
@@ -240,7 +240,7 @@ struct Replays<'a> {
 }
 
 impl<'a> Replays<'a> {
-    fn of(page: &'a ReportPage) -> Self {
+    fn new(page: &'a ReportPage) -> Self {
         let mut all = Vec::new();
         let mut number = |replay: Option<&'a Replay>| {
             replay.map(|replay| {

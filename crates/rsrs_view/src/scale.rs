@@ -29,7 +29,7 @@ enum Spread {
 
 impl Spread {
     /// Logarithmic for four positive values or more that grow by the same factor, but for their rounding.
-    fn of(values: &[f64]) -> Self {
+    fn new(values: &[f64]) -> Self {
         let is_positive = values.iter().all(|value| *value > 0.0);
         if values.len() < 4 || !is_positive || is_even(values) {
             return Self::Linear;
@@ -62,7 +62,7 @@ impl Scale {
     ///
     /// If there is no value.
     pub fn new(values: Vec<f64>, from_px: f64, to_px: f64) -> Self {
-        let spread = Spread::of(&values);
+        let spread = Spread::new(&values);
         let places: Vec<f64> = values.iter().map(|value| spread.place(*value)).collect();
         Self { edges: edges(&places), values, spread, from_px, to_px }
     }

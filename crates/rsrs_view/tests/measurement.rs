@@ -205,7 +205,7 @@ fn trajectories_lie_over_the_tube_and_those_outside_are_red() {
     let places: Vec<(&DrivenTrial, TubeMembership)> = trials
         .iter()
         .zip(&found.trials)
-        .map(|(trial, place)| (trial, TubeMembership::of(&place.exits)))
+        .map(|(trial, place)| (trial, TubeMembership::new(&place.exits)))
         .collect();
 
     let picture = tube_picture(&found.tubes[0], &places);

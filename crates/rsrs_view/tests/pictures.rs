@@ -55,7 +55,7 @@ fn default_diagram() -> PhaseDiagram {
 
 fn plain(diagram: &PhaseDiagram) -> DiagramPicture<'_> {
     DiagramPicture {
-        panels: vec![Panel::of(diagram)],
+        panels: vec![Panel::new(diagram)],
         x: Axis::Speed,
         y: Some(Axis::TurnRate),
         theme: Theme::Screen,
@@ -116,7 +116,7 @@ fn a_full_picture_shows_all_there_is() {
                 line("ring radius equals the sensing range", 1.6),
                 line("neighbours on the ring touch", 8.5),
             ],
-            ..Panel::of(&diagram)
+            ..Panel::new(&diagram)
         }],
         experiments: &[
             experiment("speed_m_s=0.15,turn_rate_rad_s=0.75", Phase::STABLE_MILLING, 3),
@@ -247,7 +247,7 @@ fn one_axis_gives_a_curve() {
     }
     let panel = Panel {
         compared: Some(("robots as measured".to_owned(), &measured)),
-        ..Panel::of(&diagram)
+        ..Panel::new(&diagram)
     };
     let picture = DiagramPicture {
         panels: vec![panel],
@@ -291,7 +291,7 @@ fn hostile_texts_stay_texts() {
                 points: vec![(0.1, 0.0), (0.1, 3.0)],
                 holds: Side::Left,
             }],
-            ..Panel::of(&diagram)
+            ..Panel::new(&diagram)
         }],
         note: Some(hostile.to_owned()),
         ..plain(&diagram)
@@ -314,7 +314,7 @@ fn a_slice_of_three_axes_states_where_it_was_cut() {
                 points: vec![(1.0, 1.0); 2],
                 holds: Side::Left,
             }],
-            ..Panel::of(&diagram)
+            ..Panel::new(&diagram)
         }],
         chosen: Some(&chosen),
         ..plain(&diagram)
@@ -332,7 +332,7 @@ fn a_boundary_without_a_place_and_axes_that_were_not_swept_are_refused() {
     let boundary =
         Boundary { label: "limit".to_owned(), points: vec![(0.1, f64::NAN)], holds: Side::Left };
 
-    let panels = vec![Panel { boundaries: vec![boundary], ..Panel::of(&diagram) }];
+    let panels = vec![Panel { boundaries: vec![boundary], ..Panel::new(&diagram) }];
     let error = svg(&DiagramPicture { panels, ..plain(&diagram) }).unwrap_err();
 
     assert_eq!(

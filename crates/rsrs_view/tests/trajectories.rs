@@ -140,7 +140,7 @@ fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
     let n_block = samples_in(BLOCK_S, mill.period_s);
     let block = |number: usize| {
         let samples = number * n_block..(number + 1) * n_block;
-        (samples.start as f64 * mill.period_s, OrderParameters::of(&mill, samples, &bodies))
+        (samples.start as f64 * mill.period_s, OrderParameters::new(&mill, samples, &bodies))
     };
     let blocks: Vec<(f64, OrderParameters)> = (0..mill.n_samples() / n_block).map(block).collect();
     let notes = ["robot_5 left the ring at 212 s".to_owned()];

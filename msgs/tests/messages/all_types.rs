@@ -28,7 +28,7 @@ pub struct MessageType {
 }
 
 impl MessageType {
-    fn of<M: RosMessage>() -> Self {
+    fn new<M: RosMessage>() -> Self {
         Self {
             name: M::TYPE_NAME,
             sample: |seed| {
@@ -42,7 +42,7 @@ impl MessageType {
 }
 
 macro_rules! message_types {
-    ($($message:ty),+ $(,)?) => { vec![$(MessageType::of::<$message>()),+] };
+    ($($message:ty),+ $(,)?) => { vec![$(MessageType::new::<$message>()),+] };
 }
 
 /// All types.

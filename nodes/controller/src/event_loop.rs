@@ -28,7 +28,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::NODE;
 use crate::parameters;
-use crate::sight::VirtualSight;
+use crate::virtual_detection::VirtualDetection;
 
 /// What reaches the controllers: of one robot, or of all.
 enum Input {
@@ -53,7 +53,7 @@ struct Hosted {
     gate_status: Option<Publisher<RobotStatus>>,
     arming: Arming,
     /// Whether the robot sees a virtual one, in a mixed fleet.
-    sight: VirtualSight,
+    sight: VirtualDetection,
     /// What its controller needs besides `detection`.
     further: BTreeMap<String, (Stamp, Subscription)>,
 }
@@ -148,7 +148,7 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     } else {
         None
     };
-    let (arming, sight) = (Arming::Disarmed, VirtualSight::default());
+    let (arming, sight) = (Arming::Disarmed, VirtualDetection::default());
     let robot = robot.to_owned();
     let further = BTreeMap::new();
     Ok(Hosted { robot, machine, node, cmd_vel, status, gate_status, arming, sight, further })

@@ -7,7 +7,7 @@
 
 mod event_loop;
 mod parameters;
-mod sight;
+mod virtual_detection;
 
 pub use event_loop::{Hosting, serve};
 pub use parameters::names;

@@ -40,12 +40,12 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::expectation;
 use crate::extras::Extras;
-use crate::meaning;
 use crate::parameters;
 use crate::plan::Plan;
 use crate::recorded_topics::{self, Queue, RecordedTopic, Role, Sample};
 use crate::recorder::{Closing, Recorder, Written};
 use crate::report::{Progress, RunReport, Times};
+use crate::sample_events;
 use crate::tracked::{Sighting, Tracked};
 use early::Early;
 
@@ -55,7 +55,7 @@ pub const NODE: &str = "experiment_runner";
 /// A runner that has not looked for so long has been stopped itself, or its machine is very busy.
 const STOOD_STILL: Duration = Duration::from_millis(500);
 /// How often the discovery database is looked at.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_PERIOD: Duration = Duration::from_millis(100);
 /// How long one request for parameters is tried before the machine asks again.
 const ONE_REQUEST: Duration = CONFIGURE_TIMEOUT;
 
@@ -226,7 +226,7 @@ impl<'a> Run<'a> {
     ) -> anyhow::Result<()> {
         let mut requests: Requests<'a> = FuturesUnordered::new();
         let mut tick = beat(TICK);
-        let mut look = beat(LOOK);
+        let mut look = beat(POLL_PERIOD);
         let mut stop = std::pin::pin!(stop);
         let mut is_stopped = false;
         // It installs no handler before it is polled.
@@ -389,7 +389,7 @@ impl<'a> Run<'a> {
         let topic = &self.recorded_topics[topic_index];
         match topic.role {
             Role::Simulator => {
-                let status = meaning::status(&received.message)?;
+                let status = sample_events::status(&received.message)?;
                 self.simulator = Some((status.clone(), Instant::now()));
                 events.extend(self.answer_of_simulator(&status));
                 events.push(Event::SimulatorStatus(status));
@@ -397,7 +397,7 @@ impl<'a> Run<'a> {
             // Where robots are is asked for before they move; then, whether their poses still come, and
             // whether they are where commands lead.
             Role::Transforms if self.rates.is_some() => {}
-            _ => events.extend(meaning::events(self.plan, topic, received)?),
+            _ => events.extend(sample_events::events(self.plan, topic, received)?),
         }
         Ok(events)
     }
@@ -425,7 +425,7 @@ impl<'a> Run<'a> {
         received: &ReceivedRaw,
     ) -> anyhow::Result<Vec<Event>> {
         let place = self.places.get(topic_index).copied().flatten();
-        let Some(place) = place.filter(|_| meaning::looks_at_poses(self.plan)) else {
+        let Some(place) = place.filter(|_| sample_events::looks_at_poses(self.plan)) else {
             return Ok(Vec::new());
         };
         let Sighting { poses, notes } = self.tracked.take(place, received)?;
@@ -434,9 +434,9 @@ impl<'a> Run<'a> {
         }
         let poses = poses.into_iter();
         Ok(if self.rates.is_some() {
-            poses.flat_map(|seen| meaning::pose_sampled(self.plan, seen)).collect()
+            poses.flat_map(|seen| sample_events::pose_sampled(self.plan, seen)).collect()
         } else {
-            poses.flat_map(meaning::pose_events).collect()
+            poses.flat_map(sample_events::pose_events).collect()
         })
     }
 

@@ -18,7 +18,7 @@ use rsrs_fleet::timing::COUNTDOWN;
 use rsrs_msgs::topics;
 use rsrs_ros::session::{Endpoint, EndpointKind, Session};
 
-use crate::fit::{self, Fit};
+use crate::endpoint_compatibility::{Compatibility, compatibility};
 use crate::plan::{Plan, Poses};
 use crate::recorded_topics::{RecordedTopic, Role};
 use crate::tracked;
@@ -51,7 +51,7 @@ pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerO
         samples: samples(plan),
         motion: motion(plan),
         start: (record.backend != Backend::Simulator && plan.place_check != PlaceCheck::Off)
-            .then(|| WantedStart::of(&record.conditions, record.replicate)),
+            .then(|| WantedStart::new(&record.conditions, record.replicate)),
     }
 }
 
@@ -209,7 +209,7 @@ fn trackers(plan: &Plan) -> Publishers {
 /// `unrecordable`, each with the reason.
 pub fn graph(session: &Session, plan: &Plan, unrecordable: BTreeMap<String, String>) -> Graph {
     let endpoints = session.endpoints();
-    let Fit { unfit, onlookers } = fit::fit(&endpoints, &plan.record.robots);
+    let Compatibility { unfit, onlookers } = compatibility(&endpoints, &plan.record.robots);
     let (writers, readers): (Vec<_>, Vec<_>) =
         endpoints.into_iter().partition(|endpoint| endpoint.kind == EndpointKind::Writer);
     Graph {

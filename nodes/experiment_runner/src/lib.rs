@@ -6,17 +6,17 @@
 
 mod arguments;
 pub mod causes;
+mod endpoint_compatibility;
 mod event_loop;
 mod expectation;
 mod extras;
-mod fit;
-mod meaning;
 mod parameters;
 pub mod places;
 pub mod plan;
 mod recorded_topics;
 mod recorder;
 mod report;
+mod sample_events;
 pub mod stop;
 pub mod tracked;
 

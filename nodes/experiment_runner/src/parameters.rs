@@ -114,7 +114,7 @@ pub async fn read_gate(client: &ParameterClient<'_>, robot: &str) -> Option<Gate
         if start.elapsed() >= NODE_TIMEOUT {
             return None;
         }
-        tokio::time::sleep(LOOK).await;
+        tokio::time::sleep(POLL_PERIOD).await;
     }
     let values = client.get_known(&node, &gate::ALL).await.ok()?;
     let known = gate::ALL.iter().zip(values);
@@ -124,7 +124,7 @@ pub async fn read_gate(client: &ParameterClient<'_>, robot: &str) -> Option<Gate
 }
 
 /// How often the services of a gate are looked for.
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_PERIOD: Duration = Duration::from_millis(20);
 
 /// A value as records keep it; what a gate of ours has none of, as text.
 fn value(found: ParameterValue) -> Value {

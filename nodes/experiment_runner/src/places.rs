@@ -254,7 +254,7 @@ impl<'a> Places<'a> {
             }
             robots.push(self.seen_robot(robot, known, now));
         }
-        let wanted = WantedStart::of(&plan.record.conditions, plan.record.replicate);
+        let wanted = WantedStart::new(&plan.record.conditions, plan.record.replicate);
         let deviations: Vec<String> =
             deviations(&wanted, &standing).iter().map(ToString::to_string).collect();
         let problems: Vec<String> =

@@ -313,7 +313,7 @@ fn geofence(
     record: &ExperimentRecord,
 ) -> anyhow::Result<Option<Geofence>> {
     let geofence = fleet.geofence.filter(|_| record.backend != Backend::Simulator);
-    let start = WantedStart::of(&record.conditions, record.replicate);
+    let start = WantedStart::new(&record.conditions, record.replicate);
     let checked = geofence.map_or(Ok(()), |geofence| geofence.check_start(&start));
     checked.with_context(|| path.display().to_string())?;
     Ok(geofence)

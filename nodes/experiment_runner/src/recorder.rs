@@ -150,7 +150,7 @@ impl Recorder {
                 period_ns: period_ns(record.conditions.period_s),
                 now_ns: 0,
                 has_begun: false,
-                steps: Steps::of(
+                steps: Steps::new(
                     recorded_topics
                         .iter()
                         .enumerate()
@@ -297,7 +297,7 @@ struct Steps {
 }
 
 impl Steps {
-    fn of(topics: impl Iterator<Item = usize>) -> Self {
+    fn new(topics: impl Iterator<Item = usize>) -> Self {
         Self { of_topic: topics.map(|topic| (topic, 0)).collect(), ..Self::default() }
     }
 

@@ -26,7 +26,7 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 const NODE: &str = "rsrs_stop";
 
 /// How often the discovery database is looked at.
-const LOOK_AROUND: Duration = Duration::from_millis(50);
+const POLL_PERIOD: Duration = Duration::from_millis(50);
 
 /// What came of a stop or release.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,7 +143,7 @@ impl<'a> StopNode<'a> {
         let _leases = self.listen_to_leases(&received)?;
         let _e_stop = self.listen_to_e_stop(&received)?;
         let mut tick = beat(TICK);
-        let mut look = beat(LOOK_AROUND);
+        let mut look = beat(POLL_PERIOD);
         let mut interrupt = std::pin::pin!(interrupt);
         let mut is_interrupted = false;
         loop {

@@ -13,7 +13,7 @@ use rsrs_ros::session::{NodeHandle, PublishError, Publisher, Session, SessionErr
 
 use crate::diagnostics::{self, Health};
 
-/// A robot's publishers. Each of its sentences fails if a reliable subscriber stops acknowledging.
+/// A robot's publishers. Publishing fails if a reliable subscriber stops acknowledging.
 pub struct Publishers {
     robot: String,
     detection: Publisher<Bool>,

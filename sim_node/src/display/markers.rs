@@ -212,7 +212,7 @@ mod tests {
         if let Some(region) = region {
             conditions.robot.region = region;
         }
-        Look::of(&conditions)
+        Look::new(&conditions)
     }
 
     /// Four robots on a ring of 1 m around (5, -3), the second of which sees something.
@@ -305,7 +305,7 @@ obstacles: [{place_m: [1, -1], radius_m: 0.2}, {polygon_m: [[0, 0], [1, 0], [0, 
 ";
         conditions.world = WorldFile::parse("world.yaml", text, &[], &[]).unwrap();
 
-        let array = markers(&scene(Look::of(&conditions)));
+        let array = markers(&scene(Look::new(&conditions)));
 
         let points = &named(&array, "walls").points;
         assert_eq!(points.len(), 2 * (4 + 96 + 3));
@@ -322,7 +322,7 @@ obstacles: [{place_m: [1, -1], radius_m: 0.2}, {polygon_m: [[0, 0], [1, 0], [0, 
         }
         conditions.arena.walls = Walls::None;
         conditions.world.obstacles.clear();
-        let array = markers(&scene(Look::of(&conditions)));
+        let array = markers(&scene(Look::new(&conditions)));
         assert!(array.markers.iter().all(|marker| marker.ns != "walls"), "there are none");
     }
 
@@ -330,7 +330,7 @@ obstacles: [{place_m: [1, -1], radius_m: 0.2}, {polygon_m: [[0, 0], [1, 0], [0, 
     fn objects_and_goals_are_where_they_are_and_as_large_as_they_are() {
         let conditions = pushing("last_s: 10");
         let objects_m = vec![[0.1, 0.2], [0.3, 0.4], [-1.0, 0.5]];
-        let scene = Scene { objects_m, ..scene(Look::of(&conditions)) };
+        let scene = Scene { objects_m, ..scene(Look::new(&conditions)) };
 
         let array = markers(&scene);
 

@@ -47,7 +47,7 @@ pub struct SensorLook {
 
 impl Look {
     /// That of the robots under these conditions.
-    pub fn of(conditions: &Conditions) -> Self {
+    pub fn new(conditions: &Conditions) -> Self {
         let sensors = sensors(&conditions.robot);
         let own_robots = conditions.own_robots.iter();
         let own_sensors = own_robots.map(|(place, robot)| (*place, self::sensors(robot))).collect();

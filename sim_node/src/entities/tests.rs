@@ -24,7 +24,7 @@ fn placed_world() -> PlacedWorld {
         world.displace(robot as usize, pose);
     }
     let names = ["robot_1", "robot_2", "robot_3", "real"].map(str::to_owned);
-    let rows = Rows::of(&names, &names[..3], 4).unwrap();
+    let rows = Rows::new(&names, &names[..3], 4).unwrap();
     let (time, gates) = (TimeMode::RealTime, Gates::Here);
     let robots = names[..3].to_vec();
     let placed = Placed { digest: 1, robots, steps: 1, period_ns: 1, time, gates };

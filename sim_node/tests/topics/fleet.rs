@@ -101,7 +101,7 @@ pub struct Latest<M> {
 
 impl<M: RosMessage + Clone + Send + 'static> Latest<M> {
     /// Subscribes to a topic of every robot, or to the one of the swarm.
-    pub fn of(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
+    pub fn new(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
         let robots = if topic.is_absolute() { &ROBOTS[..1] } else { &ROBOTS[..] };
         Self::at(session, node, topic, robots)
     }

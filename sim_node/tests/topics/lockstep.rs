@@ -70,8 +70,8 @@ async fn run() {
     let _simulator = start();
     let session = session();
     let node = session.node("/", "conductor").expect("the name is allowed");
-    let simulator = Latest::<RobotStatus>::of(&session, &node, topics::SIMULATOR_STATUS);
-    let robots = Latest::<RobotStatus>::of(&session, &node, topics::STATUS);
+    let simulator = Latest::<RobotStatus>::new(&session, &node, topics::SIMULATOR_STATUS);
+    let robots = Latest::<RobotStatus>::new(&session, &node, topics::STATUS);
     let (to_received, mut received) = unbounded_channel();
     let subscriptions = listen(&session, &node, &to_received);
     let world = World { conditions: conditions(), steps: STEPS, time: "lockstep" };

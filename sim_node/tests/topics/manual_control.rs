@@ -107,8 +107,8 @@ async fn steering() {
 
 async fn steer(tool: &Tool<'_>) {
     let Tool { session, node, .. } = tool;
-    let digests = Latest::<WorldDigest>::of(session, node, topics::WORLD_DIGEST);
-    let statuses = Latest::<RobotStatus>::of(session, node, topics::SIMULATOR_STATUS);
+    let digests = Latest::<WorldDigest>::new(session, node, topics::WORLD_DIGEST);
+    let statuses = Latest::<RobotStatus>::new(session, node, topics::SIMULATOR_STATUS);
     let world = World { conditions: conditions(), steps: 10, time: "lockstep" };
     session.wait_for_writers(topics::WORLD_DIGEST.name, 1, TIMEOUT).await.expect("it publishes");
     let duration_s = 10.0 * world.conditions.period_s;
@@ -155,7 +155,7 @@ async fn lists_what_it_can_do(tool: &Tool<'_>) {
 }
 
 async fn moves_a_robot(tool: &Tool<'_>) {
-    let odom = Latest::<Odometry>::of(tool.session, tool.node, topics::ODOM);
+    let odom = Latest::<Odometry>::new(tool.session, tool.node, topics::ODOM);
     tool.session
         .wait_for_readers(&topics::ODOM.for_robot(ROBOTS[1]), 1, TIMEOUT)
         .await
@@ -208,7 +208,7 @@ async fn held() {
     let _simulator = start();
     let session = session();
     let node = session.node("/", "tool").expect("the name is allowed");
-    let robots = Latest::<RobotStatus>::of(&session, &node, topics::STATUS);
+    let robots = Latest::<RobotStatus>::new(&session, &node, topics::STATUS);
     let world = World { conditions: conditions(), steps: 0, time: "real_time" };
     until_it_listens(&session).await;
     world.place(&session, &node).await.expect("the world can be placed");

@@ -28,8 +28,8 @@ async fn mixing() {
     let _simulator = start();
     let session = session();
     let node = session.node("/", "base").expect("the name is allowed");
-    let odom = Latest::<Odometry>::of(&session, &node, topics::ODOM);
-    let detections = Latest::<Bool>::of(&session, &node, topics::DETECTION);
+    let odom = Latest::<Odometry>::new(&session, &node, topics::ODOM);
+    let detections = Latest::<Bool>::new(&session, &node, topics::DETECTION);
     let given = Latest::<Bool>::at(&session, &node, topics::VIRTUAL_DETECTION, &[REAL]);
     let base = publisher::<Odometry>(&session, &node, topics::ODOM, REAL);
     place(&session, &node).await;

@@ -37,12 +37,12 @@ async fn run() {
     let session = session();
     let node = session.node("/", "conductor").expect("the name is allowed");
     let seen = Seen {
-        simulator: Latest::of(&session, &node, topics::SIMULATOR_STATUS),
-        robots: Latest::of(&session, &node, topics::STATUS),
-        odom: Latest::of(&session, &node, topics::ODOM),
-        detections: Latest::of(&session, &node, topics::DETECTION),
-        digest: Latest::of(&session, &node, topics::WORLD_DIGEST),
-        clock: Latest::of(&session, &node, topics::CLOCK),
+        simulator: Latest::new(&session, &node, topics::SIMULATOR_STATUS),
+        robots: Latest::new(&session, &node, topics::STATUS),
+        odom: Latest::new(&session, &node, topics::ODOM),
+        detections: Latest::new(&session, &node, topics::DETECTION),
+        digest: Latest::new(&session, &node, topics::WORLD_DIGEST),
+        clock: Latest::new(&session, &node, topics::CLOCK),
     };
     until_it_listens(&session).await;
     let world = World { conditions: conditions(), steps: 0, time: "real_time" };

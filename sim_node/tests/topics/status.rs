@@ -17,7 +17,7 @@ async fn placing() {
     let _simulator = start();
     let session = session();
     let node = session.node("/", "visitor").expect("the name is allowed");
-    let statuses = Latest::<RobotStatus>::of(&session, &node, topics::SIMULATOR_STATUS);
+    let statuses = Latest::<RobotStatus>::new(&session, &node, topics::SIMULATOR_STATUS);
     let mut world = World { conditions: conditions(), steps: 3, time: "lockstep" };
 
     let idle = statuses.in_state(RobotState::Idle).await;

@@ -19,8 +19,8 @@ async fn viewing() {
     let _simulator = start();
     let session = session();
     let node = session.node("/", "viewer").expect("the name is allowed");
-    let frames = Latest::<TFMessage>::of(&session, &node, topics::TF);
-    let markers = Latest::<MarkerArray>::of(&session, &node, topics::MARKERS);
+    let frames = Latest::<TFMessage>::new(&session, &node, topics::TF);
+    let markers = Latest::<MarkerArray>::new(&session, &node, topics::MARKERS);
     let world = World { conditions: conditions(), steps: 0, time: "real_time" };
     world.place(&session, &node).await.expect("the world can be placed");
 

@@ -130,16 +130,16 @@ fn repeated(experiments: &[Experiment]) -> Value {
             simulated: experiment.simulated,
             part: 1.0 / experiments.len() as f64,
         });
-        Comparison::of(&runs.collect::<Vec<CellRuns>>())
+        Comparison::new(&runs.collect::<Vec<CellRuns>>())
     };
     let of_one = |number: usize| {
-        compare(&|experiment: &Experiment| PhaseCounts::of([experiment.repeated[number]])).tally
+        compare(&|experiment: &Experiment| PhaseCounts::new([experiment.repeated[number]])).tally
     };
-    let all = compare(&|experiment| PhaseCounts::of(experiment.repeated.iter().copied()));
+    let all = compare(&|experiment| PhaseCounts::new(experiment.repeated.iter().copied()));
     let cells = experiments.iter().zip(&all.cells).map(|(experiment, compared)| {
         let single = CellRuns {
             cell: experiment.cell.clone(),
-            real: PhaseCounts::of([experiment.phase]),
+            real: PhaseCounts::new([experiment.phase]),
             simulated: experiment.simulated,
             part: 1.0,
         };
@@ -149,7 +149,7 @@ fn repeated(experiments: &[Experiment]) -> Value {
             "simulated": experiment.simulated.majority().map(Phase::key),
             "b_s": compared.simulated.value(),
             "phase": experiment.phase.key(),
-            "beside": match Comparison::of(&[single]).tally {
+            "beside": match Comparison::new(&[single]).tally {
                 Tally { easier: 1, .. } => "easier",
                 Tally { harder: 1, .. } => "harder",
                 _ => "same",

@@ -15,7 +15,7 @@ use crate::notes::print_note;
 use crate::profile_arguments::ProfileArguments;
 use prompt::Prompt;
 use rsrs_files::quoted;
-use rsrs_operate::campaign::{self, Campaign, Conductor};
+use rsrs_operate::campaign::{self, Campaign, CampaignRunner};
 use rsrs_pipeline::campaign::{CampaignFolder, Summary};
 use rsrs_pipeline::error::with_help;
 use rsrs_render::campaign as render;
@@ -104,13 +104,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             None if asks => Prompt::at_keyboard(),
             None => Prompt::Silent,
         };
-        let conductor = Conductor::new(&folder, target, prompt, &TerminalOperator);
-        conductor.with_tries(arguments.retry.map(|retry| retry + 1)).conduct(&items).await
+        let campaign_runner = CampaignRunner::new(&folder, target, prompt, &TerminalOperator);
+        campaign_runner.with_tries(arguments.retry.map(|retry| retry + 1)).run_all(&items).await
     });
     if let Err(error) = ended {
         return Err(interrupted(&error, arguments));
     }
-    let summary = Summary::of(&folder, &items, &command(arguments))?;
+    let summary = Summary::new(&folder, &items, &command(arguments))?;
     report(arguments.format, &summary, render::text(&summary))?;
     Ok(if summary.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer })
 }

@@ -37,7 +37,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { shards, output, .. } = arguments;
     let result = merge(shards, output, execution(arguments.threads)?, picture::into_folder)?;
-    let summary = SweepReport::of(&arguments.output, &result);
+    let summary = SweepReport::new(&arguments.output, &result);
     report(arguments.format, &summary, text(&summary))?;
     Ok(Outcome::Done)
 }

@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let until = if is_once { Until::AllAreSeen } else { Until::Stopped };
         return check::check(&plan, &network, (until, arguments.format));
     }
-    let poses = StartPoses::of(&plan)?;
+    let poses = StartPoses::new(&plan)?;
     if let Some(picture) = picture {
         draw(picture, &arguments.setup.experiment, &poses)?;
     }

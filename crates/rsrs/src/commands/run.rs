@@ -115,7 +115,7 @@ async fn on_fleet(
     place_command: Option<&str>,
 ) -> anyhow::Result<RunSummary> {
     if let Some(program) = place_command {
-        let wanted = StartPoses::of(plan)?.wanted(plan.bag.display().to_string());
+        let wanted = StartPoses::new(plan)?.wanted(plan.bag.display().to_string());
         place_command::place(program, &wanted, &TerminalOperator).await?;
     }
     watched(plan, network, asked_to_stop(), &TerminalOperator).await

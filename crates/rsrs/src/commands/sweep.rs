@@ -103,7 +103,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(warning) = settled::warning(place, n_edge, &unsettled) {
         print_always(format!("warning: {warning}"));
     }
-    let mut summary = SweepReport::of(folder, &result);
+    let mut summary = SweepReport::new(folder, &result);
     summary.unsettled_edge = unsettled;
     summary.factors = of_barren_sweep(&result, execution)?;
     report(arguments.format, &summary, text(&summary))?;

@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if !std::io::stderr().is_terminal() {
         logging::init(Level::Warn);
     }
-    let look = Look::of(anstream::ColorChoice::global(), &environment);
+    let look = Look::new(anstream::ColorChoice::global(), &environment);
     match arguments.bag() {
         Some(bag) => play_bag(bag, look),
         None => view_fleet(arguments.what.as_deref(), &arguments.network.interface, look),

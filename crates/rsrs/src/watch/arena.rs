@@ -43,7 +43,7 @@ struct Scale {
 
 impl Scale {
     /// All of these places in so many letters.
-    fn of(places_m: &[(f64, f64)], n_columns: u16, n_rows: u16) -> Self {
+    fn new(places_m: &[(f64, f64)], n_columns: u16, n_rows: u16) -> Self {
         let bounds = |of: fn(&(f64, f64)) -> f64| {
             let least = places_m.iter().map(of).fold(f64::INFINITY, f64::min);
             let most = places_m.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
@@ -111,7 +111,7 @@ pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let around = around.chain(objects_m.iter().map(|[x, y]| (*x, *y)));
     let places_m: Vec<(f64, f64)> = poses.map(|pose| (pose.x_m, pose.y_m)).chain(around).collect();
     let floor = Rect { height: area.height - 1, ..area };
-    let scale = Scale::of(&places_m, floor.width, floor.height);
+    let scale = Scale::new(&places_m, floor.width, floor.height);
     let on_walls = walls.iter().flat_map(|corners_m| along(corners_m, scale.row_m / 8.0));
     draw_dots(view, (&scale, on_walls), floor, buffer);
     if view.look.signs == Signs::Unicode {
@@ -287,7 +287,7 @@ mod tests {
     fn all_places_are_shown_whatever_the_size_and_lengths_are_the_same_both_ways() {
         let places_m = [(-0.7, 0.1), (1.9, -3.2), (0.0, 2.6)];
         for (n_columns, n_rows) in [(8, 2), (26, 9), (90, 40), (200, 5)] {
-            let scale = Scale::of(&places_m, n_columns, n_rows);
+            let scale = Scale::new(&places_m, n_columns, n_rows);
 
             for (x_m, y_m) in places_m {
                 assert!(scale.letter(x_m, y_m).is_some(), "{n_columns} x {n_rows}: {x_m}, {y_m}");

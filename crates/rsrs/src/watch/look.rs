@@ -41,7 +41,7 @@ pub struct Look {
 impl Look {
     /// By `--color`, `NO_COLOR` (<https://no-color.org>) and the character set of `LC_ALL`, `LC_CTYPE` or
     /// `LANG`, the first that is set.
-    pub fn of(choice: ColorChoice, environment: &Environment) -> Self {
+    pub fn new(choice: ColorChoice, environment: &Environment) -> Self {
         let variable = |name| environment.variable(name).filter(|value| !value.is_empty());
         let locale = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().find_map(variable);
         let is_utf_8 = locale.is_some_and(|locale| {

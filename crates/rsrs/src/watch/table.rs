@@ -174,7 +174,7 @@ fn cell(view: &View<'_>, column: Column, name: &str, robot: &ObservedRobot) -> C
     let condition = robot.condition(now);
     match column {
         Column::Name => (name.to_owned(), Style::new()),
-        Column::State => (condition.word().to_owned(), state_style(view, condition)),
+        Column::State => (condition.label().to_owned(), state_style(view, condition)),
         Column::Sees => sees(view, robot),
         Column::Detections => rate(view, robot.detection_rate.hz(now)),
         Column::Commands => rate(view, robot.command_rate.hz(now)),
@@ -199,7 +199,7 @@ fn cell(view: &View<'_>, column: Column, name: &str, robot: &ObservedRobot) -> C
                 LeaseView::Holds(_) => Style::new(),
                 LeaseView::None | LeaseView::NotNamed | LeaseView::OtherEpoch => look.quiet(),
             };
-            (lease.word().to_owned(), style)
+            (lease.label().to_owned(), style)
         }
         Column::Why => (why(robot, condition), state_style(view, condition)),
     }

@@ -65,7 +65,7 @@ pub fn view(
     let shown = Screen::open().and_then(|mut screen| viewer.run(&mut screen, interrupted));
     // Whoever has asked for a stop gets it, whatever became of the screen.
     if let Some(stop) = viewer.stop.take() {
-        viewer.outcome = Some(StopResult::of(stop.wait()));
+        viewer.outcome = Some(StopResult::new(stop.wait()));
     }
     let outcome = viewer.outcome;
     let stop_left = viewer.standing.map_or(Ok(()), StandingStop::leave);
@@ -82,7 +82,7 @@ pub struct StopResult {
 }
 
 impl StopResult {
-    fn of(report: anyhow::Result<StopReport>) -> Self {
+    fn new(report: anyhow::Result<StopReport>) -> Self {
         match report {
             Ok(report) => Self {
                 is_acknowledged: report.ending == StopOutcome::Acknowledged,
@@ -140,7 +140,7 @@ impl Viewer<'_> {
             self.live.update()?;
             if self.stop.as_ref().is_some_and(StopUnderWay::is_over) {
                 let stop = self.stop.take();
-                self.outcome = stop.map(|stop| StopResult::of(stop.wait()));
+                self.outcome = stop.map(|stop| StopResult::new(stop.wait()));
                 // Another one: who stays announced as the publisher of a stop holds it after a release.
                 self.standing = self.fleet.standing_stop()?;
             }

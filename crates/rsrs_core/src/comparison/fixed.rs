@@ -84,7 +84,7 @@ pub struct FixedTest {
 
 impl FixedTest {
     /// The test of a design, with a margin from 0 to less than 1.
-    pub fn of(cells: &[FixedCell], margin: f64) -> Self {
+    pub fn new(cells: &[FixedCell], margin: f64) -> Self {
         let tail = OF_SIMULATED / cells.len().max(1) as f64;
         let bounds =
             |cell: &FixedCell| Interval::with_tails(cell.simulated.hits, cell.simulated.n, tail);
@@ -186,7 +186,7 @@ fn plan_of(cells: &[PlannedCell], runs: u64, margin: f64) -> FixedPlan {
         .zip(cells)
         .map(|(position, cell)| FixedCell { runs: of_cell(position), simulated: cell.simulated })
         .collect();
-    let test = FixedTest::of(&planned, margin);
+    let test = FixedTest::new(&planned, margin);
     let drawn = |is_in: &dyn Fn(&FixedCell) -> bool| {
         let both = planned.iter().zip(cells).filter(|(cell, _)| is_in(cell));
         sums(both.map(|(cell, planned)| (cell.runs, planned.expected)))
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn the_numbers_are_those_of_scipy() {
         // scipy 1.17: beta.ppf of 0.99 and 0.01 for 880 of 1000, then binom.sf and binom.cdf.
-        let test = FixedTest::of(&[FixedCell { runs: 40, simulated: KNOWN }], 0.2);
+        let test = FixedTest::new(&[FixedCell { runs: 40, simulated: KNOWN }], 0.2);
 
         assert_eq!(
             test,
@@ -238,7 +238,7 @@ mod tests {
                         (0..).zip(&of_simulated).filter(|(_, it)| **it > 1e-9)
                     {
                         let simulated = Share { hits, n: n_simulated };
-                        let test = FixedTest::of(&[FixedCell { runs, simulated }], margin);
+                        let test = FixedTest::new(&[FixedCell { runs, simulated }], margin);
                         let errs = |mills: &u64| test.verdict(*mills, *mills) == wrong;
                         let of_mills = (0..).zip(&of_real).filter(|(mills, _)| errs(mills));
                         error += probability * of_mills.map(|(_, it)| it).sum::<f64>();
@@ -255,8 +255,8 @@ mod tests {
         let rare = FixedCell { runs: 20, simulated: Share { hits: 0, n: 100 } };
         let often = FixedCell { runs: 20, simulated: KNOWN };
 
-        assert_eq!(FixedTest::of(&[rare], 0.1).verdict(20, 20), Verdict::NoClaim);
-        let both = FixedTest::of(&[rare, often], 0.25);
+        assert_eq!(FixedTest::new(&[rare], 0.1).verdict(20, 20), Verdict::NoClaim);
+        let both = FixedTest::new(&[rare, often], 0.25);
         assert_eq!(both.n_claimed, 20);
         assert_eq!(both.verdict(20, 40), Verdict::Supported);
         assert_eq!(both.verdict(2, 2), Verdict::Violated);

@@ -324,7 +324,7 @@ fn check_sensors(robot: &SimulatedRobot, conditions: &Conditions) -> Result<(), 
     if !robot.has_one_plain_sensor() {
         let sensors = robot.sensors();
         let entries: Vec<SensorEntry> =
-            sensors.iter().map(|it| SensorEntry::of(&it.name, &Sensing::from(it))).collect();
+            sensors.iter().map(|it| SensorEntry::new(&it.name, &Sensing::from(it))).collect();
         sensor::file::sensors(&entries)?;
         for sensor in sensors {
             check_region(&sensor.region)?;

@@ -145,7 +145,7 @@ pub struct CommandRange {
 
 impl CommandRange {
     /// What a robot may be commanded: from standing still to its greatest speed, turning to either side.
-    pub fn of(profile: &RobotProfile) -> Self {
+    pub fn new(profile: &RobotProfile) -> Self {
         let ([_, speed], [_, turn]) =
             (profile.actuation.speed.limits_m_s, profile.actuation.turn.limits_rad_s);
         Self {
@@ -188,7 +188,7 @@ mod tests {
     fn a_command_from_outside_is_moved_into_the_range_and_within_the_wheels() {
         let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
         let command = |speed_m_s, turn_rate_rad_s| Command { speed_m_s, turn_rate_rad_s };
-        let range = CommandRange::of(&profile);
+        let range = CommandRange::new(&profile);
 
         assert_eq!(range.nearest(command(-1.0, 9.0)), command(0.0, range.turn_rate_rad_s[1]));
         assert_eq!(range.nearest(command(0.1, -0.5)), command(0.1, -0.5));
@@ -196,7 +196,7 @@ mod tests {
 
         let wheels = Wheels { base_m: 0.1, speed_max_m_s: 0.1 };
         profile.actuation.wheels = Some(wheels);
-        let slower = CommandRange::of(&profile).nearest(command(0.2, 2.0));
+        let slower = CommandRange::new(&profile).nearest(command(0.2, 2.0));
         assert!(wheels.can(slower), "{slower:?}");
         assert!((slower.speed_m_s / slower.turn_rate_rad_s - 0.1).abs() < 1e-12, "{slower:?}");
     }
@@ -245,7 +245,7 @@ mod tests {
         );
         assert!(error.help().unwrap().contains("`actuation.wheels`"));
         let backward = Command { speed_m_s: -0.3, turn_rate_rad_s: -1.0 };
-        let either = ControllerParameters::of(Command::STOP, backward);
+        let either = ControllerParameters::new(Command::STOP, backward);
         assert!(profile.check_limits(&either.into()).is_err(), "of both commands");
         assert_ne!(profile.digest(), without.digest());
     }

@@ -66,7 +66,7 @@ pub fn controller_values(controller: &Controller) -> Vec<(Axis, f64)> {
 
 impl OperatorConditions {
     /// The circumstances that a simulated cell stands for.
-    pub fn of(conditions: &Conditions, duration_s: f64) -> Self {
+    pub fn new(conditions: &Conditions, duration_s: f64) -> Self {
         Self {
             robots: conditions.robots,
             controller: conditions.controller.clone(),

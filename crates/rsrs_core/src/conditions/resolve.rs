@@ -297,14 +297,14 @@ fn commands(
         speed_m_s: undetected[0].unwrap_or(speed_m_s),
         turn_rate_rad_s: undetected[1].unwrap_or(-turn_rate_rad_s),
     };
-    Ok(ControllerParameters::of(detected, undetected))
+    Ok(ControllerParameters::new(detected, undetected))
 }
 
 fn simulated_robot(robot: &RobotProfile, controller: &Controller) -> SimulatedRobot {
     let (speed, turn) = (&robot.actuation.speed, &robot.actuation.turn);
     // One gain serves all commands: that of the fastest, which moves the robot most.
     let Command { speed_m_s, turn_rate_rad_s } = controller.fastest();
-    let first = SimulatedSensor::of(DETECTION, &robot.sensing);
+    let first = SimulatedSensor::new(DETECTION, &robot.sensing);
     SimulatedRobot {
         radius_m: robot.body.radius_m,
         front_half_angle_rad: robot.body.front_half_angle_rad,
@@ -333,7 +333,7 @@ fn simulated_robot(robot: &RobotProfile, controller: &Controller) -> SimulatedRo
         latency_steps: first.latency_steps,
         details: first.details,
         further_sensors: (robot.further_sensors.iter())
-            .map(|sensor| SimulatedSensor::of(&sensor.name, &sensor.sensing))
+            .map(|sensor| SimulatedSensor::new(&sensor.name, &sensor.sensing))
             .collect(),
     }
 }

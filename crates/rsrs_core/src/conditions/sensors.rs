@@ -30,11 +30,11 @@ pub struct SimulatedSensor {
 
 impl SimulatedSensor {
     /// The sensor of a checked profile.
-    pub fn of(name: &str, sensing: &Sensing) -> Self {
+    pub fn new(name: &str, sensing: &Sensing) -> Self {
         Self {
             name: name.to_owned(),
             sees: sensing.sees,
-            region: Region::of(sensing),
+            region: Region::new(sensing),
             true_positive: sensing.true_positive,
             false_positive: sensing.false_positive,
             latency_steps: sensing.latency_steps,
@@ -108,7 +108,7 @@ impl SimulatedRobot {
             return ReadingNames::default();
         }
         let sensors = self.sensors();
-        ReadingNames::of(sensors.iter().map(|sensor| sensor.details.names(&sensor.name)))
+        ReadingNames::new(sensors.iter().map(|sensor| sensor.details.names(&sensor.name)))
     }
 
     /// How far away it detects the centre of another robot of its size, in metres, with the sensor that reaches
@@ -122,7 +122,7 @@ impl RobotProfile {
     /// As [`SimulatedRobot::reach_m`].
     pub fn reach_m(&self) -> f64 {
         let sensors: Vec<SimulatedSensor> =
-            self.sensors().map(|(name, sensing)| SimulatedSensor::of(name, sensing)).collect();
+            self.sensors().map(|(name, sensing)| SimulatedSensor::new(name, sensing)).collect();
         reach_m(&sensors, self.body.radius_m)
     }
 }

@@ -150,7 +150,7 @@ impl AtCircliness {
     /// Judges simulated replicates, whose reach is known, again with lower, equal and higher
     /// thresholds; mills that did not last stay what they are. Empty for a behaviour whose wanted
     /// phase has no bound on circliness.
-    pub fn of(judged: &[(Phase, OrderParameters)]) -> Vec<Self> {
+    pub fn new(judged: &[(Phase, OrderParameters)]) -> Vec<Self> {
         let Some((phase, _)) = judged.first() else { return Vec::new() };
         let rules = phase.behaviour().rules();
         let Some(bound) = rules.wanted_bound(Parameter::CIRCLINESS) else { return Vec::new() };

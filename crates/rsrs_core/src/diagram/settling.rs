@@ -27,7 +27,7 @@ pub const UNSETTLED_SHARE: f64 = 0.1;
 impl Settling {
     /// Counts the changes from the phases at two thirds to those at the end, shape `[n_replicates]`
     /// both; the last third begins at `from_s`, in seconds.
-    pub fn of(before: &[Phase], after: &[Phase], from_s: f64) -> Self {
+    pub fn new(before: &[Phase], after: &[Phase], from_s: f64) -> Self {
         let changed = before.iter().zip(after).filter(|(before, after)| before != after);
         Self {
             n_replicates: before.len().min(after.len()) as u64,
@@ -97,7 +97,7 @@ mod tests {
         let after = [mill, mill, apart];
 
         let expected = Settling { n_replicates: 3, n_changed: 1, from_s: 80.0 };
-        assert_eq!(Settling::of(&before, &after, 80.0), expected);
+        assert_eq!(Settling::new(&before, &after, 80.0), expected);
         assert_eq!(Settling::last_third_s(300.0, Window::default()), Some(200.0));
         assert_eq!(
             Settling::last_third_s(60.0, Window::default()),
@@ -110,7 +110,7 @@ mod tests {
     fn the_edge_is_where_neighbours_differ_and_not_the_border_of_the_grid() {
         let cell = |x: usize, y: usize, mills: bool| DiagramCell {
             cell: Cell::new([(Axis::Speed, x as f64), (Axis::TurnRate, y as f64)]).unwrap(),
-            counts: PhaseCounts::of([if mills { Phase::STABLE_MILLING } else { Phase::UNFORMED }]),
+            counts: PhaseCounts::new([if mills { Phase::STABLE_MILLING } else { Phase::UNFORMED }]),
         };
         let cells = (0..4).flat_map(|x| (0..3).map(move |y| cell(x, y, x < 2)));
         let diagram =

@@ -116,7 +116,7 @@ impl Ring {
     /// The ring of robots under these conditions; `None` if they are not alike, see with a polygon, by centres or with more
     /// than one plain sensor or among objects, for which this geometry does not hold, have another controller than that of
     /// the paper, or are to do something else than mill.
-    pub fn of(conditions: &Conditions) -> Option<Self> {
+    pub fn new(conditions: &Conditions) -> Option<Self> {
         let robot = &conditions.robot;
         let is_mirrored =
             conditions.controller.parameters().is_some_and(|it| it.undetected.is_none());

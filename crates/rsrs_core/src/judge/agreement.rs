@@ -56,20 +56,20 @@ impl Agreement {
     /// use rsrs_core::judge::phase::Phase;
     ///
     /// let (mill, apart) = (Phase::STABLE_MILLING, Phase::DISPERSION);
-    /// let blind = Agreement::of(&[(mill, mill); 20]).expect("there are runs");
+    /// let blind = Agreement::new(&[(mill, mill); 20]).expect("there are runs");
     /// assert_eq!((blind.share, blind.kappa), (1.0, None));
     ///
     /// let mut runs = [(mill, mill); 20];
     /// runs[..10].fill((apart, apart));
-    /// let agreed = Agreement::of(&runs).expect("there are runs");
+    /// let agreed = Agreement::new(&runs).expect("there are runs");
     /// assert_eq!(agreed.kappa, Some(1.0));
     /// assert!(agreed.kappa_interval.expect("kappa has one").low < 0.7);
     /// ```
-    pub fn of(labels: &[(Phase, Phase)]) -> Option<Self> {
+    pub fn new(labels: &[(Phase, Phase)]) -> Option<Self> {
         if labels.is_empty() {
             return None;
         }
-        let table = Table::of(labels);
+        let table = Table::new(labels);
         let n = labels.len() as u64;
         let n_same = labels.iter().filter(|(one, other)| one == other).count() as u64;
         let share = n_same as f64 / n as f64;
@@ -108,7 +108,7 @@ struct Table {
 }
 
 impl Table {
-    fn of(labels: &[(Phase, Phase)]) -> Self {
+    fn new(labels: &[(Phase, Phase)]) -> Self {
         let phases: BTreeSet<Phase> =
             labels.iter().flat_map(|(one, other)| [*one, *other]).collect();
         let n = labels.len() as f64;
@@ -179,14 +179,14 @@ mod tests {
     fn few_runs_that_all_agree_are_no_certainty() {
         let few = [(STABLE, STABLE), (DISPERSED, DISPERSED)];
 
-        let interval = Agreement::of(&few).unwrap().kappa_interval.unwrap();
+        let interval = Agreement::new(&few).unwrap().kappa_interval.unwrap();
 
         assert!(interval.low < 0.0 && interval.high.to_bits() == 1.0_f64.to_bits(), "{interval:?}");
     }
 
     #[test]
     fn judges_who_each_use_one_phase_but_not_the_same_differ_as_by_chance() {
-        let agreement = Agreement::of(&[(SEMI_STABLE, COLLIDING); 5]).unwrap();
+        let agreement = Agreement::new(&[(SEMI_STABLE, COLLIDING); 5]).unwrap();
 
         near(agreement.kappa.unwrap(), 0.0);
         assert_eq!((agreement.share, agreement.share_by_chance), (0.0, 0.0));
@@ -194,6 +194,6 @@ mod tests {
 
     #[test]
     fn without_runs_there_is_no_agreement() {
-        assert_eq!(Agreement::of(&[]), None);
+        assert_eq!(Agreement::new(&[]), None);
     }
 }

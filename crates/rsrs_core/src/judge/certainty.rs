@@ -56,7 +56,7 @@ pub const SETTLED: f64 = 0.05;
 
 impl Certainty {
     /// Measures how sure a verdict of [`crate::judge::phase::label_with`] by these rules is.
-    pub fn of(verdict: &Verdict, rules: &Rules) -> Self {
+    pub fn new(verdict: &Verdict, rules: &Rules) -> Self {
         let (n_good, n_blocks) = (n_good(&verdict.blocks, rules), verdict.blocks.len());
         // Where the whole window is not in the wanted phase, its blocks would change together with it.
         let is_whole = rules.is_wanted(&verdict.evidence);

@@ -52,7 +52,7 @@ impl PhaseCounts {
     }
 
     /// Counts phases.
-    pub fn of(phases: impl IntoIterator<Item = Phase>) -> Self {
+    pub fn new(phases: impl IntoIterator<Item = Phase>) -> Self {
         let mut counts = Self::default();
         for phase in phases {
             counts.add(phase);
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn the_majority_of_equals_is_the_first() {
-        let counts = PhaseCounts::of([Phase::DISPERSION, Phase::SEMI_STABLE_MILLING]);
+        let counts = PhaseCounts::new([Phase::DISPERSION, Phase::SEMI_STABLE_MILLING]);
 
         assert_eq!(counts.majority(), Some(Phase::SEMI_STABLE_MILLING));
     }

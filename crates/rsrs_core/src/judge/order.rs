@@ -144,16 +144,16 @@ impl OrderParameters {
     ///
     /// Fatness, tangentness and circliness as in `Circliness.py` of kenblu24/RobotSwarmSimulator;
     /// normalised angular momentum as in the literature on mills (`MRD-YC-ALB-LSC:06`).
-    pub fn of(trajectory: &Trajectory, samples: Range<usize>, bodies: &Bodies) -> Self {
+    pub fn new(trajectory: &Trajectory, samples: Range<usize>, bodies: &Bodies) -> Self {
         Self::with(trajectory, samples, bodies, &[])
     }
 
-    /// As [`Self::of`], with those of `asked` that are measured only where they are asked for
+    /// As [`Self::new`], with those of `asked` that are measured only where they are asked for
     /// ([`Rules::asked`](crate::judge::rule::Rules::asked)).
     ///
     /// # Panics
     ///
-    /// As [`Self::of`].
+    /// As [`Self::new`].
     pub fn with(
         trajectory: &Trajectory,
         samples: Range<usize>,

@@ -1,4 +1,4 @@
-//! What a swarm can settle into, and the judge that distinguishes it.
+//! The phases into which a swarm can settle, and the judge that tells them apart.
 
 #![expect(
     clippy::inline_always,
@@ -369,7 +369,7 @@ fn at_any_reach(
     check(trajectory, rules.window)?;
     rules.check_known(bodies)?;
     check_numbers(trajectory, bodies, rules)?;
-    let window = JudgedWindow::of(trajectory, trajectory.n_samples(), bodies, rules).remove(0);
+    let window = JudgedWindow::new(trajectory, trajectory.n_samples(), bodies, rules).remove(0);
     Ok(Verdict {
         phase: window.phase,
         evidence: window.whole,
@@ -396,7 +396,7 @@ impl JudgedWindow {
     /// The window of each world that decides by these rules: of several the first one in the wanted phase, and if
     /// there is none the last. There are samples for at least one.
     #[inline(always)]
-    pub fn of<S: Samples>(
+    pub fn new<S: Samples>(
         samples: &S,
         n_samples: usize,
         bodies: &Bodies,
@@ -496,7 +496,7 @@ pub fn samples_in(time_s: f64, period_s: f64) -> usize {
 pub fn judged_samples(trajectory: &Trajectory, bodies: &Bodies, rules: &Rules) -> Range<usize> {
     let n_samples = trajectory.n_samples();
     match rules.window {
-        Window::Ever => JudgedWindow::of(trajectory, n_samples, bodies, rules).remove(0).samples,
+        Window::Ever => JudgedWindow::new(trajectory, n_samples, bodies, rules).remove(0).samples,
         window => n_samples - window.n_samples(n_samples, trajectory.period_s)..n_samples,
     }
 }

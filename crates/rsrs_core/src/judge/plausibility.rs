@@ -316,8 +316,8 @@ pub fn implausible(trajectory: &Trajectory, known: &Known, stood_s: f64) -> Vec<
     let robots: Vec<Robot> = (0..trajectory.n_robots)
         .filter(|row| !known.left_out.contains(row))
         .map(|row| {
-            Robot::of(
-                Motion::of(row, trajectory, surroundings).without(row, known.unseen),
+            Robot::new(
+                Motion::new(row, trajectory, surroundings).without(row, known.unseen),
                 row,
                 stood_s,
             )
@@ -367,8 +367,8 @@ struct Robot {
 }
 
 impl Robot {
-    fn of(motion: Motion, row: usize, stood_s: f64) -> Self {
-        let (way, turning) = (Way::of(&motion), Turning::of(&motion));
+    fn new(motion: Motion, row: usize, stood_s: f64) -> Self {
+        let (way, turning) = (Way::new(&motion), Turning::new(&motion));
         let stands = standing::stands(&motion, stood_s);
         Self { row, motion, way, turning, stands }
     }

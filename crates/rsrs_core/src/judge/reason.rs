@@ -61,7 +61,7 @@ const OFF_RING: f64 = 1.5;
 impl Reason {
     /// The reason of a verdict of [`crate::judge::phase::label_with`] on this trajectory by these
     /// rules.
-    pub fn of(trajectory: &Trajectory, bodies: &Bodies, verdict: &Verdict, rules: &Rules) -> Self {
+    pub fn new(trajectory: &Trajectory, bodies: &Bodies, verdict: &Verdict, rules: &Rules) -> Self {
         let (n_good, n_blocks) = (n_good(&verdict.blocks, rules), verdict.blocks.len());
         let does_not_last = verdict.phase != rules.phase(&verdict.evidence);
         Self {
@@ -182,7 +182,7 @@ fn others_mill(trajectory: &Trajectory, bodies: &Bodies, is_away: &[bool]) -> bo
         others.poses.extend(stayed.iter().map(|robot| poses[*robot]));
         others.commands.extend(stayed.iter().map(|robot| commands[*robot]));
     }
-    let order = OrderParameters::of(&others, 0..others.n_samples(), bodies);
+    let order = OrderParameters::new(&others, 0..others.n_samples(), bodies);
     rules.of(rules.not_lasting).any(|rule| rule.holds(&order))
 }
 
@@ -281,7 +281,7 @@ mod tests {
 
     fn reason(trajectory: &Trajectory) -> (Phase, Reason) {
         let verdict = label(trajectory, &BODIES).unwrap();
-        (verdict.phase, Reason::of(trajectory, &BODIES, &verdict, &Behaviour::MILLING.rules()))
+        (verdict.phase, Reason::new(trajectory, &BODIES, &verdict, &Behaviour::MILLING.rules()))
     }
 
     #[test]

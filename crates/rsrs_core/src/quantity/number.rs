@@ -33,7 +33,7 @@ impl NumberUnit {
         [Self::RadiansPerSecond, Self::MetresPerSecond, Self::Seconds, Self::None];
 
     /// The unit of a number of this name.
-    pub fn of(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         let is_it = |unit: &Self| name.ends_with(unit.suffix());
         Self::ALL.into_iter().find(is_it).expect("every name ends with nothing")
     }
@@ -86,7 +86,7 @@ impl Number {
             return Some(Self(row));
         }
         let key: &'static str = format!("{PREFIX}{name}").leak();
-        let (suffix, unit, bounds, other_unit) = NumberUnit::of(name).row();
+        let (suffix, unit, bounds, other_unit) = NumberUnit::new(name).row();
         let words = name[..name.len() - suffix.len()].replace('_', " ");
         let row: &'static Row = Box::leak(Box::new(Row {
             axis: Axis::Speed,

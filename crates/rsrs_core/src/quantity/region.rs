@@ -16,7 +16,7 @@ pub fn range_m(robot: &RobotProfile) -> Option<f64> {
 pub fn half_angle_rad(robot: &RobotProfile) -> Option<f64> {
     match (&robot.sensing.cone, &robot.sensing.polygon_m) {
         (Some(cone), _) => Some(cone.half_angle_rad),
-        (None, corners_m) => Some(Opening::of(corners_m.as_deref()?)?.half_angle_rad),
+        (None, corners_m) => Some(Opening::new(corners_m.as_deref()?)?.half_angle_rad),
     }
 }
 

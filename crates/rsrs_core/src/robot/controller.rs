@@ -41,7 +41,7 @@ impl ControllerParameters {
 
     /// The controller with one command where something is detected, and one where nothing is; those of
     /// a mirrored one that drives forward make a mirrored one.
-    pub fn of(detected: Command, undetected: Command) -> Self {
+    pub fn new(detected: Command, undetected: Command) -> Self {
         let mirrored = Self::mirrored(detected.speed_m_s, detected.turn_rate_rad_s);
         let is_forward = detected.speed_m_s >= 0.0 && detected.turn_rate_rad_s >= 0.0;
         let is_mirrored = is_forward && decide(false, mirrored) == undetected;
@@ -261,13 +261,13 @@ mod tests {
     fn commands_that_mirror_each_other_make_the_controller_of_the_paper() {
         let command = |speed_m_s, turn_rate_rad_s| Command { speed_m_s, turn_rate_rad_s };
 
-        let mirrored = ControllerParameters::of(command(0.15, 0.75), command(0.15, -0.75));
-        let other = ControllerParameters::of(command(0.0, 1.0), command(-0.15, 0.3));
+        let mirrored = ControllerParameters::new(command(0.15, 0.75), command(0.15, -0.75));
+        let other = ControllerParameters::new(command(0.0, 1.0), command(-0.15, 0.3));
 
         assert_eq!(mirrored, ControllerParameters::mirrored(0.15, 0.75));
         assert_eq!(other.commands(), [command(0.0, 1.0), command(-0.15, 0.3)]);
         // A mirrored controller is given by two numbers, which are not negative.
-        let backward = ControllerParameters::of(command(-0.15, 0.75), command(-0.15, -0.75));
+        let backward = ControllerParameters::new(command(-0.15, 0.75), command(-0.15, -0.75));
         assert_eq!(backward.undetected, Some(command(-0.15, -0.75)));
         assert_eq!(Controller::Parameters(other).fastest(), command(0.15, 1.0));
         assert_ne!(other.digest(), ControllerParameters::mirrored(0.0, 1.0).digest());

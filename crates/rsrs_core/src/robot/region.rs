@@ -29,7 +29,7 @@ impl Region {
     /// # Panics
     ///
     /// If the profile has neither a cone nor a polygon: then it was not checked.
-    pub fn of(sensing: &Sensing) -> Self {
+    pub fn new(sensing: &Sensing) -> Self {
         match (&sensing.cone, &sensing.polygon_m) {
             (Some(cone), _) => {
                 Self::Cone { half_angle_rad: cone.half_angle_rad, range_m: cone.range_m }

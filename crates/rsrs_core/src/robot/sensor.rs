@@ -200,6 +200,6 @@ impl RobotProfile {
 
     /// What it reports, by name.
     pub fn reading_names(&self) -> ReadingNames {
-        ReadingNames::of(self.sensors().map(|(name, sensing)| sensing.details.names(name)))
+        ReadingNames::new(self.sensors().map(|(name, sensing)| sensing.details.names(name)))
     }
 }

@@ -30,11 +30,11 @@ impl Opening {
     /// ```
     /// use rsrs_core::robot::shape::Opening;
     ///
-    /// let opening = Opening::of(&[[0.0, 0.0], [0.5, 0.0], [0.5, 0.5]]).unwrap();
+    /// let opening = Opening::new(&[[0.0, 0.0], [0.5, 0.0], [0.5, 0.5]]).unwrap();
     /// assert_eq!(format!("{:.3}", opening.bearing_rad), "0.393");
     /// assert_eq!(format!("{:.3}", opening.half_angle_rad), "0.393");
     /// ```
-    pub fn of(corners_m: &[[f64; 2]]) -> Option<Self> {
+    pub fn new(corners_m: &[[f64; 2]]) -> Option<Self> {
         let least_m = AT_THE_ROBOT * range_m(corners_m);
         let seen = corners_m.iter().filter(|[x, y]| libm::hypot(*x, *y) > least_m);
         let mut edges: Option<(f64, f64)> = None;
@@ -69,9 +69,9 @@ pub fn turned(corners_m: &[[f64; 2]], by_rad: f64) -> Vec<[f64; 2]> {
 
 /// The polygon stretched across its own axis until it opens so wide, to either side less than a right
 /// angle, and with the range that it had: a convex polygon stays one, with as many corners. `None` as
-/// [`Opening::of`].
+/// [`Opening::new`].
 pub fn stretched(corners_m: &[[f64; 2]], half_angle_rad: f64) -> Option<Vec<[f64; 2]>> {
-    let opening = Opening::of(corners_m)?;
+    let opening = Opening::new(corners_m)?;
     let by = libm::tan(half_angle_rad) / libm::tan(opening.half_angle_rad);
     let ahead = turned(corners_m, -opening.bearing_rad);
     let wider: Vec<[f64; 2]> = ahead.iter().map(|[x, y]| [*x, by * y]).collect();
@@ -109,12 +109,12 @@ mod tests {
 
     #[test]
     fn a_stretched_polygon_opens_as_asked_and_keeps_range_and_axis() {
-        let before = Opening::of(&LOPSIDED).unwrap();
+        let before = Opening::new(&LOPSIDED).unwrap();
 
         for half_angle_rad in [0.05, before.half_angle_rad, 1.2] {
             let corners_m = stretched(&LOPSIDED, half_angle_rad).unwrap();
 
-            let after = Opening::of(&corners_m).unwrap();
+            let after = Opening::new(&corners_m).unwrap();
             near(after.half_angle_rad, half_angle_rad);
             near(after.bearing_rad, before.bearing_rad);
             near(range_m(&corners_m), range_m(&LOPSIDED));
@@ -123,9 +123,9 @@ mod tests {
 
     #[test]
     fn a_turned_polygon_points_elsewhere_and_is_else_the_same() {
-        let before = Opening::of(&LOPSIDED).unwrap();
+        let before = Opening::new(&LOPSIDED).unwrap();
 
-        let after = Opening::of(&turned(&LOPSIDED, -before.bearing_rad)).unwrap();
+        let after = Opening::new(&turned(&LOPSIDED, -before.bearing_rad)).unwrap();
 
         near(after.bearing_rad, 0.0);
         near(after.half_angle_rad, before.half_angle_rad);
@@ -133,8 +133,8 @@ mod tests {
 
     #[test]
     fn what_is_around_the_robot_has_no_opening() {
-        assert_eq!(Opening::of(&[[-0.1, -0.1], [0.5, 0.0], [-0.1, 0.1]]), None);
-        assert_eq!(Opening::of(&[[0.0, 0.0]]), None);
+        assert_eq!(Opening::new(&[[-0.1, -0.1], [0.5, 0.0], [-0.1, 0.1]]), None);
+        assert_eq!(Opening::new(&[[0.0, 0.0]]), None);
     }
 
     #[test]
@@ -145,8 +145,8 @@ mod tests {
             let ahead = turned_cone(cone, 0.0);
             let leaning = turned_cone(cone, 0.05);
 
-            near(Opening::of(&ahead).unwrap().half_angle_rad, half_angle_rad);
-            near(Opening::of(&leaning).unwrap().bearing_rad, 0.05);
+            near(Opening::new(&ahead).unwrap().half_angle_rad, half_angle_rad);
+            near(Opening::new(&leaning).unwrap().bearing_rad, 0.05);
             let chord_rad = half_angle_rad / 3.0;
             let (most_m, least_m) = (range_m(&ahead), range_m(&ahead) * libm::cos(chord_rad / 2.0));
             assert!(most_m < 0.75 * (1.0 + off) && least_m > 0.75 * (1.0 - off), "{most_m}");

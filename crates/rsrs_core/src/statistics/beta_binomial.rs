@@ -19,7 +19,7 @@ impl GroupedShare {
     ///
     /// J. C. Kleinman, *Proportions with extraneous variance: single and independent samples*, Journal of the American
     /// Statistical Association 68:46-54 (1973), with weights that are the sizes.
-    pub fn of(groups: &[Share]) -> Self {
+    pub fn new(groups: &[Share]) -> Self {
         let n: f64 = groups.iter().map(|group| group.n as f64).sum();
         let hits: u64 = groups.iter().map(|group| group.hits).sum();
         let mean = hits as f64 / n;
@@ -71,7 +71,7 @@ mod tests {
         let (a, b) = (6.0, 2.0);
         let sd = libm::sqrt(a * b / ((a + b) * (a + b) * (a + b + 1.0)));
         for runs in [4, 8, 50] {
-            let found = GroupedShare::of(&drawn((a, b), 4_000, runs));
+            let found = GroupedShare::new(&drawn((a, b), 4_000, runs));
 
             assert!((found.mean - 0.75).abs() < 0.015, "{found:?}");
             assert!((found.sd - sd).abs() < 0.015, "{found:?} {sd}");
@@ -81,11 +81,11 @@ mod tests {
 
     #[test]
     fn groups_that_differ_by_chance_alone_have_one_share() {
-        let found = GroupedShare::of(&drawn((3e6, 1e6), 4_000, 8));
+        let found = GroupedShare::new(&drawn((3e6, 1e6), 4_000, 8));
 
         assert!(found.sd < 0.03 && found.quantile(0.1) > 0.70, "{found:?}");
         for hits in [0, 8] {
-            let same = GroupedShare::of(&[Share { hits, n: 8 }; 20]);
+            let same = GroupedShare::new(&[Share { hits, n: 8 }; 20]);
             let share = hits as f64 / 8.0;
             assert_eq!((same.mean, same.sd, same.quantile(0.1)), (share, 0.0, share));
         }

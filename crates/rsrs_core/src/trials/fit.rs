@@ -224,7 +224,7 @@ pub fn fit(tables: Tables, unmeasured: &Unmeasured) -> Result<Fit, FitError> {
     Ok(Fit {
         speed: speed.iter().map(|gain| report::speed_fit(gain, &tables.speed.robots)).collect(),
         turn: turn.iter().map(|gain| report::turn_fit(gain, &tables.turn.robots)).collect(),
-        sensor: SensorFit::of(&details.sensor),
+        sensor: SensorFit::new(&details.sensor),
         period_s: period.map(|period| period.period_s.value),
         details,
     })

@@ -90,7 +90,7 @@ pub enum Condition {
 
 impl Condition {
     /// In at most eight letters.
-    pub fn word(self) -> &'static str {
+    pub fn label(self) -> &'static str {
         match self {
             Self::Unseen => "unseen",
             Self::Silent => "silent",
@@ -132,7 +132,7 @@ pub enum LeaseView {
 
 impl LeaseView {
     /// In at most eight letters.
-    pub fn word(self) -> &'static str {
+    pub fn label(self) -> &'static str {
         match self {
             Self::None => "none",
             Self::NotNamed => "not in",

@@ -72,7 +72,7 @@ pub fn order_of(
         return Some(SwarmOrder { evidence, phase: rules.phase(&evidence), over_s, behaviour });
     }
     let rules = Rules { window, ..rules };
-    let judged = JudgedWindow::of(trajectory, n_samples, bodies, &rules).remove(0);
+    let judged = JudgedWindow::new(trajectory, n_samples, bodies, &rules).remove(0);
     is_known(&judged.whole).then(|| SwarmOrder {
         evidence: judged.whole,
         phase: judged.phase,

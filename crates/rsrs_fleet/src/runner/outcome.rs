@@ -30,7 +30,7 @@ pub enum Outcome {
 impl Ending {
     /// The ending that an outcome is, with the robots that were lost on the way, and those that
     /// stood and went on.
-    pub fn of(outcome: &Outcome, lost: &[LostRobot], paused: &[PausedRobot]) -> Self {
+    pub fn new(outcome: &Outcome, lost: &[LostRobot], paused: &[PausedRobot]) -> Self {
         let (kind, reason) = match outcome {
             Outcome::Completed => (EndingKind::Completed, String::new()),
             Outcome::Void { reason } => (EndingKind::Void, reason.clone()),

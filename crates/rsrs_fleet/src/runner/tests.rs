@@ -16,7 +16,7 @@ mod geofence;
 mod lockstep;
 mod pauses;
 mod samples;
-mod strangers;
+mod unexpected_publishers;
 mod with_operator;
 
 const CONTROLLER: ControllerParameters = ControllerParameters::mirrored(0.15, 0.75);
@@ -497,7 +497,7 @@ fn until_the_judged_time_begins_a_lost_robot_ends_the_run_and_then_it_is_noted()
         }
 
         let (outcome, _) = bench.end();
-        let ending = Ending::of(&outcome, bench.runner.lost(), bench.runner.paused());
+        let ending = Ending::new(&outcome, bench.runner.lost(), bench.runner.paused());
         assert_eq!(ending.kind.key(), expected, "{outcome:?}");
         assert_eq!(bench.runner.lost().len(), 1);
     }

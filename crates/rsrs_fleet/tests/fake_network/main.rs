@@ -18,7 +18,7 @@
 //!   publishes `false`, or by a release that names it, and a source that falls silent in a run
 //!   locks;
 //! - wheels whose process has died or hangs stand within their own 250 ms;
-//! - a runner that receives another neither arms nor runs, and parameters stay while a run holds them;
+//! - a runner that hears another one which goes before it neither arms nor runs, and parameters stay while a run holds them;
 //! - in lockstep every robot moves once in every step, by the answer to what it sensed in that step;
 //! - every runner that lives finishes with its bag closed;
 //! - when all is healed, another run arms, moves every robot and is completed.
@@ -205,7 +205,7 @@ fn of_two_runs_with_one_robot_in_common_one_at_most_moves_it() {
 }
 
 #[test]
-fn runners_that_cannot_receive_each_other_receive_from_the_robots_whose_they_are() {
+fn runners_out_of_reach_of_each_other_learn_from_the_robots_whose_run_they_are_in() {
     let mut n_met = 0;
     for after_ms in 1..60 {
         let apart = Scenario { are_runners_apart: true, ..Scenario::calm(after_ms) };

@@ -114,14 +114,14 @@ pub fn backend(plan: &Plan) -> TrialBackend {
 
 /// Refuses, before anything moves, a table to which the result could not be added.
 pub fn check_table(path: &Path, trial: &Trial, plan: &Plan) -> anyhow::Result<()> {
-    TrialTable::open_for(path, Kind::of(trial))?.check_mixture(backend(plan))
+    TrialTable::open_for(path, Kind::new(trial))?.check_mixture(backend(plan))
 }
 
 impl TrialResult {
     /// Reads the result out of the recorded poses; `None` if the bag has no poses.
     pub fn of_bag(bag: &Path, plan: &Plan) -> anyhow::Result<Option<Self>> {
         let opened = recorded_run::open(bag)?;
-        let poses = PosesOfRun::of(&opened, Some(&plan.record), None)?;
+        let poses = PosesOfRun::new(&opened, Some(&plan.record), None)?;
         let recorded = poses.read(&opened, Some(&plan.record), Needed::AllOfIt);
         if is_unseen(&recorded) {
             return Ok(None);

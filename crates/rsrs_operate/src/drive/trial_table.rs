@@ -37,7 +37,7 @@ impl Kind {
     pub const ALL: [Self; 4] = [Self::Speed, Self::Turn, Self::Arc, Self::Detection];
 
     /// The kind of a trial.
-    pub fn of(trial: &Trial) -> Self {
+    pub fn new(trial: &Trial) -> Self {
         let command = trial.command();
         match (trial, command.speed_m_s > 0.0, command.turn_rate_rad_s > 0.0) {
             (Trial::Stand { .. }, ..) => Self::Detection,

@@ -76,7 +76,7 @@ pub struct StartPose {
 
 impl StartPoses {
     /// Where the robots of a plan start.
-    pub fn of(plan: &Plan) -> anyhow::Result<Self> {
+    pub fn new(plan: &Plan) -> anyhow::Result<Self> {
         let record = &plan.record;
         let seed = Seed { seed: record.seed, replicate: record.replicate };
         let poses = poses(&record.conditions, seed)?;
@@ -114,7 +114,7 @@ impl StartPoses {
             drawn_area,
             seed: record.seed,
             disc_radius_m: reach_m,
-            clearance_m: WantedStart::of(&record.conditions, record.replicate).clearance_m,
+            clearance_m: WantedStart::new(&record.conditions, record.replicate).clearance_m,
             body_radius_m: record.conditions.largest_radius_m(),
             robots: robots.collect(),
             objects: objects(&record.conditions, seed)?,
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn what_the_runner_checks_is_what_the_simulator_places() {
         let conditions = flockbots();
-        let wanted = WantedStart::of(&conditions, 0);
+        let wanted = WantedStart::new(&conditions, 0);
 
         for seed in 0..200 {
             let poses = poses(&conditions, Seed { seed, replicate: 0 }).unwrap();

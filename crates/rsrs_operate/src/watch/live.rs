@@ -16,12 +16,12 @@ use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{EndpointKind, Session, SessionOptions, Subscription};
 use tokio::sync::oneshot;
 
-use super::meaning::{OF_SWARM, WatchedTopic};
+use super::watched_topic::{OF_SWARM, WatchedTopic};
 use rsrs_ros::runtime::{beat, runtime};
 
 const NODE: &str = "rsrs_watch";
 /// How often the discovery database is looked at.
-const LOOK: Duration = Duration::from_millis(250);
+const POLL_PERIOD: Duration = Duration::from_millis(250);
 /// Messages that wait for who looks; more are let go.
 const QUEUE: usize = 100_000;
 /// Samples that are kept for a subscription that is not looked at for a moment.
@@ -134,7 +134,7 @@ impl Watcher {
             let watched = WatchedTopic::of_owner(topic, "");
             subscriptions.insert(key(topic.name, &topic), self.subscribe(session, watched)?);
         }
-        let mut look = beat(LOOK);
+        let mut look = beat(POLL_PERIOD);
         loop {
             look.tick().await;
             for watched in self.new_topics(session, &subscriptions) {
@@ -173,7 +173,7 @@ impl Watcher {
         let writers = session.endpoints().into_iter();
         let published: Vec<WatchedTopic> = writers
             .filter(|end| end.kind == EndpointKind::Writer)
-            .filter_map(|end| WatchedTopic::of(&end.topic, &end.type_name))
+            .filter_map(|end| WatchedTopic::new(&end.topic, &end.type_name))
             .filter(|watched| !watched.owner.is_empty())
             .collect();
         let shown = published.iter().filter(|watched| watched.shows_a_robot());

@@ -15,7 +15,7 @@ use rsrs_fleet::record::ExperimentRecord;
 use rsrs_pipeline::error::{in_one_line, with_help};
 use rsrs_pipeline::recorded_run::{self, PosesOfRun};
 
-use super::meaning::WatchedTopic;
+use super::watched_topic::WatchedTopic;
 
 /// No bag holds who published a message.
 const NOBODY: Source = Source([0; 16]);
@@ -37,7 +37,7 @@ pub fn read(path: &Path) -> anyhow::Result<RecordedFleet> {
     let bag = recorded_run::open_damaged(path)?;
     let record = recorded_run::record_in(&bag)?;
     let mut notes: Vec<String> = recorded_run::break_in(&bag).into_iter().collect();
-    let poses = PosesOfRun::of(&bag, record.as_ref(), None)
+    let poses = PosesOfRun::new(&bag, record.as_ref(), None)
         .map_err(|error| notes.push(format!("not judged: {}", in_one_line(&error))))
         .ok();
     let recorded = poses.and_then(|poses| {
@@ -87,7 +87,7 @@ pub fn read(path: &Path) -> anyhow::Result<RecordedFleet> {
 /// What is watched, with its log times in nanoseconds, up to where the recording breaks off.
 fn watched_messages(bag: &Bag) -> anyhow::Result<Vec<(u64, Event)>> {
     let topics = bag.topics();
-    let is_watched = |name: &str, type_name: &str| WatchedTopic::of(name, type_name).is_some();
+    let is_watched = |name: &str, type_name: &str| WatchedTopic::new(name, type_name).is_some();
     let names: BTreeSet<String> = topics
         .into_iter()
         .filter(|topic| topic.encoding == "cdr" && is_watched(&topic.name, &topic.type_name))
@@ -99,7 +99,7 @@ fn watched_messages(bag: &Bag) -> anyhow::Result<Vec<(u64, Event)>> {
             Err(BagError::Incomplete { .. }) => continue,
             message => message?,
         };
-        let Some(watched) = WatchedTopic::of(&message.topic, &message.type_name) else { continue };
+        let Some(watched) = WatchedTopic::new(&message.topic, &message.type_name) else { continue };
         match watched.understand(NOBODY, &message.bytes) {
             Ok(event) => events.push((message.log_time_ns, event)),
             Err(reason) => log::warn!("left out a message on {}: {reason}", message.topic),

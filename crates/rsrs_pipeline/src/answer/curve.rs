@@ -70,12 +70,12 @@ pub fn quantity(
     let curve: Vec<Point> =
         swept.iter().map(|swept| Point::new(swept.value, Share::milling(&swept.phases))).collect();
     let around = around(&curve, now, options.best.wanted);
-    let range = around.map(|(first, last)| Range::of(&curve, (first, last), now));
+    let range = around.map(|(first, last)| Range::new(&curve, (first, last), now));
     let at = swept.iter().position(|swept| same(swept.value, now));
     let why = match (around, at) {
         (Some((first, last)), Some(at)) => {
             let edge = |outward: Vec<_>, n_inside| {
-                (n_inside < outward.len()).then(|| Box::new(Edge::of(&outward, n_inside)))
+                (n_inside < outward.len()).then(|| Box::new(Edge::new(&outward, n_inside)))
             };
             let below = edge(swept[..=at].iter().rev().collect(), at - first + 1);
             Why::Ends { below, above: edge(swept[at..].iter().collect(), last - at + 1) }
@@ -221,7 +221,7 @@ fn falling(outward: &[&Point]) -> Vec<f64> {
 }
 
 impl Range {
-    fn of(curve: &[Point], (first, last): (usize, usize), now: f64) -> Self {
+    fn new(curve: &[Point], (first, last): (usize, usize), now: f64) -> Self {
         let (low, high) = (curve[first].value, curve[last].value);
         Self {
             low,
@@ -268,7 +268,7 @@ mod tests {
         let curve = curve(&[900, 100, 850, 950, 900, 700, 900]);
 
         let (first, last) = around(&curve, 3.0, 0.8).unwrap();
-        let range = Range::of(&curve, (first, last), 3.0);
+        let range = Range::new(&curve, (first, last), 3.0);
 
         assert_eq!((first, last), (2, 4));
         assert!(range.ends_below && range.ends_above);
@@ -280,7 +280,7 @@ mod tests {
     fn a_range_may_go_as_far_as_was_tried() {
         let curve = curve(&[900, 950, 900]);
 
-        let range = Range::of(&curve, around(&curve, 1.0, 0.8).unwrap(), 1.0);
+        let range = Range::new(&curve, around(&curve, 1.0, 0.8).unwrap(), 1.0);
 
         assert!(!range.ends_below && !range.ends_above);
     }

@@ -43,7 +43,7 @@ const RARE: f64 = 0.5;
 impl Edge {
     /// The end of a range, of what was tried from the recommendation outward, itself first: the
     /// first `n_inside` belong to the range, and not all do.
-    pub fn of(outward: &[&Swept], n_inside: usize) -> Self {
+    pub fn new(outward: &[&Swept], n_inside: usize) -> Self {
         let first = outward[n_inside];
         let is_rare = |index: &usize| milling(outward[*index]) < RARE * milling(outward[0]);
         let rare = (n_inside..outward.len()).find(is_rare);
@@ -59,16 +59,16 @@ impl Edge {
 /// them.
 fn broken(mills: &[&Swept], beyond: &Swept) -> Option<(Swarm, Condition)> {
     let is_ideal = |swept: &&Swept| {
-        let swarm = Swarm::of(&swept.harsher);
+        let swarm = Swarm::new(&swept.harsher);
         swarm.zip(swept.ring_m).is_some_and(|(swarm, ring_m)| swarm.is_ring(ring_m))
     };
     let meets = |swept: &Swept, condition| {
-        Swarm::of(&swept.harsher).and_then(|swarm| swarm.meets(condition)) == Some(true)
+        Swarm::new(&swept.harsher).and_then(|swarm| swarm.meets(condition)) == Some(true)
     };
     let breaks = |condition: &Condition| {
         mills.iter().all(|swept| meets(swept, *condition)) && !meets(beyond, *condition)
     };
-    let swarm = Swarm::of(&beyond.harsher)?;
+    let swarm = Swarm::new(&beyond.harsher)?;
     let broken = Condition::ALL.into_iter().find(breaks)?;
     mills.iter().all(is_ideal).then_some((swarm, broken))
 }

@@ -131,7 +131,7 @@ impl Manifest {
                     ),
                 )
             };
-            let found = match Entry::of(folder, &entry.path) {
+            let found = match Entry::new(folder, &entry.path) {
                 Ok(found) => found,
                 Err(error) => return Err(changed(format!("{error:#}"))),
             };
@@ -149,7 +149,7 @@ impl Manifest {
 }
 
 impl Entry {
-    fn of(folder: &Path, path: &str) -> anyhow::Result<Self> {
+    fn new(folder: &Path, path: &str) -> anyhow::Result<Self> {
         let file = folder.join(path);
         let (size_bytes, sha256) = digest(&file).map_err(|error| anyhow!("{error}"))?;
         Ok(Self { path: path.to_owned(), size_bytes, sha256 })
@@ -167,7 +167,7 @@ pub fn entries(folder: &Path, parts: &[&str]) -> anyhow::Result<Vec<Entry>> {
     paths.sort();
     let entry = |path: &PathBuf| {
         let name = path.to_str().context("names of our own files are text")?;
-        Entry::of(folder, name).with_context(|| format!("cannot read {}", path.display()))
+        Entry::new(folder, name).with_context(|| format!("cannot read {}", path.display()))
     };
     paths.iter().map(entry).collect()
 }

@@ -112,8 +112,8 @@ impl Summary {
 
     /// Looks at all experiments of a campaign; `command` is the one that goes on, if there is
     /// something left.
-    pub fn of(folder: &CampaignFolder, items: &[Item], command: &str) -> anyhow::Result<Self> {
-        let row = |item: &Item| Row::of(folder, item);
+    pub fn new(folder: &CampaignFolder, items: &[Item], command: &str) -> anyhow::Result<Self> {
+        let row = |item: &Item| Row::new(folder, item);
         let experiments = items.iter().map(row).collect::<anyhow::Result<Vec<Row>>>()?;
         let n_finished = experiments.iter().filter(|row| row.is_finished).count();
         let next = if n_finished < experiments.len() {
@@ -128,7 +128,7 @@ impl Summary {
 }
 
 impl Row {
-    fn of(folder: &CampaignFolder, item: &Item) -> anyhow::Result<Self> {
+    fn new(folder: &CampaignFolder, item: &Item) -> anyhow::Result<Self> {
         let manifest = folder.manifest(item)?;
         let attempts = folder.attempts(item)?;
         let (detected, numbers) = match &item.record.conditions.controller {

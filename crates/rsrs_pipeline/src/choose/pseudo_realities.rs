@@ -103,7 +103,7 @@ pub fn pseudo_realities(
     let by_profile = || shares.chunks(cells.len());
     let of_cell = |(index, cell): (usize, Cell)| {
         let groups: Vec<Share> = by_profile().map(|profile| profile[index]).collect();
-        let grouped = GroupedShare::of(&groups);
+        let grouped = GroupedShare::new(&groups);
         let GroupedShare { mean, sd } = grouped;
         CellInPseudoRealities {
             cell,

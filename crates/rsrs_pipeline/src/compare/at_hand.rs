@@ -31,7 +31,7 @@ impl AtHand {
     /// # Panics
     ///
     /// Never: there are more numbers than folders.
-    pub fn of(sweep: &Path, all: &[Admitted]) -> Self {
+    pub fn new(sweep: &Path, all: &[Admitted]) -> Self {
         let is_theirs = |path: &PathBuf| {
             let text = rsrs_files::read_text(path).unwrap_or_default();
             let lasts = |duration_s: f64| {

@@ -98,7 +98,7 @@ struct Slot {
 
 impl FixedCampaign {
     /// Where a campaign stands; `simulated` has the runs of a cell, by its index in the diagram.
-    pub fn of(
+    pub fn new(
         design: FixedDesign,
         runs: &Runs,
         simulated: impl Fn(usize) -> anyhow::Result<Share>,
@@ -139,7 +139,7 @@ impl FixedCampaign {
         let claims = |cell: usize| cells[&cell].claims(design.margin);
         let claimed = slots.values().filter(|slot| claims(slot.cell));
         let mills = claimed.filter(|slot| !slot.is_left_out && slot.milled).count() as u64;
-        let test = FixedTest::of(&cells.values().copied().collect::<Vec<_>>(), design.margin);
+        let test = FixedTest::new(&cells.values().copied().collect::<Vec<_>>(), design.margin);
         campaign.verdict = test.verdict(mills, milled + left_out);
         campaign.test = Some(test);
         Ok(campaign)

@@ -72,7 +72,7 @@ pub struct LeftOutRun {
 
 impl LeftOutRun {
     /// A run that does not count, and why.
-    pub fn of(cell: &Cell, run: Admitted, (cause, reason): (Cause, String)) -> Self {
+    pub fn new(cell: &Cell, run: Admitted, (cause, reason): (Cause, String)) -> Self {
         let not_counted = NotCounted {
             cell: cell.clone(),
             cause,

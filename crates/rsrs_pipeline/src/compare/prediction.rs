@@ -47,7 +47,7 @@ pub struct Prediction<'a> {
 
 impl<'a> Prediction<'a> {
     /// That of a sweep, with the choice beside it.
-    pub fn of(folder: &'a Path, result: &'a SweepResult) -> anyhow::Result<Self> {
+    pub fn new(folder: &'a Path, result: &'a SweepResult) -> anyhow::Result<Self> {
         let chosen = match folder::read_choice(folder)? {
             None => None,
             Some(choice) => {

@@ -190,7 +190,7 @@ impl<'a> RunMatcher<'a> {
         let duration_s = result.source.sweep.duration_s;
         let cells = result.source.cells("sweep.yaml")?;
         let operator_conditions =
-            cells.iter().map(|(_, conditions)| OperatorConditions::of(conditions, duration_s));
+            cells.iter().map(|(_, conditions)| OperatorConditions::new(conditions, duration_s));
         let capabilities = diagram
             .axes
             .iter()

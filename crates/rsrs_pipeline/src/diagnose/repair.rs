@@ -5,7 +5,7 @@ use rsrs_core::quantity::{Axis, Cell};
 
 use crate::best_setting::search::{Changes, Confirmed, Search, Tried, promising};
 
-use super::remedy::{Remedy, designs, imperfections};
+use super::improvement::{Improvement, designs, imperfections};
 use super::{Cause, Hopeless};
 
 /// What was found.
@@ -16,10 +16,10 @@ pub struct Repairs {
     pub hopeless: Vec<Hopeless>,
 }
 
-/// A value of a remedy.
+/// A value of a improvement.
 #[derive(Clone, Debug)]
 struct Step {
-    remedy: Remedy,
+    improvement: Improvement,
     value: f64,
 }
 
@@ -29,7 +29,7 @@ struct Sufficient {
     tried: Vec<Tried>,
 }
 
-/// What came of the values of a remedy.
+/// What came of the values of a improvement.
 struct Outcome {
     /// The nearest that suffices.
     sufficient: Option<Sufficient>,
@@ -37,7 +37,7 @@ struct Outcome {
     best: Best,
 }
 
-/// The value of a remedy that helped most, and its best setting, if it has any.
+/// The value of a improvement that helped most, and its best setting, if it has any.
 type Best = (Step, Option<Tried>);
 
 fn share((_, tried): &Best) -> f64 {
@@ -51,8 +51,8 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
     let needs = needs(search, &noise)?;
     let cells = promising(&[unchanged, &needs.tried]);
     let (mut alone, mut short) = (Vec::new(), Vec::new());
-    for remedy in noise.into_iter().chain(possible_designs(search)) {
-        let outcome = outcome(search, &remedy, (&[], Some(&cells)))?;
+    for improvement in noise.into_iter().chain(possible_designs(search)) {
+        let outcome = outcome(search, &improvement, (&[], Some(&cells)))?;
         match outcome.sufficient {
             Some(sufficient) => alone.push(sufficient),
             None => short.push(outcome.best),
@@ -62,7 +62,7 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
     let is_necessary = |axis: Axis| needs.necessary.contains(&axis);
     // Robots are mended before they are designed anew, unless nothing else helps.
     alone.sort_by_key(|found| {
-        let axis = found.step.remedy.axis;
+        let axis = found.step.improvement.axis;
         (!is_necessary(axis), axis.ideal().is_none())
     });
 
@@ -76,7 +76,8 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
         singles.extend(causes);
     }
     let mut singles = one_of_each(singles);
-    let is_single = |step: &Step| singles.iter().any(|cause| cause.capability == step.remedy.axis);
+    let is_single =
+        |step: &Step| singles.iter().any(|cause| cause.capability == step.improvement.axis);
     let mut together = Vec::new();
     if !needs.steps.iter().all(is_single) {
         let tried = search.best_of(&changes(&needs.steps), &cells, "together")?;
@@ -100,7 +101,7 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
 }
 
 /// The designs that are commanded where the robots are tried.
-fn possible_designs(search: &Search<'_>) -> Vec<Remedy> {
+fn possible_designs(search: &Search<'_>) -> Vec<Improvement> {
     let all = designs(&search.source.profile).into_iter();
     all.filter(|design| search.may_change(design.axis)).collect()
 }
@@ -133,7 +134,9 @@ fn pairs(
     helpful.sort_by(|one, other| share(other).total_cmp(&share(one)));
     let mut steps: Vec<Step> = Vec::new();
     for (step, _) in helpful {
-        if steps.len() < PAIRED && steps.iter().all(|kept| kept.remedy.axis != step.remedy.axis) {
+        if steps.len() < PAIRED
+            && steps.iter().all(|kept| kept.improvement.axis != step.improvement.axis)
+        {
             steps.push(step.clone());
         }
     }
@@ -157,19 +160,19 @@ fn pairs(
     Ok(pairs)
 }
 
-/// Tries the values of a remedy on top of other changes, until one suffices; in some settings, or all.
+/// Tries the values of a improvement on top of other changes, until one suffices; in some settings, or all.
 fn outcome(
     search: &Search<'_>,
-    remedy: &Remedy,
+    improvement: &Improvement,
     (others, cells): (&[(Axis, f64)], Option<&[Cell]>),
 ) -> anyhow::Result<Outcome> {
     let mut best: Option<Best> = None;
-    for &value in &remedy.values {
-        let step = Step { remedy: remedy.clone(), value };
-        let changes: Changes = others.iter().copied().chain([(remedy.axis, value)]).collect();
+    for &value in &improvement.values {
+        let step = Step { improvement: improvement.clone(), value };
+        let changes: Changes = others.iter().copied().chain([(improvement.axis, value)]).collect();
         let tried = match cells {
-            Some(cells) => search.best_of(&changes, cells, remedy.axis.key())?,
-            None => search.best(&changes, remedy.axis.key())?,
+            Some(cells) => search.best_of(&changes, cells, improvement.axis.key())?,
+            None => search.best(&changes, improvement.axis.key())?,
         };
         let this = (step.clone(), tried.first().cloned());
         if best.as_ref().is_none_or(|most| share(&this) > share(most)) {
@@ -180,7 +183,7 @@ fn outcome(
             return Ok(Outcome { sufficient, best: this });
         }
     }
-    Ok(Outcome { sufficient: None, best: best.expect("a remedy has values") })
+    Ok(Outcome { sufficient: None, best: best.expect("a improvement has values") })
 }
 
 /// What a robot needs that is perfect in all else.
@@ -195,8 +198,11 @@ struct Needs {
 
 /// The fewest changes that a robot needs which is otherwise perfect: all noise goes, then the design
 /// changes where that is not enough, then comes back what may.
-fn needs(search: &Search<'_>, noise: &[Remedy]) -> anyhow::Result<Needs> {
-    let ideal = |remedy: &Remedy| Step { remedy: remedy.clone(), value: remedy.values[0] };
+fn needs(search: &Search<'_>, noise: &[Improvement]) -> anyhow::Result<Needs> {
+    let ideal = |improvement: &Improvement| Step {
+        improvement: improvement.clone(),
+        value: improvement.values[0],
+    };
     let mut steps: Vec<Step> = noise.iter().map(ideal).collect();
     let mut perfect = search.best(&changes(&steps), "without noise")?;
     let mut designs = possible_designs(search);
@@ -205,7 +211,7 @@ fn needs(search: &Search<'_>, noise: &[Remedy]) -> anyhow::Result<Needs> {
             break;
         }
         let Some(step) = best_design(search, &steps, &designs)? else { break };
-        designs.retain(|design| design.axis != step.remedy.axis);
+        designs.retain(|design| design.axis != step.improvement.axis);
         steps.push(step);
         perfect = search.best(&changes(&steps), "without noise")?;
     }
@@ -222,7 +228,7 @@ fn needs(search: &Search<'_>, noise: &[Remedy]) -> anyhow::Result<Needs> {
         let share = tried.first().map_or(0.0, |best| best.share.value());
         if search.suffices(&tried) { spared.push((step, share)) } else { kept.push(step) }
     }
-    let necessary: Vec<Axis> = kept.iter().map(|step| step.remedy.axis).collect();
+    let necessary: Vec<Axis> = kept.iter().map(|step| step.improvement.axis).collect();
     let suffice = |steps: &[Step]| -> anyhow::Result<bool> {
         let tried = search.best_of(&changes(steps), &cells, "the fewest changes")?;
         Ok(search.suffices(&tried))
@@ -233,7 +239,7 @@ fn needs(search: &Search<'_>, noise: &[Remedy]) -> anyhow::Result<Needs> {
         kept.extend(spared.iter().map(|(step, _)| step.clone()));
         for (step, _) in spared {
             let mut others = kept.clone();
-            others.retain(|other| other.remedy != step.remedy);
+            others.retain(|other| other.improvement != step.improvement);
             if suffice(&others)? {
                 kept = others;
             }
@@ -250,7 +256,7 @@ const MOST_DESIGNS: usize = 3;
 fn best_design(
     search: &Search<'_>,
     others: &[Step],
-    designs: &[Remedy],
+    designs: &[Improvement],
 ) -> anyhow::Result<Option<Step>> {
     let mut best: Option<(Step, (bool, f64))> = None;
     for design in designs {
@@ -268,22 +274,23 @@ fn best_design(
 
 impl Sufficient {
     fn effort(&self) -> f64 {
-        self.step.remedy.effort(self.step.value)
+        self.step.improvement.effort(self.step.value)
     }
 }
 
 fn changes(steps: &[Step]) -> Changes {
-    steps.iter().map(|step| (step.remedy.axis, step.value)).collect()
+    steps.iter().map(|step| (step.improvement.axis, step.value)).collect()
 }
 
 /// The smallest changes that suffice together, all moved by the same share of their way; none if fresh
 /// runs confirm none.
 fn causes(search: &Search<'_>, steps: &[Step], ends: [&[Tried]; 2]) -> anyhow::Result<Vec<Cause>> {
     let at = |share: f64| -> Changes {
-        let towards = |step: &Step| (step.remedy.axis, step.remedy.towards(step.value, share));
+        let towards =
+            |step: &Step| (step.improvement.axis, step.improvement.towards(step.value, share));
         steps.iter().map(towards).collect()
     };
-    let axes: Vec<&str> = steps.iter().map(|step| step.remedy.axis.key()).collect();
+    let axes: Vec<&str> = steps.iter().map(|step| step.improvement.axis.key()).collect();
     let doing = format!("how much {}", axes.join(" and "));
     let Some((changes, confirmed)) = search.smallest(&at, ends, &doing)? else {
         return Ok(Vec::new());
@@ -291,15 +298,15 @@ fn causes(search: &Search<'_>, steps: &[Step], ends: [&[Tried]; 2]) -> anyhow::R
     let of = |(step, (axis, value)): (&Step, &(Axis, f64))| {
         let others = changes.iter().map(|(other, _)| *other).filter(|other| other != axis);
         let with: Vec<Axis> = others.collect();
-        Cause { alone: with.is_empty(), with, ..cause(&step.remedy, (*value, &confirmed)) }
+        Cause { alone: with.is_empty(), with, ..cause(&step.improvement, (*value, &confirmed)) }
     };
     Ok(steps.iter().zip(&changes).map(of).collect())
 }
 
-fn cause(remedy: &Remedy, (needed, confirmed): (f64, &Confirmed)) -> Cause {
+fn cause(improvement: &Improvement, (needed, confirmed): (f64, &Confirmed)) -> Cause {
     Cause {
-        capability: remedy.axis,
-        now: remedy.now,
+        capability: improvement.axis,
+        now: improvement.now,
         needed,
         b_s: confirmed.b_s,
         b_s_low: confirmed.b_s_low,
@@ -332,11 +339,11 @@ fn without_help(
 ) -> anyhow::Result<Vec<Hopeless>> {
     let mut most: Vec<Best> = Vec::new();
     for found in short {
-        let capability = found.0.remedy.axis;
+        let capability = found.0.improvement.axis;
         if causes.iter().any(|cause| cause.alone && cause.capability == capability) {
             continue;
         }
-        match most.iter_mut().find(|(step, _)| step.remedy.axis == capability) {
+        match most.iter_mut().find(|(step, _)| step.improvement.axis == capability) {
             Some(other) if share(other) < share(&found) => *other = found,
             Some(_) => {}
             None => most.push(found),
@@ -348,8 +355,8 @@ fn without_help(
             Some(tried) => search.confirmed(&changes, &tried.cell, 0)?.b_s,
             None => 0.0,
         };
-        let Step { remedy, value } = step;
-        Ok(Hopeless { capability: remedy.axis, now: remedy.now, best: value, b_s })
+        let Step { improvement, value } = step;
+        Ok(Hopeless { capability: improvement.axis, now: improvement.now, best: value, b_s })
     };
     let mut hopeless = most.into_iter().map(confirmed).collect::<anyhow::Result<Vec<_>>>()?;
     hopeless.sort_by(|one, other| other.b_s.total_cmp(&one.b_s));

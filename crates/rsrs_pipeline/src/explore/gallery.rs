@@ -17,7 +17,7 @@ use rsrs_sim::sweep::confirmation_seed;
 
 use super::folder::{CONTROLLER, Folder, PROFILE, STARTS, WORLD};
 use super::settings::in_folder;
-use super::trial::{self, Elsewhere, Laboratory, Name, Shown, Trial};
+use super::trial::{self, Elsewhere, Name, Shown, TestBed, Trial};
 use super::{CONFIRM, Explored, FoundController, Options, ShownRun};
 use crate::files::{make_folder, write_file};
 
@@ -27,16 +27,16 @@ const SWEEPS: &str = "sweeps";
 
 /// Confirms what was found, and writes sweeps.
 pub fn write(
-    laboratory: &Laboratory,
-    site: &Folder,
+    test_bed: &TestBed,
+    open_folder: &Folder,
     trials: Vec<Trial>,
     options: &Options,
 ) -> anyhow::Result<Explored> {
-    let n_controllers = site.journal.len().min(options.controllers);
+    let n_controllers = open_folder.journal.len().min(options.controllers);
     let seed = confirmation_seed(options.seed);
     let mut confirmed = Vec::new();
     for trial in trials {
-        confirmed.push(confirm(laboratory, trial, seed, options)?);
+        confirmed.push(confirm(test_bed, trial, seed, options)?);
     }
     // What fewer than half of the fresh runs show is nothing to go by, unless it was searched for.
     confirmed
@@ -49,23 +49,23 @@ pub fn write(
             .then(other.shown.share.hits.cmp(&one.shown.share.hits))
     });
     confirmed.truncate(MOST);
-    let folder = site.path.join(SWEEPS);
+    let folder = open_folder.path.join(SWEEPS);
     make_folder(&folder)?;
     let (mut found, mut runs) = (Vec::new(), Vec::new());
     for (index, Confirmed { trial, shown }) in confirmed.into_iter().enumerate() {
-        let elsewhere = laboratory.elsewhere(&trial, seed, options)?;
+        let elsewhere = test_bed.elsewhere(&trial, seed, options)?;
         let mut entry = describe(&trial, &shown, elsewhere);
         let mut phase = None;
         if let Name::Behaviour(behaviour) = trial.name {
             let name = format!("{:02}_{}.yaml", index + 1, trial.name.key());
             let sweep = PathBuf::from(SWEEPS).join(name);
-            let text = sweep_text(laboratory, (&trial, behaviour), &entry, options)?;
-            write_file(&site.path.join(&sweep), text.as_bytes())?;
+            let text = sweep_text(test_bed, (&trial, behaviour), &entry, options)?;
+            write_file(&open_folder.path.join(&sweep), text.as_bytes())?;
             entry.sweep = Some(sweep);
             phase = Some(behaviour.wanted());
         }
         let seed = Seed { seed, replicate: shown.first.unwrap_or(0) };
-        let conditions = laboratory.judged_for(&trial)?;
+        let conditions = test_bed.judged_for(&trial)?;
         runs.push(ShownRun {
             trajectory: run_episode(&conditions, seed, options.duration_s)?,
             phase,
@@ -73,15 +73,15 @@ pub fn write(
         found.push(entry);
     }
     Ok(Explored {
-        folder: site.path.clone(),
-        robot: laboratory.robot.clone(),
+        folder: open_folder.path.clone(),
+        robot: test_bed.robot.clone(),
         wanted: options.wanted,
         n_controllers,
         found,
         runs,
         robots: options.robots,
-        radius_m: laboratory.radius_m(),
-        arena_m: laboratory.arena_m,
+        radius_m: test_bed.radius_m(),
+        arena_m: test_bed.arena_m,
         walls: options.walls,
         world: options.world.cloned().unwrap_or_default(),
     })
@@ -96,15 +96,15 @@ struct Confirmed {
 /// Runs a controller on fresh seeds. One that does what it was called in less than half of them is
 /// called by its niche, unless that is what was searched for.
 fn confirm(
-    laboratory: &Laboratory,
+    test_bed: &TestBed,
     mut trial: Trial,
     seed: u64,
     options: &Options,
 ) -> anyhow::Result<Confirmed> {
-    let mut shown = laboratory.confirm(&trial, (seed, CONFIRM), options)?;
+    let mut shown = test_bed.confirm(&trial, (seed, CONFIRM), options)?;
     if shown.share.value() < trial::MOST && trial.name != Name::Other && options.wanted.is_none() {
         trial.name = Name::Other;
-        shown = laboratory.confirm(&trial, (seed, CONFIRM), options)?;
+        shown = test_bed.confirm(&trial, (seed, CONFIRM), options)?;
     }
     Ok(Confirmed { trial, shown })
 }
@@ -135,22 +135,22 @@ fn describe(trial: &Trial, shown: &Shown, elsewhere: Elsewhere) -> FoundControll
 
 /// A sweep around a controller: two of its numbers, the others fixed.
 fn sweep_text(
-    laboratory: &Laboratory,
+    test_bed: &TestBed,
     (trial, behaviour): (&Trial, Behaviour),
     found: &FoundController,
     options: &Options,
 ) -> anyhow::Result<String> {
-    let (axes, mut values) = axes(laboratory, trial);
+    let (axes, mut values) = axes(test_bed, trial);
     values.push((Axis::Robots, options.robots as f64));
     if options.world.is_none_or(|world| world.arena.is_none()) {
-        values.push((Axis::Arena, laboratory.arena_m));
+        values.push((Axis::Arena, test_bed.arena_m));
     }
     if options.starts.is_none() {
-        values.push((Axis::PlacementRadius, laboratory.placement_m));
+        values.push((Axis::PlacementRadius, test_bed.placement_m));
     }
     let sweep = SweepFile {
         profile: format!("../{PROFILE}"),
-        controller: laboratory
+        controller: test_bed
             .space
             .table()
             .map(|_| ControllerSource::File(format!("../{CONTROLLER}"))),
@@ -166,7 +166,7 @@ fn sweep_text(
         seed: 1,
         adaptive: None,
     }
-    .within_wheels(laboratory.robots());
+    .within_wheels(test_bed.robots());
     let world = options.world.map(|_| WorldSource::File(format!("../{WORLD}")));
     let sweep = SweepFile { world, ..sweep };
     let yaml = serde_saphyr::to_string(&sweep).context("the sweep as YAML")?;
@@ -185,8 +185,8 @@ fn sweep_text(
 }
 
 /// The two numbers of a controller that are swept, around their values, and the others.
-fn axes(laboratory: &Laboratory, trial: &Trial) -> (Axes, Vec<(Axis, f64)>) {
-    let mut values = laboratory.values(&trial.point);
+fn axes(test_bed: &TestBed, trial: &Trial) -> (Axes, Vec<(Axis, f64)>) {
+    let mut values = test_bed.values(&trial.point);
     // Where nothing is detected is where robots are most of the time.
     values.sort_by_key(|(axis, _)| match axis {
         Axis::UndetectedSpeed => 0,
@@ -197,7 +197,7 @@ fn axes(laboratory: &Laboratory, trial: &Trial) -> (Axes, Vec<(Axis, f64)>) {
     let is_swept = |(axis, value): &(Axis, f64)| matches!(axis, Axis::Number(_)) || *value != 0.0;
     let (moving, standing): (Vec<_>, Vec<_>) = values.into_iter().partition(is_swept);
     let (swept, kept) = moving.split_at(moving.len().min(2));
-    let around = |(axis, value): &(Axis, f64)| (*axis, laboratory.space.around(*axis, *value));
+    let around = |(axis, value): &(Axis, f64)| (*axis, test_bed.space.around(*axis, *value));
     let swept = Axes(swept.iter().map(around).collect());
     (swept, kept.iter().copied().chain(standing).collect())
 }

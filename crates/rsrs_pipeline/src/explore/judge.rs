@@ -15,7 +15,7 @@ use rsrs_sim::exploration::space::Directions;
 use super::Options;
 use super::folder::{PROFILE, SETTINGS};
 use super::settings::Settings;
-use super::trial::{Laboratory, Name};
+use super::trial::{Name, TestBed};
 use crate::error::helped;
 use crate::execution::Execution;
 use crate::files::read_text;
@@ -62,7 +62,7 @@ impl Judge {
             seed: settings.seed,
             execution: Execution::unobserved(),
         };
-        let conditions = Laboratory::new(&robots, &options)?.as_measured().map_err(helped)?;
+        let conditions = TestBed::new(&robots, &options)?.as_measured().map_err(helped)?;
         let inradius_m = conditions.free_space().map(|space| space.inradius_m());
         Ok(Self { conditions, inradius_m })
     }
@@ -79,7 +79,7 @@ impl Judge {
         let also = Niche::looks_also_at(&self.conditions).to_vec();
         let rules = Rules { also, ..self.conditions.behaviour.rules() };
         let evidence = label_with(run, &bodies, &rules)?.evidence;
-        let niche = Niche::of(&self.conditions, &evidence, self.inradius_m);
+        let niche = Niche::new(&self.conditions, &evidence, self.inradius_m);
         let mut names = Vec::new();
         for behaviour in Behaviour::all() {
             if label_with(run, &bodies, &behaviour.rules())?.phase == behaviour.wanted() {

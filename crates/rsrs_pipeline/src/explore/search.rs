@@ -10,7 +10,7 @@ use rsrs_sim::sweep::{Progress, confirmation_seed};
 
 use super::Options;
 use super::journal::Journal;
-use super::trial::{Laboratory, Name, Trial};
+use super::trial::{Name, TestBed, Trial};
 use crate::execution::RunCounter;
 
 /// Controllers that are proposed at once where the archive proposes them.
@@ -31,14 +31,14 @@ const LEAST_STEP: f64 = 0.02;
 /// Searches, and returns one controller for each niche; where a behaviour is searched for, of those
 /// that came nearest to it.
 pub fn search(
-    laboratory: &Laboratory,
+    test_bed: &TestBed,
     journal: &mut Journal,
     options: &Options,
 ) -> anyhow::Result<Vec<Trial>> {
     let counter = options.execution.observer.count("searching", "controllers");
     let total = options.controllers;
     counter.begin("searching", Progress { done: journal.len().min(total), total });
-    let mut tried = Tried { laboratory, journal, options, counter: &*counter, trials: Vec::new() };
+    let mut tried = Tried { test_bed, journal, options, counter: &*counter, trials: Vec::new() };
     let archive = match options.wanted {
         None => illuminate(&mut tried)?,
         Some(_) => optimise(&mut tried)?,
@@ -60,7 +60,7 @@ fn surest(tried: &Tried, wanted: Behaviour) -> anyhow::Result<Vec<Trial>> {
     for trial in nearest {
         let trial = Trial { name: Name::Behaviour(wanted), ..trial.clone() };
         let runs = (seed, RUNS_AGAIN);
-        let shown = tried.laboratory.confirm(&trial, runs, tried.options)?;
+        let shown = tried.test_bed.confirm(&trial, runs, tried.options)?;
         shares.push((shown.share.hits, trial));
     }
     shares.sort_by_key(|(hits, _)| Reverse(*hits));
@@ -75,7 +75,7 @@ fn surest(tried: &Tried, wanted: Behaviour) -> anyhow::Result<Vec<Trial>> {
 
 /// What was tried so far, and how more is.
 struct Tried<'a, 'b> {
-    laboratory: &'a Laboratory,
+    test_bed: &'a TestBed,
     journal: &'a mut Journal,
     options: &'a Options<'b>,
     counter: &'a dyn RunCounter,
@@ -98,7 +98,7 @@ impl Tried<'_, '_> {
         self.trials.extend_from_slice(known);
         let rest = &points[known.len()..];
         if !rest.is_empty() {
-            let trials = self.laboratory.try_out(self.trials.len(), rest, self.options)?;
+            let trials = self.test_bed.try_out(self.trials.len(), rest, self.options)?;
             self.journal.add(&trials)?;
             self.trials.extend(trials);
         }
@@ -123,7 +123,7 @@ fn offer(archive: &mut Archive, trials: &[Trial]) {
 /// Fills the archive from its own controllers.
 fn illuminate(tried: &mut Tried) -> anyhow::Result<Archive> {
     let mut archive = Archive::default();
-    let n_numbers = tried.laboratory.space.n_numbers();
+    let n_numbers = tried.test_bed.space.n_numbers();
     let mut generation = 0;
     while tried.n_left() > 0 {
         let points = archive.propose((GENERATION, n_numbers), tried.options.seed, generation);
@@ -136,7 +136,7 @@ fn illuminate(tried: &mut Tried) -> anyhow::Result<Archive> {
 /// Follows the evolution strategy, from the best of some anywhere, and from others again.
 fn optimise(tried: &mut Tried) -> anyhow::Result<Archive> {
     let mut archive = Archive::default();
-    let n_numbers = tried.laboratory.space.n_numbers();
+    let n_numbers = tried.test_bed.space.n_numbers();
     let seed = tried.options.seed;
     let mut beginning = 0;
     while tried.n_left() > 0 {

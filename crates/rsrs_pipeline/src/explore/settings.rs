@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Options;
 use super::folder::STARTS;
-use super::trial::Laboratory;
+use super::trial::TestBed;
 
 /// Everything but the robot that a search follows from: two searches with these are one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,17 +48,17 @@ pub struct Settings {
 impl Settings {
     /// Those of a search. How many controllers are tried is none of them: a longer search begins with a
     /// shorter one.
-    pub fn of(options: &Options, laboratory: &Laboratory) -> Self {
+    pub fn new(options: &Options, test_bed: &TestBed) -> Self {
         use rsrs_sim::exploration::space::Directions;
         Self {
             behaviour: options.wanted,
             controller: options.controller.cloned(),
             world: options.world.cloned(),
             robots: options.robots,
-            arena_m: laboratory.arena_m,
+            arena_m: test_bed.arena_m,
             walls: options.walls,
             placement: options.starts.map(|_| in_folder(STARTS.to_owned())),
-            placement_radius_m: laboratory.placement_m,
+            placement_radius_m: test_bed.placement_m,
             backward: options.directions == Directions::Both,
             replicates: options.replicates,
             duration_s: options.duration_s,

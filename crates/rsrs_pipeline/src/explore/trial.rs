@@ -127,7 +127,7 @@ const CROWD_ROTATES: f64 = 0.6;
 const RING: f64 = 0.5;
 
 /// Where controllers are tried: the robots, made worse, in their arena.
-pub struct Laboratory {
+pub struct TestBed {
     /// What the robots are called.
     pub robot: String,
     /// What is searched.
@@ -141,7 +141,7 @@ pub struct Laboratory {
     simulated: RobotProfile,
     settings: Settings,
     runs: Runs,
-    /// Of an arena that is no plain square ([`Niche::of`]).
+    /// Of an arena that is no plain square ([`Niche::new`]).
     inradius_m: Option<f64>,
 }
 
@@ -220,7 +220,7 @@ pub struct Shown {
 /// A share of runs from which on a controller is called by what they show.
 pub const MOST: f64 = 0.5;
 
-impl Laboratory {
+impl TestBed {
     /// Robots in an arena.
     pub fn new(measured: &RobotProfile, options: &Options) -> anyhow::Result<Self> {
         let factors = Harsher::default().factors(measured);
@@ -267,11 +267,11 @@ impl Laboratory {
             Some(table) => Space::Table(table.clone()),
             None => {
                 let commanded = slowest(measured, options.world);
-                Space::Commands(ControllerSpace::of(&commanded, options.directions))
+                Space::Commands(ControllerSpace::new(&commanded, options.directions))
             }
         };
         let space_m = settings.world.free_space(arena_m);
-        let laboratory = Self {
+        let test_bed = Self {
             robot: settings.world.robot_names(measured),
             space,
             arena_m,
@@ -283,10 +283,10 @@ impl Laboratory {
             runs,
             inradius_m: space_m.map(|space| space.inradius_m()),
         };
-        let conditions = laboratory.conditions(&vec![1.0; laboratory.space.n_numbers()]);
+        let conditions = test_bed.conditions(&vec![1.0; test_bed.space.n_numbers()]);
         let conditions = conditions.map_err(helped)?;
         check(&[conditions], runs)?;
-        Ok(laboratory)
+        Ok(test_bed)
     }
 
     /// The robots, made worse.
@@ -351,7 +351,7 @@ impl Laboratory {
             let outcomes = &swept.outcomes[index * replicates..(index + 1) * replicates];
             let conditions = &conditions[index];
             let niche_of = |outcome: &ReplicateOutcome| {
-                Niche::of(conditions, &outcome.evidence, self.inradius_m)
+                Niche::new(conditions, &outcome.evidence, self.inradius_m)
             };
             let (niche, share) = most_frequent(outcomes, niche_of);
             Trial {
@@ -433,7 +433,7 @@ impl Laboratory {
         let runs = Runs { seed, replicates, ..self.runs };
         let swept = run_to_end(std::slice::from_ref(&conditions), runs, options)?;
         let shows = |outcome: &&ReplicateOutcome| {
-            let niche = Niche::of(&conditions, &outcome.evidence, self.inradius_m);
+            let niche = Niche::new(&conditions, &outcome.evidence, self.inradius_m);
             match trial.name {
                 Name::Behaviour(behaviour) => outcome.phase == behaviour.wanted(),
                 name => name.shown_in(niche, &outcome.evidence).unwrap_or(niche == trial.niche),
@@ -579,7 +579,7 @@ mod tests {
     }
 
     /// Flockbots, of which every other one was changed.
-    fn mixed(change: impl Fn(&mut RobotProfile)) -> Laboratory {
+    fn mixed(change: impl Fn(&mut RobotProfile)) -> TestBed {
         let measured = flockbot();
         let mut own = measured.clone();
         change(&mut own);
@@ -590,7 +590,7 @@ mod tests {
         };
         let classes = vec![class("a", None), class("b", Some(own))];
         let world = WorldFile { classes, ..WorldFile::NOTHING };
-        Laboratory::new(&measured, &options(&world)).unwrap()
+        TestBed::new(&measured, &options(&world)).unwrap()
     }
 
     #[test]
@@ -602,11 +602,11 @@ mod tests {
         ] {
             let world = WorldFile::parse("world.yaml", text, &[3.0], &[4]).unwrap();
             let options = options(&world);
-            let laboratory = Laboratory::new(&flockbot(), &options).unwrap();
-            let point = vec![0.5; laboratory.space.n_numbers()];
+            let test_bed = TestBed::new(&flockbot(), &options).unwrap();
+            let point = vec![0.5; test_bed.space.n_numbers()];
 
-            let trial = laboratory.try_out(0, &[point], &options).unwrap().remove(0);
-            let shown = laboratory.confirm(&trial, (2, 8), &options).unwrap();
+            let trial = test_bed.try_out(0, &[point], &options).unwrap().remove(0);
+            let shown = test_bed.confirm(&trial, (2, 8), &options).unwrap();
 
             let found = shown.means.iter().find(|(it, _)| *it == Parameter::WALL_DISTANCE);
             assert_eq!(found.is_some(), is_measured, "{text}: {:?}", shown.means);
@@ -616,7 +616,7 @@ mod tests {
     #[test]
     fn with_another_contact_the_robots_of_all_classes_do_something_else_when_they_touch() {
         for own in [ContactModel::Stop, ContactModel::Push] {
-            let laboratory = mixed(|robot| {
+            let test_bed = mixed(|robot| {
                 robot.body.contact = own;
                 robot.body.contact_friction = (own == ContactModel::Push).then_some(0.3);
             });
@@ -626,21 +626,20 @@ mod tests {
                     (robot.contact, robot.contact_friction.to_bits())
                 })
             };
-            let point = vec![1.0; laboratory.space.n_numbers()];
+            let point = vec![1.0; test_bed.space.n_numbers()];
 
-            let contact = laboratory.other_contact();
-            let (profile, settings) = laboratory.touching_otherwise(contact);
-            let others =
-                Robots { profile: &profile, settings: &settings, ..laboratory.made_worse() };
+            let contact = test_bed.other_contact();
+            let (profile, settings) = test_bed.touching_otherwise(contact);
+            let others = Robots { profile: &profile, settings: &settings, ..test_bed.made_worse() };
 
             assert_eq!(contact, ContactModel::Push);
             let friction = if own == ContactModel::Push { 0.3_f64 } else { 0.0 };
             assert_eq!(
-                contacts(laboratory.conditions(&point).unwrap()),
+                contacts(test_bed.conditions(&point).unwrap()),
                 [(ContactModel::Stop, 0), (own, friction.to_bits())]
             );
             assert_eq!(
-                contacts(laboratory.conditions_of(others, &point).unwrap()),
+                contacts(test_bed.conditions_of(others, &point).unwrap()),
                 [(ContactModel::Push, 0), (ContactModel::Push, friction.to_bits())]
             );
         }
@@ -651,9 +650,9 @@ mod tests {
         let on_wheels = mixed(|robot| {
             robot.actuation.wheels = Some(Wheels { base_m: 0.12, speed_max_m_s: 0.05 });
         });
-        let fastest = |laboratory: &Laboratory| {
-            let point = vec![1.0; laboratory.space.n_numbers()];
-            laboratory.conditions(&point).unwrap().controller.fastest().speed_m_s
+        let fastest = |test_bed: &TestBed| {
+            let point = vec![1.0; test_bed.space.n_numbers()];
+            test_bed.conditions(&point).unwrap().controller.fastest().speed_m_s
         };
 
         assert!(fastest(&on_wheels) <= 0.05, "{}", fastest(&on_wheels));

@@ -112,7 +112,7 @@ fn pairs(seen: &[Seen]) -> Vec<Pair> {
         .filter_map(|(one, other)| {
             let both = |seen: &Seen| Some((*seen.labels.get(one)?, *seen.labels.get(other)?));
             let labels: Vec<(Phase, Phase)> = seen.iter().filter_map(both).collect();
-            let agreement = Agreement::of(&labels)?;
+            let agreement = Agreement::new(&labels)?;
             Some(Pair { by: [one.clone(), other.clone()], agreement })
         })
         .collect()

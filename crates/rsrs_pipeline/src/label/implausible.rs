@@ -71,7 +71,7 @@ pub fn misplaced(recorded: &RecordedTrajectory, record: &ExperimentRecord) -> Ve
     if record.backend == Backend::Simulator || recorded.findings.iter().any(is_late) {
         return Vec::new();
     }
-    let wanted = WantedStart::of(&record.conditions, record.replicate);
+    let wanted = WantedStart::new(&record.conditions, record.replicate);
     let first = recorded.trajectory.poses_at(0);
     let placed = |(name, pose): (&String, &Pose)| {
         let number = record.robots.iter().position(|robot| robot == name)?;

@@ -69,7 +69,7 @@ pub fn read(path: &Path, class: Option<&str>) -> anyhow::Result<BagTrials> {
     let wanted = record.as_ref().map(|record| of_one_profile(path, record, class)).transpose()?;
     let is_wanted =
         |robot: &String| wanted.as_ref().is_none_or(|wanted| wanted.contains(&robot.as_str()));
-    let poses = PosesOfRun::of(&bag, record.as_ref(), None)?;
+    let poses = PosesOfRun::new(&bag, record.as_ref(), None)?;
     let recorded = poses.read(&bag, record.as_ref(), Needed::AllOfIt).map_err(|error| {
         let message = format!("{}: {error}", path.display());
         helped(error).context(message)

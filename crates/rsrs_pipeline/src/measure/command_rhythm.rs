@@ -30,11 +30,11 @@ pub fn read(bag: &Path, robot: &str) -> anyhow::Result<CommandRhythm> {
     let command = topics::CMD_VEL.for_robot(robot);
     let detection = topics::DETECTION.for_robot(robot);
     let window = trial_window::read(bag, [command.clone(), detection])?;
-    Ok(CommandRhythm::of(&window, &command))
+    Ok(CommandRhythm::new(&window, &command))
 }
 
 impl CommandRhythm {
-    fn of(window: &TrialWindow, command: &str) -> Self {
+    fn new(window: &TrialWindow, command: &str) -> Self {
         let (mut commands, mut detections) = (Times::default(), Times::default());
         for message in &window.messages {
             let times = if *message.topic == *command { &mut commands } else { &mut detections };
@@ -103,7 +103,7 @@ mod tests {
             let detections = detections_ms.step_by(100).map(|at_ms| on("detection", at_ms));
             let messages = commands.chain(detections).collect();
             let window = TrialWindow { from_ns: Some(0), until_ns: Some(ms(3_000)), messages };
-            CommandRhythm::of(&window, "cmd_vel").paused_s
+            CommandRhythm::new(&window, "cmd_vel").paused_s
         };
 
         assert_eq!(rhythm(0..3_000), None);

@@ -42,7 +42,7 @@ impl PosesOfRun {
     /// The source that was asked for, else that of the record, else that which the fleet file in
     /// the bag has for the robots of the record (an error if they have different ones), else
     /// whatever the bag has.
-    pub fn of(
+    pub fn new(
         bag: &Bag,
         record: Option<&ExperimentRecord>,
         asked: Option<PoseSource>,

@@ -189,7 +189,7 @@ seed: 7
         let mut sweep = SweepFile::parse("sweep.yaml", SWEEP).unwrap();
         sweep.world = Some(WorldSource::Read(WorldFile { classes, ..WorldFile::NOTHING }));
         sweep.harsher = Harsher::from(sweep.factors(&profile));
-        let provenance = Provenance::of(&profile);
+        let provenance = Provenance::new(&profile);
         ResolvedSweep { sweep, profile, provenance }
     }
 

@@ -8,7 +8,7 @@ use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
 use crate::error::with_help;
 use crate::execution::Execution;
-use crate::sweep::folder::unfinished::{self, Site, Unfinished};
+use crate::sweep::folder::unfinished::{self, FolderState, Unfinished};
 use crate::sweep::folder::{self, difference};
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
@@ -43,7 +43,7 @@ pub fn merge(
         }
     }
     refuse_gaps(n_missing, shards)?;
-    if let Site::Unfinished(whole) = unfinished::open(folder, &source)? {
+    if let FolderState::Unfinished(whole) = unfinished::open(folder, &source)? {
         for (number, block) in plan.blocks() {
             let outcomes = whole_block(&sites, number, &block)?
                 .with_context(|| format!("block {number} was changed meanwhile"))?;
@@ -114,8 +114,8 @@ fn one_sweep(shards: &[PathBuf]) -> anyhow::Result<ResolvedSweep> {
 
 fn open(shard: &Path) -> anyhow::Result<Unfinished> {
     match unfinished::open(shard, &folder::read_source(shard)?)? {
-        Site::Unfinished(site) => Ok(site),
-        Site::Finished => Err(with_help(
+        FolderState::Unfinished(unfinished) => Ok(unfinished),
+        FolderState::Finished => Err(with_help(
             format!("{} holds a whole sweep, and no shard of one", shard.display()),
             format!("it needs no merging: `rsrs choose {}`", quoted(shard)),
         )),
@@ -128,8 +128,8 @@ fn whole_block(
     number: u64,
     block: &Block,
 ) -> anyhow::Result<Option<Vec<ReplicateOutcome>>> {
-    for site in sites {
-        if let Some(outcomes) = site.peek(number, block)? {
+    for unfinished in sites {
+        if let Some(outcomes) = unfinished.peek(number, block)? {
             return Ok(Some(outcomes));
         }
     }

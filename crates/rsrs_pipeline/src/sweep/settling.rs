@@ -119,5 +119,5 @@ fn of_conditions(
     let (before, after) = (phases(from_s)?, phases(duration_s)?);
     let n = usize::try_from(replicates)?;
     let cells = before.chunks(n).zip(after.chunks(n));
-    Ok(Some(cells.map(|(before, after)| Settling::of(before, after, from_s)).collect()))
+    Ok(Some(cells.map(|(before, after)| Settling::new(before, after, from_s)).collect()))
 }

@@ -77,7 +77,7 @@ impl ResolvedSweep {
             sweep.world = Some(WorldSource::Read(world));
         }
         sweep.harsher = Harsher::from(sweep.factors(&profile));
-        let provenance = Provenance::of(&profile);
+        let provenance = Provenance::new(&profile);
         Ok(Self { sweep, profile, provenance })
     }
 
@@ -91,7 +91,7 @@ impl ResolvedSweep {
         }
         let Self { sweep, profile, .. } = document::parse(&name, &text)?;
         sweep.check(&name).map_err(helped)?;
-        let provenance = Provenance::of(&profile);
+        let provenance = Provenance::new(&profile);
         Ok(Self { sweep, profile, provenance })
     }
 
@@ -125,7 +125,7 @@ impl ResolvedSweep {
             world: world.map(WorldSource::Read),
             ..self.sweep.clone()
         };
-        let provenance = Provenance::of(&profile);
+        let provenance = Provenance::new(&profile);
         Ok(Self { sweep, profile, provenance })
     }
 

@@ -105,7 +105,7 @@ impl Judged {
     /// # Panics
     ///
     /// Never: what it serialises is numbers and texts.
-    pub fn of(source: &ResolvedSweep, class: Option<&str>, at: &Cell) -> Self {
+    pub fn new(source: &ResolvedSweep, class: Option<&str>, at: &Cell) -> Self {
         let fixed = source.sweep.fixed.values.iter().filter(|(axis, _)| axis.is_capability());
         let fixed: BTreeMap<String, f64> =
             fixed.map(|(axis, value)| (axis.key().to_owned(), *value)).collect();
@@ -132,7 +132,7 @@ impl Judged {
     /// Whether the sweep still has this robot.
     fn is_of(&self, source: &ResolvedSweep) -> bool {
         let is_same = |source: &ResolvedSweep| {
-            self.simulator_digest == Self::of(source, None, &Cell::default()).simulator_digest
+            self.simulator_digest == Self::new(source, None, &Cell::default()).simulator_digest
         };
         match &self.class {
             Some(class) => source.of_class(class).is_ok_and(|source| is_same(&source)),

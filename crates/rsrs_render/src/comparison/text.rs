@@ -61,7 +61,7 @@ fn toned(verdict: Verdict) -> Words {
         Verdict::Undecided | Verdict::NoClaim => Tone::Unclear,
         Verdict::Violated => Tone::Bad,
     };
-    Words::toned(tone, word(verdict))
+    Words::toned(tone, verdict_name(verdict))
 }
 
 /// What the verdict would be with the runs that were left out after their start.
@@ -73,9 +73,9 @@ fn left_out_in_words(report: &Report, left_out: &LeftOut) -> String {
         "left out after their start, and so perhaps for what the swarm did: {count} ({})\n  without \
          them: {}; if none of them {did}: {}; if every one {did}: {}",
         bags.join(", "),
-        word(*verdict_without),
-        word(*verdict_if_none_milled),
-        word(*verdict_if_all_milled)
+        verdict_name(*verdict_without),
+        verdict_name(*verdict_if_none_milled),
+        verdict_name(*verdict_if_all_milled)
     )
 }
 
@@ -338,7 +338,7 @@ fn share([share, low, high]: [f64; 3], phases: &PhaseCounts, run: &str) -> Strin
 }
 
 /// A verdict in a word.
-pub fn word(verdict: Verdict) -> &'static str {
+pub fn verdict_name(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Violated => "violated",
         Verdict::Supported => "supported",
@@ -383,7 +383,7 @@ pub fn summary(attempts: &Attempts, verb: Verb) -> String {
     let mill = verb.plain;
     let comparison = &attempts.counted;
     if attempts.verdict() != comparison.verdict {
-        let word = word(comparison.verdict);
+        let word = verdict_name(comparison.verdict);
         return format!(
             "{word} by the runs that count alone, which does not stand whatever those came to that \
              were left out after their start"

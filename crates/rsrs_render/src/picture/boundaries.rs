@@ -20,13 +20,13 @@ pub struct Plane {
 ///
 /// Each condition holds on one side of a line, as each depends on every axis in one direction only.
 /// What is no axis of the plane is taken from `conditions`, one of its cells. There are no lines if
-/// the theory does not hold for these robots, see [`Ring::of`], nor where their sensor is turned
+/// the theory does not hold for these robots, see [`Ring::new`], nor where their sensor is turned
 /// along an axis.
 pub fn boundaries(conditions: &Conditions, plane: Plane, mills: &[&Cell]) -> Vec<Boundary> {
     if plane.x.0 == Axis::SensorBearing || plane.y.is_some_and(|y| y.0 == Axis::SensorBearing) {
         return Vec::new();
     }
-    let Some(swarm) = Swarm::of(conditions) else {
+    let Some(swarm) = Swarm::new(conditions) else {
         return Vec::new();
     };
     let line = |condition: Condition| {
@@ -159,7 +159,7 @@ mod tests {
         let lines = lines((Axis::Speed, 0.05, 0.5), Some((Axis::TurnRate, 0.25, 2.0)));
 
         assert_eq!(lines.len(), 1, "{lines:?}");
-        let ring = Ring::of(&conditions()).unwrap();
+        let ring = Ring::new(&conditions()).unwrap();
         let gains = conditions().robot;
         assert_eq!(line(&lines, Condition::FastTurnBalance).holds, Side::Above);
         for (speed_m_s, turn_rate_rad_s) in &line(&lines, Condition::FastTurnBalance).points {

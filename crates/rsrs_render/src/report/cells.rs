@@ -89,7 +89,7 @@ fn facts_of(
         address: of_page(0),
     };
     if let Some(sampling) = sampling {
-        let typical = Typical::of(of, entry, conditions)?;
+        let typical = Typical::new(of, entry, conditions)?;
         facts.caption = typical.in_words(of, (entry, conditions), sampling);
         facts.address = of_page(typical.replicate);
         facts.replay = Some(typical.replay(conditions, sampling));
@@ -124,7 +124,7 @@ struct Typical {
 impl Typical {
     /// The first replicate that ended in the most frequent phase; the first one of all if that phase
     /// is not among the first few.
-    fn of(of: &Reported, entry: &DiagramCell, conditions: &Conditions) -> anyhow::Result<Self> {
+    fn new(of: &Reported, entry: &DiagramCell, conditions: &Conditions) -> anyhow::Result<Self> {
         let n_tried = entry.counts.total().clamp(1, MOST_TRIED);
         let mut first = None;
         for replicate in 0..n_tried {
@@ -177,7 +177,7 @@ impl Typical {
         let n_samples = trajectory.n_samples();
         let first_shown = n_samples.saturating_sub(samples_in(sampling.shown_s, period_s));
         let first_judged = n_samples.saturating_sub(samples_in(WINDOW_S, period_s));
-        Replay::of(&Shown {
+        Replay::new(&Shown {
             trajectory,
             conditions,
             robots: (1..=trajectory.n_robots).map(|robot| format!("robot_{robot}")).collect(),

@@ -88,7 +88,7 @@ fn recorded(run: &ComparedBag, drawn: &DrawnRun, most_bytes: f64) -> anyhow::Res
     Ok(RecordedRun {
         above_svg: svg(&drawn.above(&lost, Theme::Screen))?,
         order: order_svg(&drawn.order(&drawn.blocks(), &drawn.rules(), &[]), &title),
-        replay: Replay::of(&Shown {
+        replay: Replay::new(&Shown {
             trajectory,
             conditions: &run.record.conditions,
             robots: drawn.recorded().robots.clone(),

@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use super::Reported;
 use crate::comparison::{
-    ComparedBag, ComparedCell, Report as Comparison, cause_in_words, evidence, word,
+    ComparedBag, ComparedCell, Report as Comparison, cause_in_words, evidence, verdict_name,
 };
 use crate::wording::quantity;
 
@@ -90,7 +90,7 @@ fn row_of_cell(cell: &ComparedCell) -> [String; 6] {
         share(cell.b_s, cell.b_s_low, cell.b_s_high, cell.n_simulated),
         evidence(cell.e_violated),
         of_claim(cell.e_supported),
-        word(cell.verdict).to_owned(),
+        verdict_name(cell.verdict).to_owned(),
     ]
 }
 

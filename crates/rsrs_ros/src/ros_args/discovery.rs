@@ -134,7 +134,7 @@ const RTPS: [&str; 6] = [
 
 impl OtherMiddleware {
     /// The one that the environment names; `None` if it names none, or one that speaks RTPS.
-    pub fn of(environment: &Environment) -> Option<Self> {
+    pub fn new(environment: &Environment) -> Option<Self> {
         let found = environment.variable(RMW)?;
         let is_other = !found.is_empty() && !RTPS.contains(&found);
         is_other.then(|| Self { found: found.to_owned() })
@@ -192,7 +192,7 @@ pub(super) fn read(environment: &Environment) -> Result<Discovery, RosArgsError>
     if environment.variable("ROS_STATIC_PEERS").is_some_and(|peers| !peers.is_empty()) {
         notes.push(Note::StaticPeers);
     }
-    notes.extend(OtherMiddleware::of(environment).map(Note::Middleware));
+    notes.extend(OtherMiddleware::new(environment).map(Note::Middleware));
     Ok(Discovery { domain_id, localhost, notes })
 }
 

@@ -30,7 +30,7 @@ pub(super) struct Absences {
 }
 
 impl Absences {
-    pub(super) fn of(participant: &DomainParticipant) -> Self {
+    pub(super) fn new(participant: &DomainParticipant) -> Self {
         Self {
             listener: participant.status_listener(),
             own: prefix(participant.guid().to_bytes()),

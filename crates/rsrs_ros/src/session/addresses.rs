@@ -14,7 +14,7 @@ use crate::interfaces::{self, Interface};
 pub(super) struct Addresses(Vec<Interface>);
 
 impl Addresses {
-    pub(super) fn of(used: &[IpAddr]) -> Self {
+    pub(super) fn new(used: &[IpAddr]) -> Self {
         // Without a list of interfaces no change can be found, and nothing else is lost.
         let mut interfaces = interfaces::list().unwrap_or_default();
         interfaces.retain(|interface| used.contains(&interface.address));

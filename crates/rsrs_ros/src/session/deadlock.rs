@@ -21,7 +21,7 @@ use super::lock;
 use crate::{kernel, logging};
 
 /// How often to look.
-const LOOK: Duration = Duration::from_secs(1);
+const POLL_PERIOD: Duration = Duration::from_secs(1);
 /// So many looks without any progress are a deadlock: whichever thread is not waiting for another one
 /// wakes several times a second.
 const LOOKS: usize = 3;
@@ -43,8 +43,8 @@ pub(super) struct Watchdog {
 
 impl Watchdog {
     /// Begins to watch the threads of the middleware.
-    pub(super) fn of(threads: BTreeSet<u32>) -> Self {
-        Self::with(threads, (LOOK, give_up))
+    pub(super) fn new(threads: BTreeSet<u32>) -> Self {
+        Self::with(threads, (POLL_PERIOD, give_up))
     }
 
     fn with(threads: BTreeSet<u32>, (look, give_up): (Duration, fn())) -> Self {
@@ -133,24 +133,24 @@ mod tests {
 
     use super::*;
 
-    const LOOK: Duration = Duration::from_millis(30);
+    const POLL_PERIOD: Duration = Duration::from_millis(30);
 
     #[test]
     fn threads_that_do_nothing_while_something_is_not_made_are_a_deadlock() {
         static GIVEN_UP: AtomicUsize = AtomicUsize::new(0);
         let watchdog = Watchdog::with(
             BTreeSet::new(),
-            (LOOK, || {
+            (POLL_PERIOD, || {
                 GIVEN_UP.fetch_add(1, Ordering::Relaxed);
             }),
         );
 
-        watchdog.watching(|| std::thread::sleep(LOOK));
+        watchdog.watching(|| std::thread::sleep(POLL_PERIOD));
         assert_eq!(GIVEN_UP.load(Ordering::Relaxed), 0, "it was made");
         watchdog.watching(|| {
             while GIVEN_UP.load(Ordering::Relaxed) == 0 {
                 // It waits for another thread in one go.
-                std::thread::sleep(LOOK * 20);
+                std::thread::sleep(POLL_PERIOD * 20);
             }
         });
 
@@ -159,11 +159,12 @@ mod tests {
 
     #[test]
     fn who_works_is_in_no_deadlock_however_long_it_takes() {
-        let watchdog = Watchdog::with(BTreeSet::new(), (LOOK, || panic!("it works, if slowly")));
+        let watchdog =
+            Watchdog::with(BTreeSet::new(), (POLL_PERIOD, || panic!("it works, if slowly")));
 
         watchdog.watching(|| {
             for _ in 0..40 {
-                std::thread::sleep(LOOK / 4);
+                std::thread::sleep(POLL_PERIOD / 4);
             }
         });
     }

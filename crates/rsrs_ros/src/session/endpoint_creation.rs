@@ -38,7 +38,7 @@ pub(super) struct EndpointCreation {
 impl EndpointCreation {
     /// Nothing is made so far; `threads` are those of the middleware.
     pub(super) fn new(threads: BTreeSet<u32>) -> Self {
-        Self { n_endpoints: AtomicUsize::new(0), watchdog: Watchdog::of(threads) }
+        Self { n_endpoints: AtomicUsize::new(0), watchdog: Watchdog::new(threads) }
     }
 
     /// Makes new endpoints, one caller at a time, and again while the middleware has no room for them.

@@ -20,7 +20,7 @@ use super::subscription::{Failure, ReceivedRaw};
 use super::{lock, qos};
 
 /// How often to look for such publishers.
-const LOOK: Duration = Duration::from_millis(500);
+const POLL_PERIOD: Duration = Duration::from_millis(500);
 
 /// Identities of best-effort publishers of one topic.
 type Writers = Arc<Mutex<BTreeSet<[u8; 16]>>>;
@@ -78,7 +78,7 @@ impl Watch {
     /// Makes the second readers as they are needed; never ends.
     pub(super) async fn run(self: Arc<Self>, maker: ReaderMaker) {
         loop {
-            tokio::time::sleep(LOOK).await;
+            tokio::time::sleep(POLL_PERIOD).await;
             self.look(&maker);
         }
     }

@@ -249,7 +249,7 @@ impl RawWriter {
 }
 
 impl RawPublisher {
-    pub(super) fn of(writer: Arc<RawWriter>) -> Self {
+    pub(super) fn new(writer: Arc<RawWriter>) -> Self {
         Self(writer)
     }
 

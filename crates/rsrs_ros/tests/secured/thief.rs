@@ -98,7 +98,7 @@ pub async fn steal(lab: &Lab) -> Theft {
 pub fn steal_if_started() {
     if_started(async |session| {
         for (topic, member) in TARGETS {
-            let Some(overheard) = Overheard::of(&session, topic).await else { continue };
+            let Some(overheard) = Overheard::new(&session, topic).await else { continue };
             let keys = in_own_memory();
             // That has taken a while, in which the genuine samples have gone on.
             tokio::time::sleep(Duration::from_millis(100)).await;
@@ -131,7 +131,7 @@ struct Overheard {
 
 impl Overheard {
     /// Once a sample has come; nothing if this member may not receive the topic.
-    async fn of(session: &Session, topic: Topic) -> Option<Self> {
+    async fn new(session: &Session, topic: Topic) -> Option<Self> {
         let name = topic.for_robot("robot_2");
         let last = Arc::new(Mutex::new(None));
         let heard = Arc::clone(&last);

@@ -50,7 +50,7 @@ impl Commands {
         let Conditions { period_s, robots: n_robots, .. } = *conditions;
         let controller = conditions.controller.parameters().expect("the lanes have two commands");
         let command = decide(false, controller);
-        let in_window = |n| (n, Commanded::of(|_, _| command, period_s, 0..n, n_robots));
+        let in_window = |n| (n, Commanded::new(|_, _| command, period_s, 0..n, n_robots));
         let n_looks = look_back(period_s);
         let speeds_m_s = (0..n_looks).map(|_| command.speed_m_s).sum();
         let n_block = samples_in(BLOCK_S, period_s).min(n_window);
@@ -106,7 +106,7 @@ impl<S: Simd, const HALF: usize> Samples for Half<'_, S, HALF> {
         let commands = self.0.commands;
         if commands.vary {
             let command = |sample, robot| self.command(window.start + sample, robot, lane);
-            return Commanded::of(command, commands.period_s, 0..window.len(), commands.n_robots);
+            return Commanded::new(command, commands.period_s, 0..window.len(), commands.n_robots);
         }
         let is_asked = |(n_samples, _): &&(usize, Commanded)| *n_samples == window.len();
         self.0.commands.windows.iter().find(is_asked).expect("a window or a block").1
@@ -181,9 +181,9 @@ impl<S: Simd> Work for LookAtEnd<'_, S> {
     fn run(self) -> Vec<JudgedWindow> {
         let Self { past, n_samples, rules, n_lanes } = self;
         let bodies = past.bodies;
-        let mut windows = JudgedWindow::of(&Half::<S, 0>(past), n_samples, bodies, rules);
+        let mut windows = JudgedWindow::new(&Half::<S, 0>(past), n_samples, bodies, rules);
         if n_lanes > S::LANES / 2 {
-            windows.extend(JudgedWindow::of(&Half::<S, 1>(past), n_samples, bodies, rules));
+            windows.extend(JudgedWindow::new(&Half::<S, 1>(past), n_samples, bodies, rules));
         }
         windows.truncate(n_lanes);
         windows

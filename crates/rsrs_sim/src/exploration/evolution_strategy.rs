@@ -204,12 +204,12 @@ impl EvolutionStrategy {
         self.covariance = covariance;
         let relative = length / constants.normal_length - 1.0;
         self.step *= libm::exp(constants.step_rate / constants.step_damping * relative);
-        self.axes = Axes::of(&self.covariance);
+        self.axes = Axes::new(&self.covariance);
     }
 }
 
 impl Axes {
-    fn of(covariance: &DMatrix<f64>) -> Self {
+    fn new(covariance: &DMatrix<f64>) -> Self {
         let symmetric = (covariance + covariance.transpose()) * 0.5;
         let eigen = SymmetricEigen::new(symmetric);
         // Rounding may take a length that is hardly there below zero.

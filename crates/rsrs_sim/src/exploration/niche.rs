@@ -83,7 +83,7 @@ impl Niche {
     /// The niche of a run, by what its judged window shows, [`Self::looks_also_at`] included;
     /// `inradius_m` is that of an arena that is no plain square, the radius of the largest disc
     /// that fits into it.
-    pub fn of(
+    pub fn new(
         conditions: &Conditions,
         evidence: &OrderParameters,
         inradius_m: Option<f64>,
@@ -180,7 +180,7 @@ mod tests {
         for parameter in Niche::looks_also_at(&conditions) {
             parameter.set(&mut evidence, wall_m);
         }
-        Niche::of(&conditions, &evidence, inradius_m).extent == Extent::AtWalls
+        Niche::new(&conditions, &evidence, inradius_m).extent == Extent::AtWalls
     }
 
     #[test]
@@ -213,7 +213,7 @@ mod tests {
         let conditions = Conditions::resolve(&profile, &settings).unwrap();
         let extent = |mean_radius_m| {
             let evidence = OrderParameters { mean_radius_m, ..OrderParameters::default() };
-            Niche::of(&conditions, &evidence, None).extent
+            Niche::new(&conditions, &evidence, None).extent
         };
 
         assert!(Niche::looks_also_at(&conditions).is_empty());

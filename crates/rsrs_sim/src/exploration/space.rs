@@ -39,7 +39,7 @@ const RESOLUTION: f64 = 1e3;
 
 impl ControllerSpace {
     /// What a measured robot may be commanded.
-    pub fn of(profile: &RobotProfile, directions: Directions) -> Self {
+    pub fn new(profile: &RobotProfile, directions: Directions) -> Self {
         Self {
             speed_m_s: profile.actuation.speed.limits_m_s,
             turn_rate_rad_s: profile.actuation.turn.limits_rad_s,
@@ -62,7 +62,7 @@ impl ControllerSpace {
                 turn_rate_rad_s: amount(turn_rate, self.turn_rate_rad_s),
             })
         };
-        ControllerParameters::of(
+        ControllerParameters::new(
             command(speed, turn_rate),
             command(undetected_speed, undetected_turn_rate),
         )
@@ -134,7 +134,7 @@ mod tests {
         for (profile, directions) in
             [&free, &on_wheels].into_iter().flat_map(|it| both.map(|directions| (it, directions)))
         {
-            let space = ControllerSpace::of(profile, directions);
+            let space = ControllerSpace::new(profile, directions);
             for step in 0..2000 {
                 let mut draws = Draws::new(1, step);
                 let controller = space.controller(&anywhere(&mut draws, N_NUMBERS));

@@ -11,14 +11,14 @@ use crate::batch::{MOST_LANES, runs_in_lanes};
 
 /// Consecutive replicates of one cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Piece {
+pub struct CellReplicates {
     /// Index of the cell among the conditions.
     pub cell: usize,
     /// Numbers of the replicates.
     pub replicates: Range<u64>,
 }
 
-impl Piece {
+impl CellReplicates {
     /// How many replicates it has.
     pub fn n_rows(&self) -> u64 {
         self.replicates.end - self.replicates.start
@@ -30,13 +30,13 @@ impl Piece {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Block {
     /// In the order of the work; none is empty.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<CellReplicates>,
 }
 
 impl Block {
     /// How many replicates it has.
     pub fn n_rows(&self) -> u64 {
-        self.pieces.iter().map(Piece::n_rows).sum()
+        self.pieces.iter().map(CellReplicates::n_rows).sum()
     }
 
     /// Cell and number of every replicate, in order.
@@ -66,21 +66,21 @@ const LEAST_BLOCKS: u64 = 16;
 pub fn blocks<'a>(
     conditions: &'a [Conditions],
     duration_s: f64,
-    work: impl IntoIterator<Item = Piece> + 'a,
+    work: impl IntoIterator<Item = CellReplicates> + 'a,
 ) -> impl Iterator<Item = Block> + 'a {
-    let work: Vec<Piece> = work.into_iter().collect();
-    let of_piece = |piece: &Piece| {
-        piece.n_rows().saturating_mul(Size::of(&conditions[piece.cell], duration_s).agent_steps)
+    let work: Vec<CellReplicates> = work.into_iter().collect();
+    let of_piece = |piece: &CellReplicates| {
+        piece.n_rows().saturating_mul(Size::new(&conditions[piece.cell], duration_s).agent_steps)
     };
     let all = work.iter().map(of_piece).fold(0, u64::saturating_add);
     let agent_steps = MOST_AGENT_STEPS.min(all.div_ceil(LEAST_BLOCKS));
     let mut work = work.into_iter();
-    let mut rest: Option<Piece> = None;
+    let mut rest: Option<CellReplicates> = None;
     std::iter::from_fn(move || {
         let mut room = Room { rows: MOST_ROWS, agent_steps };
         let mut block = Block::default();
         while let Some(mut piece) = rest.take().or_else(|| work.next()) {
-            let size = Size::of(&conditions[piece.cell], duration_s);
+            let size = Size::new(&conditions[piece.cell], duration_s);
             let n_fitting = match room.fitting(size) {
                 0 if block.pieces.is_empty() => size.at_once,
                 n_fitting => n_fitting,
@@ -91,9 +91,10 @@ pub fn blocks<'a>(
             let n_taken = if is_all { piece.n_rows() } else { n_fitting.min(piece.n_rows()) };
             if n_taken > 0 {
                 let end = piece.replicates.start + n_taken;
-                block
-                    .pieces
-                    .push(Piece { cell: piece.cell, replicates: piece.replicates.start..end });
+                block.pieces.push(CellReplicates {
+                    cell: piece.cell,
+                    replicates: piece.replicates.start..end,
+                });
                 piece.replicates.start = end;
                 room.take(n_taken, size);
             }
@@ -116,7 +117,7 @@ struct Size {
 }
 
 impl Size {
-    fn of(conditions: &Conditions, duration_s: f64) -> Self {
+    fn new(conditions: &Conditions, duration_s: f64) -> Self {
         let (at_once, per_step) = if runs_in_lanes(conditions, duration_s) {
             (MOST_LANES as u64, conditions.robots as u64)
         } else {

@@ -160,7 +160,7 @@ fn no_body_is_ever_in_a_wall_whatever_shape_it_has_and_however_robots_drive() {
             conditions.robot.gust_sd_m_s = 0.05;
             conditions.check().expect("it makes a world");
             assert!(!runs_in_lanes(&conditions, 60.0));
-            let mut crowd = Crowd::of(conditions);
+            let mut crowd = Crowd::new(conditions);
             let mut world = World::new(&crowd.conditions, SEED).expect("they fit");
             let mut n_touching = 0;
             for step in 0..150 {

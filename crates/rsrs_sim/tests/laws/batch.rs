@@ -152,7 +152,7 @@ fn every_behaviour_is_judged_alike_in_lanes_and_by_the_reference() {
         (Behaviour::MILLING, dispersal),
     ] {
         let mut conditions = flockbots(0.0, 0.0, &HARSHER);
-        conditions.controller = ControllerParameters::of(detected, undetected).into();
+        conditions.controller = ControllerParameters::new(detected, undetected).into();
         conditions.behaviour = behaviour;
         conditions.robot.region = Region::Cone { half_angle_rad: 0.05, range_m: 3.0 };
         for judged in judged_alike(&conditions, 150.0) {
@@ -202,7 +202,7 @@ fn any_time_of_a_run_is_judged_alike_in_lanes_and_by_the_reference() {
             conditions.behaviour = behaviour;
             if let Some(undetected) = undetected {
                 let detected = Command { speed_m_s: 0.15, turn_rate_rad_s: -0.75 };
-                conditions.controller = ControllerParameters::of(detected, undetected).into();
+                conditions.controller = ControllerParameters::new(detected, undetected).into();
             }
             judged_alike(&conditions, 124.0);
         }
@@ -276,7 +276,7 @@ fn controller() -> impl Strategy<Value = ControllerParameters> {
         (-0.4..0.4, -2.5..2.5)
             .prop_map(|(speed_m_s, turn_rate_rad_s)| Command { speed_m_s, turn_rate_rad_s })
     };
-    let general = (command(), command()).prop_map(|(yes, no)| ControllerParameters::of(yes, no));
+    let general = (command(), command()).prop_map(|(yes, no)| ControllerParameters::new(yes, no));
     prop_oneof![mirrored, general]
 }
 

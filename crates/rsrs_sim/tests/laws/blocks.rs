@@ -9,8 +9,8 @@ use proptest::prelude::*;
 use rsrs_core::conditions::{Conditions, Placement};
 
 use rsrs_sim::sweep::{
-    Block, BlockError, Completion, MOST_ROWS, Piece, Progress, ReplicateOutcome, Runs, SweepError,
-    Watch, Work, blocks, check, run_blocks,
+    Block, BlockError, CellReplicates, Completion, MOST_ROWS, Progress, ReplicateOutcome, Runs,
+    SweepError, Watch, Work, blocks, check, run_blocks,
 };
 use rsrs_testing::conditions::objects_anywhere;
 
@@ -25,9 +25,10 @@ fn cells() -> Vec<Conditions> {
     [2, 9, 200, 300, 5000].map(cell).to_vec()
 }
 
-fn pieces() -> impl Strategy<Value = Vec<Piece>> {
+fn pieces() -> impl Strategy<Value = Vec<CellReplicates>> {
     let piece = (0..5_usize, 0..100_u64, 0..6000_u64);
-    let piece = piece.prop_map(|(cell, first, n)| Piece { cell, replicates: first..first + n });
+    let piece =
+        piece.prop_map(|(cell, first, n)| CellReplicates { cell, replicates: first..first + n });
     proptest::collection::vec(piece, 0..6)
 }
 
@@ -35,7 +36,7 @@ proptest! {
     #[test]
     fn blocks_hold_all_of_the_work_once_and_in_order(work in pieces(), duration_s in 60.0..600.0) {
         let cells = cells();
-        let rows = |pieces: &[Piece]| Block { pieces: pieces.to_vec() }.rows().collect::<Vec<_>>();
+        let rows = |pieces: &[CellReplicates]| Block { pieces: pieces.to_vec() }.rows().collect::<Vec<_>>();
 
         let blocks: Vec<Block> = blocks(&cells, duration_s, work.clone()).collect();
 
@@ -53,7 +54,7 @@ proptest! {
 
         let blocks: Vec<Block> = blocks(&cells, 300.0, work.clone()).collect();
 
-        let ends = |piece: &Piece| work.iter().any(|whole| {
+        let ends = |piece: &CellReplicates| work.iter().any(|whole| {
             whole.cell == piece.cell && whole.replicates.end == piece.replicates.end
         });
         for piece in blocks.iter().flat_map(|block| &block.pieces).filter(|piece| piece.cell < 3) {
@@ -69,7 +70,7 @@ fn little_work_is_cut_as_well_and_by_what_it_takes() {
     with_objects.world.objects = vec![objects_anywhere(20, 0.05, 0.0)];
     let cells = [plain, with_objects];
     let of = |cell: usize, n: u64| -> Vec<u64> {
-        let work = [Piece { cell, replicates: 0..n }];
+        let work = [CellReplicates { cell, replicates: 0..n }];
         blocks(&cells, 300.0, work).map(|block| block.n_rows()).collect()
     };
 
@@ -86,7 +87,8 @@ const DURATION_S: f64 = 60.0;
 /// Two cells with 3,000 replicates each, in 17 blocks.
 fn two_cells() -> (Vec<Conditions>, Vec<(u64, Block)>) {
     let cells = [0.10, 0.20].map(|speed_m_s| flockbots(speed_m_s, 0.75, &HARSHER)).to_vec();
-    let work: Vec<Piece> = (0..2).map(|cell| Piece { cell, replicates: 0..3000 }).collect();
+    let work: Vec<CellReplicates> =
+        (0..2).map(|cell| CellReplicates { cell, replicates: 0..3000 }).collect();
     let blocks = (0..).zip(blocks(&cells, DURATION_S, work)).collect();
     (cells, blocks)
 }

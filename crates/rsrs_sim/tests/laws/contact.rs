@@ -118,7 +118,7 @@ fn crowd(n_robots: usize, way_m: f64, friction: f64) -> Crowd {
     conditions.placement = Placement::DiscFacingOut { radius_m: 0.55 };
     conditions.arena = Arena { side_m: 1.3, walls: Walls::Clamp };
     conditions.check().expect("it makes a world");
-    Crowd::of(conditions)
+    Crowd::new(conditions)
 }
 
 #[test]

@@ -201,7 +201,7 @@ fn crowd(contact: ContactModel, way_m: f64, friction: f64) -> Crowd {
         vec![objects_anywhere(15, OBJECT_M, friction), objects_anywhere(3, 0.08, friction)];
     conditions.world = WorldFile { objects: groups, ..WorldFile::NOTHING };
     conditions.check().expect("it makes a world");
-    Crowd::of(conditions)
+    Crowd::new(conditions)
 }
 
 #[test]

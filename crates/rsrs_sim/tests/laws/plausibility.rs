@@ -127,17 +127,17 @@ fn drawn(index: u64) -> (Conditions, Seen) {
     let (speed_m_s, turn_rate_rad_s) = (between(0.03, 0.4), between(0.15, 2.0));
     let controller = match index % 6 {
         // Backward where nothing is seen.
-        0 => ControllerParameters::of(
+        0 => ControllerParameters::new(
             Command { speed_m_s, turn_rate_rad_s },
             Command { speed_m_s: -0.7 * speed_m_s, turn_rate_rad_s: -0.5 * turn_rate_rad_s },
         ),
         // Turning on the spot only.
-        1 => ControllerParameters::of(
+        1 => ControllerParameters::new(
             Command { speed_m_s: 0.0, turn_rate_rad_s },
             Command { speed_m_s: 0.0, turn_rate_rad_s: -0.5 * turn_rate_rad_s },
         ),
         // Slow where something is seen.
-        2 => ControllerParameters::of(
+        2 => ControllerParameters::new(
             Command { speed_m_s: 0.2 * speed_m_s, turn_rate_rad_s },
             Command { speed_m_s, turn_rate_rad_s: -0.3 * turn_rate_rad_s },
         ),

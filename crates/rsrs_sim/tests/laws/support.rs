@@ -139,7 +139,7 @@ pub struct Crowd {
 }
 
 impl Crowd {
-    pub fn of(conditions: Conditions) -> Self {
+    pub fn new(conditions: Conditions) -> Self {
         Self { conditions, draw: Draw::new(3) }
     }
 

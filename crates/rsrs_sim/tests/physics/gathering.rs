@@ -39,7 +39,7 @@ fn e_pucks(robots: usize, range_m: f64, contact: ContactModel) -> Conditions {
     let mut conditions = perfect_flockbots();
     conditions.robots = robots;
     conditions.controller =
-        ControllerParameters::of(WHEELS.command(1.0, -1.0), WHEELS.command(-0.7, -1.0)).into();
+        ControllerParameters::new(WHEELS.command(1.0, -1.0), WHEELS.command(-0.7, -1.0)).into();
     conditions.behaviour = Behaviour::AGGREGATION;
     conditions.placement = Placement::BoxFacingAnyWay(Sides { width_m: side_m, height_m: side_m });
     conditions.arena = Arena { side_m: 2.0 * FAR_M, walls: Walls::None };

@@ -39,7 +39,7 @@ fn check(robots: RangeInclusive<usize>, duration_s: f64, how: (f64, f64, f64)) {
     let counts = n_milling(&cells, REPLICATES, duration_s);
 
     for (cell, n_milling) in cells.iter().zip(counts) {
-        let exists = Ring::of(cell).expect("robots with a cone see bodies").exists();
+        let exists = Ring::new(cell).expect("robots with a cone see bodies").exists();
         assert_eq!(exists, (5..=14).contains(&cell.robots));
         // A start may lead to two rings in place of one.
         let is_right = if exists { n_milling >= REPLICATES - 2 } else { n_milling == 0 };
@@ -59,7 +59,7 @@ fn fourteen_robots_mill_on_the_ring_of_geometry_and_fifteen_at_the_end_of_their_
     let cells: Vec<Conditions> = (9..=16).map(|robots| driving(robots, (0.3, 0.75, 1.5))).collect();
 
     for cell in &cells {
-        let ring = Ring::of(cell).expect("robots with a cone see bodies");
+        let ring = Ring::new(cell).expect("robots with a cone see bodies");
         let reach_m = cell.bodies().reach_m.expect("their sensor is known");
         // From fifteen on the ring would be wider than they see: it grows until each only just sees
         // the next.

@@ -47,7 +47,7 @@ fn the_ring_becomes_that_of_geometry_as_the_period_goes_to_zero() {
     for robots in [6, 9, 12] {
         let radius_over_theory = |period_s| {
             let conditions = perfect(robots, period_s);
-            let ring = Ring::of(&conditions).expect("robots with a cone see bodies");
+            let ring = Ring::new(&conditions).expect("robots with a cone see bodies");
             let expected_m = ring.radius_m().expect("the cone is narrow enough");
             mean_radius_m(&final_poses(&conditions, 1000.0)) / expected_m
         };

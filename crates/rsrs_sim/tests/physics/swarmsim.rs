@@ -44,7 +44,7 @@ fn a_mill_without_noise_is_that_of_swarmsim() {
     let trajectory = run_episode(&conditions, SEED, duration_s).expect("the robots fit");
 
     let window = STEPS - WINDOW..STEPS;
-    let ours = OrderParameters::of(&trajectory, window, &conditions.bodies());
+    let ours = OrderParameters::new(&trajectory, window, &conditions.bodies());
     let theirs = mill_in_swarmsim(&python, trajectory.poses_at(0));
 
     let phase = phase::label(&trajectory, &conditions.bodies()).expect("long enough").phase;

@@ -123,7 +123,7 @@ fn judge_all(planes: &[Vec<Conditions>; 2]) -> Vec<Judged> {
     let work = || {
         while let Some(episode) = episodes.get(next.fetch_add(1, Ordering::Relaxed)) {
             let (trajectory, conditions) = trajectory(planes, *episode);
-            let judged = Judged::of(*episode, &trajectory, &conditions.bodies());
+            let judged = Judged::new(*episode, &trajectory, &conditions.bodies());
             found.lock().expect("nobody panics with it").push(judged);
         }
     };

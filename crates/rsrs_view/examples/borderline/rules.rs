@@ -39,14 +39,14 @@ pub struct Judged {
 
 impl Judged {
     /// Judges an episode.
-    pub fn of(episode: Episode, trajectory: &Trajectory, bodies: &Bodies) -> Self {
+    pub fn new(episode: Episode, trajectory: &Trajectory, bodies: &Bodies) -> Self {
         let verdict = label(trajectory, bodies).expect("it is long enough");
         let end = trajectory.n_samples();
         let start = end - samples_in(WINDOW_S, trajectory.period_s);
         let evidence = PARTS
             .iter()
             .flat_map(|n| (0..*n).map(|part| part_of(start..end, (part, *n))))
-            .map(|samples| OrderParameters::of(trajectory, samples, bodies))
+            .map(|samples| OrderParameters::new(trajectory, samples, bodies))
             .collect();
         Self { episode, phase: whole_phase(&verdict.evidence), evidence }
     }

@@ -120,7 +120,7 @@ fn several_panels_share_a_legend_and_fit_any_page() {
         heading,
         at: vec![(Axis::Robots, robots)],
         boundaries: vec![line("in reach", 1.2 + robots), line("apart", 30.0 / robots)],
-        ..Panel::of(&diagram)
+        ..Panel::new(&diagram)
     };
     let chosen = cell("robots=9,speed_m_s=0.15,turn_rate_rad_s=0.75");
     let at = cell("robots=6,speed_m_s=0.15,turn_rate_rad_s=0.75");

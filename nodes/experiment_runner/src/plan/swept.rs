@@ -123,7 +123,7 @@ impl SweptCell {
         let robots = (Axis::Robots, conditions.robots as f64);
         let cell =
             Cell::new(controller_values(&conditions.controller).into_iter().chain([robots]))?;
-        let operator_conditions = OperatorConditions::of(conditions, sweep.duration_s);
+        let operator_conditions = OperatorConditions::new(conditions, sweep.duration_s);
         // Where the table is two commands, the cell has them.
         let table = sweep.table().filter(|_| conditions.controller.parameters().is_none()).cloned();
         let values = sweep.fixed.values.iter().copied().chain(swept.iter());

@@ -22,7 +22,7 @@ use crate::recorded_topics::RecordedTopic;
 const TIMEOUT: Duration = RECORDER_TIMEOUT;
 /// How long a bag that is given up may take to notice.
 const GIVE_UP: Duration = Duration::from_secs(2);
-const LOOK: Duration = Duration::from_millis(10);
+const POLL_PERIOD: Duration = Duration::from_millis(10);
 
 /// Room of the queue.
 #[derive(Clone, Copy, Debug)]
@@ -139,7 +139,7 @@ impl Writer {
             if since.elapsed() >= timeout {
                 return false;
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_PERIOD);
             let now = self.done();
             if now != done {
                 (done, since) = (now, Instant::now());

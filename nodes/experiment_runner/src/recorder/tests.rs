@@ -349,7 +349,7 @@ fn a_run_in_lockstep_begins_with_its_first_step_however_late_its_lease_comes() {
     let recorded_topics =
         [of(topics::WORLD_DIGEST, Role::WorldDigest), of(topics::LEASE, Role::Lease)];
     let (mut recorder, mut written) = recorder(&path, &recorded_topics);
-    let steps = Steps::of(std::iter::once(0));
+    let steps = Steps::new(std::iter::once(0));
     let period_ns = 100_000_000;
     recorder.clock = BagClock::Lockstep { period_ns, now_ns: 0, steps, has_begun: false };
     "ours".clone_into(&mut recorder.run_id);

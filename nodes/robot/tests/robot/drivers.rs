@@ -26,7 +26,7 @@ struct Last<M> {
 }
 
 impl<M: RosMessage> Last<M> {
-    fn of(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
+    fn new(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
         let message = Arc::new(Mutex::new(None));
         let received = Arc::clone(&message);
         let name = topic.for_robot(ROBOT);
@@ -94,9 +94,9 @@ fn a_base_of_somebody_else_is_driven_by_its_range_sensor() {
         let node = Node::start(&[&arguments[..], start_values.as_flattened()].concat());
         let session = session();
         let base = session.node("/robot_1", "base").expect("the name is allowed");
-        let wheels = Last::<Twist>::of(&session, &base, topics::HARDWARE_CMD_VEL_UNSTAMPED);
-        let detection = Last::<Bool>::of(&session, &base, topics::DETECTION);
-        let range = Last::<Range>::of(&session, &base, topics::RANGE);
+        let wheels = Last::<Twist>::new(&session, &base, topics::HARDWARE_CMD_VEL_UNSTAMPED);
+        let detection = Last::<Bool>::new(&session, &base, topics::DETECTION);
+        let range = Last::<Range>::new(&session, &base, topics::RANGE);
         let runner = Runner::start(&session, &base);
         eventually("a robot without a sensor is in fault", || runner.state() == RobotState::Fault)
             .await;
@@ -145,7 +145,7 @@ fn a_laser_scanner_sees_what_is_ahead() {
         let node = Node::start(&[&arguments[..], start_values.as_flattened()].concat());
         let session = session();
         let base = session.node("/robot_1", "base").expect("the name is allowed");
-        let detection = Last::<Bool>::of(&session, &base, topics::DETECTION);
+        let detection = Last::<Bool>::new(&session, &base, topics::DETECTION);
         let behind = LaserScan {
             angle_min: -3.0,
             angle_increment: 0.5,
@@ -175,7 +175,7 @@ fn a_sensor_that_decides_by_itself_is_believed_until_it_is_silent() {
         let node = Node::start(&[&arguments[..], &["-p", "ros.sensor_type:=bool"]].concat());
         let session = session();
         let base = session.node("/robot_1", "base").expect("the name is allowed");
-        let detection = Last::<Bool>::of(&session, &base, topics::DETECTION);
+        let detection = Last::<Bool>::new(&session, &base, topics::DETECTION);
         let runner = Runner::start(&session, &base);
         let topic = topics::HARDWARE_DETECTION;
         let name = topic.for_robot(ROBOT);
@@ -207,7 +207,7 @@ fn further_sensors_of_a_microcontroller_have_a_topic_each_and_none_while_they_ar
         let visitor = session.node("/", "visitor").expect("the name is allowed");
         let of = |name: &'static str| {
             let topic = Topic { name, qos: topics::DETECTION.qos, ..topics::FURTHER_DETECTION };
-            Last::<Bool>::of(&session, &visitor, topic)
+            Last::<Bool>::new(&session, &visitor, topic)
         };
         let (wall, object) = (of("detection/wall"), of("detection/object"));
 
@@ -234,8 +234,8 @@ fn a_robot_of_the_simulator_is_gated_as_a_real_one() {
         let node = Node::start(&["--driver", "virtual", "--without-controller"]);
         let session = session();
         let world = session.node("/", "world").expect("the name is allowed");
-        let wheels = Last::<TwistStamped>::of(&session, &world, topics::HARDWARE_CMD_VEL);
-        let detection = Last::<Bool>::of(&session, &world, topics::DETECTION);
+        let wheels = Last::<TwistStamped>::new(&session, &world, topics::HARDWARE_CMD_VEL);
+        let detection = Last::<Bool>::new(&session, &world, topics::DETECTION);
         let runner = Runner::start(&session, &world);
         let topic = topics::VIRTUAL_DETECTION;
         let name = topic.for_robot(ROBOT);

@@ -15,7 +15,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 const TIMEOUT: Duration = Duration::from_millis(250);
 const STATE_EVERY: Duration = Duration::from_millis(50);
-const LOOK: Duration = Duration::from_millis(2);
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// How the microcontroller behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -193,7 +193,7 @@ impl Program {
                 self.sent = Instant::now();
                 self.send_state(mood);
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_PERIOD);
         }
     }
 

@@ -305,7 +305,7 @@ impl ControllerTable {
                 Err(TableProblem::UnknownNumber { found: name.clone(), nearest })
             }
             Value::Named { name, is_negated } => {
-                let found = NumberUnit::of(name);
+                let found = NumberUnit::new(name);
                 if found != expected {
                     let name = name.clone();
                     return Err(TableProblem::Unit { key, name, found, expected });
@@ -353,7 +353,7 @@ fn check_number(name: &str, number: NamedNumber) -> Result<(), TableProblem> {
         return Err(TableProblem::Name(name.to_owned()));
     }
     let NamedNumber { value, from, to } = number;
-    let unit = NumberUnit::of(name);
+    let unit = NumberUnit::new(name);
     let bounds = unit.bounds();
     if unit == NumberUnit::None {
         let numbers = [("from", from), ("to", to), ("value", value)];

@@ -85,7 +85,7 @@ pub struct Candidate {
 ///
 /// If the worlds have different cells.
 pub fn rank(worlds: Worlds<'_>, kind: IntervalKind, viable: f64) -> Vec<Candidate> {
-    let grid = Grid::of(worlds, kind, viable);
+    let grid = Grid::new(worlds, kind, viable);
     let mut ranked: Vec<Candidate> = (0..worlds.n_cells())
         .filter(|index| grid.may_be[*index])
         .map(|index| grid.candidate(index))
@@ -114,7 +114,7 @@ pub fn most_frequent(worlds: Worlds<'_>, kind: IntervalKind, viable: f64) -> Can
         let least = worlds.least(one).total_cmp(&worlds.least(other));
         least.then(measured(one).total_cmp(&measured(other)))
     });
-    Grid::of(worlds, kind, viable).candidate(most.expect("a sweep has cells"))
+    Grid::new(worlds, kind, viable).candidate(most.expect("a sweep has cells"))
 }
 
 /// The milling region on the grid of the swept values.
@@ -131,7 +131,7 @@ struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    fn of(worlds: Worlds<'a>, kind: IntervalKind, viable: f64) -> Self {
+    fn new(worlds: Worlds<'a>, kind: IntervalKind, viable: f64) -> Self {
         let diagram = worlds.simulated;
         if let Some(measured) = worlds.as_measured {
             assert_eq!(diagram.cells.len(), measured.cells.len(), "two worlds of the same cells");

@@ -66,7 +66,7 @@ pub struct Measure {
 }
 
 impl Measure {
-    const fn of(of: fn(&Look) -> f64) -> Self {
+    const fn new(of: fn(&Look) -> f64) -> Self {
         Self { of, is_of_headings: false, adds_up: false }
     }
 }
@@ -77,45 +77,45 @@ pub const POLARISATION: Measure =
 
 /// The second moment by which M. Gauci et al., IJRR 33(8), 2014, measure dispersion is this, squared, times the
 /// number of robots, over the square of a body's diameter.
-pub const SPREAD: Measure = Measure::of(spread_m);
+pub const SPREAD: Measure = Measure::new(spread_m);
 
 /// Ours.
-pub const WALL_DISTANCE: Measure = Measure::of(wall_distance_m);
+pub const WALL_DISTANCE: Measure = Measure::new(wall_distance_m);
 
 /// A. Özdemir et al., "Spatial coverage without computation", ICRA 2019, report coverage "with no robot
 /// redundancy": of as many cells as there are robots, the share that has one. That the cells are equal squares is
 /// how we read it.
-pub const COVERAGE: Measure = Measure::of(coverage);
+pub const COVERAGE: Measure = Measure::new(coverage);
 
 /// Ours: what a robot that cleans would have cleaned.
 pub const VISITED: Measure = Measure { of: visited, is_of_headings: false, adds_up: true };
 
 /// Clusters of objects as those of robots ([`super::cluster`]), over the same looks.
-pub const OBJECTS_CLUSTERED: Measure = Measure::of(objects_clustered);
+pub const OBJECTS_CLUSTERED: Measure = Measure::new(objects_clustered);
 
 /// Ours.
-pub const OBJECTS_AT_GOAL: Measure = Measure::of(objects_at_goal);
+pub const OBJECTS_AT_GOAL: Measure = Measure::new(objects_at_goal);
 
 /// Ours.
-pub const AT_GOAL: Measure = Measure::of(at_goal);
+pub const AT_GOAL: Measure = Measure::new(at_goal);
 
 /// Ours.
-pub const GOAL_DISTANCE: Measure = Measure::of(goal_distance_m);
+pub const GOAL_DISTANCE: Measure = Measure::new(goal_distance_m);
 
 /// `-γ(t)` of P. Mitrano et al., "A minimalistic approach to segregation in robot swarms", MRS 2019, without the weight of
 /// time that their cost has.
-pub const SEGREGATED: Measure = Measure::of(segregated);
+pub const SEGREGATED: Measure = Measure::new(segregated);
 
 /// The same without its mean over classes.
-pub const LEAST_SEGREGATED: Measure = Measure::of(least_segregated);
+pub const LEAST_SEGREGATED: Measure = Measure::new(least_segregated);
 
 /// A. Özdemir et al., "Finding consensus without computation", IEEE RA-L 3(3), 2018, have 20 robots choose one of two
 /// options; what counts as there is ours ([`super::cluster`]).
-pub const CONSENSUS: Measure = Measure::of(consensus);
+pub const CONSENSUS: Measure = Measure::new(consensus);
 
 /// What A. Özdemir, M. Gauci and R. Groß, "Shepherding with robots that do not compute", ECAL 2017, have shepherds do with
 /// sheep; that it is counted in shares is ours.
-pub const LAST_CLASS_AT_GOAL: Measure = Measure::of(last_class_at_goal);
+pub const LAST_CLASS_AT_GOAL: Measure = Measure::new(last_class_at_goal);
 
 /// A window of one world, by itself.
 struct Look<'a> {
@@ -166,7 +166,7 @@ pub fn measured<S: Samples>(
         if !is_measured(&parameter) {
             continue;
         }
-        let look = look.get_or_insert_with(|| Look::of(samples, bodies, window, lane));
+        let look = look.get_or_insert_with(|| Look::new(samples, bodies, window, lane));
         *value = Some(if measure.is_of_headings {
             let mean = (measure.of)(look);
             // As the means over headings among the sums: by how much one may differ is a constant for what a
@@ -176,7 +176,7 @@ pub fn measured<S: Samples>(
                 .then(|| samples.trajectory(lane, window.clone()))
                 .flatten();
             let by_definition =
-                |it: Trajectory| (measure.of)(&Look::of(&it, bodies, &(0..it.n_samples()), 0));
+                |it: Trajectory| (measure.of)(&Look::new(&it, bodies, &(0..it.n_samples()), 0));
             rounded(again.map_or(mean, by_definition))
         } else {
             (measure.of)(look)
@@ -193,7 +193,12 @@ pub(super) fn rounds_surely(mean: f64, margin: f64) -> bool {
 }
 
 impl<'a> Look<'a> {
-    fn of<S: Samples>(samples: &S, bodies: &'a Bodies, window: &Range<usize>, lane: usize) -> Self {
+    fn new<S: Samples>(
+        samples: &S,
+        bodies: &'a Bodies,
+        window: &Range<usize>,
+        lane: usize,
+    ) -> Self {
         let in_lane = |(x, y): Vector<S::Number>| (x.lane(lane), y.lane(lane));
         let heading = |pose: &S::Pose| {
             let (along, inverse) = samples.heading(pose);

@@ -34,7 +34,7 @@ pub trait Samples {
     fn place(&self, pose: &Self::Pose) -> Vector<Self::Number>;
     /// A vector along its heading, and one over its length.
     fn heading(&self, pose: &Self::Pose) -> (Vector<Self::Number>, Self::Number);
-    /// What was commanded in a window of one lane: [`Commanded::of`].
+    /// What was commanded in a window of one lane: [`Commanded::new`].
     fn commanded(&self, window: Range<usize>, lane: usize) -> Commanded;
     /// Commanded speeds of a robot, added up over samples.
     fn speeds_m_s(&self, samples: Range<usize>, robot: usize) -> Self::Number;
@@ -73,7 +73,7 @@ impl Samples for Trajectory {
     }
     fn commanded(&self, window: Range<usize>, _: usize) -> Commanded {
         let command = |sample, robot| self.commands_at(sample)[robot];
-        Commanded::of(command, self.period_s, window, self.n_robots)
+        Commanded::new(command, self.period_s, window, self.n_robots)
     }
     fn speeds_m_s(&self, samples: Range<usize>, robot: usize) -> f64 {
         samples.map(|sample| self.commands_at(sample)[robot].speed_m_s).sum()
@@ -100,7 +100,7 @@ pub struct Commanded {
 
 impl Commanded {
     /// Adds up what was commanded, by sample and robot, in a window.
-    pub fn of(
+    pub fn new(
         command: impl Fn(usize, usize) -> Command,
         period_s: f64,
         window: Range<usize>,

@@ -60,7 +60,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    pub fn of(row: usize, trajectory: &Trajectory, around: Surroundings) -> Self {
+    pub fn new(row: usize, trajectory: &Trajectory, around: Surroundings) -> Self {
         let samples = 0..trajectory.n_samples();
         let poses: Vec<Pose> = samples.clone().map(|at| trajectory.poses_at(at)[row]).collect();
         let commands: Vec<Command> =
@@ -238,7 +238,7 @@ pub struct Angles {
 }
 
 impl Angles {
-    fn of(angles_rad: impl Iterator<Item = f64>) -> Self {
+    fn new(angles_rad: impl Iterator<Item = f64>) -> Self {
         let (mut cosines, mut sines, mut n) = (0.0, 0.0, 0.0);
         for angle_rad in angles_rad {
             let (sine, cosine) = libm::sincos(angle_rad);
@@ -250,7 +250,7 @@ impl Angles {
 
     /// The same of angles that count alike half a turn apart.
     fn axial(angles_rad: impl Iterator<Item = f64>) -> Self {
-        let doubled = Self::of(angles_rad.map(|angle_rad| 2.0 * angle_rad));
+        let doubled = Self::new(angles_rad.map(|angle_rad| 2.0 * angle_rad));
         Self { mean_rad: doubled.mean_rad / 2.0, ..doubled }
     }
 }
@@ -288,7 +288,7 @@ pub struct Way {
 }
 
 impl Way {
-    pub fn of(motion: &Motion) -> Self {
+    pub fn new(motion: &Motion) -> Self {
         let n_window = motion.samples_in(WINDOW_S);
         let n_lag = motion.samples_in(MOST_LAG_S);
         let (mut moved_m, mut commanded_m, mut along_m) = (Vec::new(), Vec::new(), Vec::new());
@@ -319,11 +319,11 @@ impl Way {
                 &motion.commands[start.saturating_sub(n_lag)..motion.len().min(end + n_lag)];
             let Some(back_rad) = reversed_rad(commands) else { continue };
             if drove && !motion.has_touched(start, end) {
-                let heading = Angles::of(window.iter().map(|pose| pose.heading_rad));
+                let heading = Angles::new(window.iter().map(|pose| pose.heading_rad));
                 driven.push((libm::atan2(y_m, x_m) + back_rad, heading.mean_rad));
             }
         }
-        let against_heading = Angles::of(driven.iter().map(|(way, heading)| way - heading));
+        let against_heading = Angles::new(driven.iter().map(|(way, heading)| way - heading));
         Self {
             distances: (moved_m.len() >= 4).then(|| Distances {
                 moved_m: median(moved_m),

@@ -52,9 +52,9 @@ pub struct Turning {
 }
 
 impl Turning {
-    pub fn of(motion: &Motion) -> Self {
+    pub fn new(motion: &Motion) -> Self {
         let lags = lags(motion, 0.1);
-        let at_once = Products::of(motion, 0);
+        let at_once = Products::new(motion, 0);
         let mut turning = Self {
             n_windows: at_once.n,
             commanded_rad: at_once.rms(at_once.commanded),
@@ -65,7 +65,7 @@ impl Turning {
             own: follow(motion, motion),
         };
         for lag in lags {
-            let products = Products::of(motion, lag);
+            let products = Products::new(motion, lag);
             let correlation = products.correlation();
             if products.n < MIN_WINDOWS {
                 continue;
@@ -124,7 +124,7 @@ struct Products {
 
 impl Products {
     /// Windows in which the robot was free, with commands so many samples before them.
-    fn of(motion: &Motion, lag: isize) -> Self {
+    fn new(motion: &Motion, lag: isize) -> Self {
         let (n_window, n_stride) = (motion.samples_in(WINDOW_S), motion.samples_in(STRIDE_S));
         let mut sums = Self::default();
         for start in (0..motion.len().saturating_sub(n_window)).step_by(n_stride) {

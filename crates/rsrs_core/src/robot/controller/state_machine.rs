@@ -101,7 +101,7 @@ impl StateMachine {
             return None;
         }
         let command = |is_detected: bool| Some(self.row(0, is_detected.into())?.command);
-        Some(ControllerParameters::of(command(true)?, command(false)?))
+        Some(ControllerParameters::new(command(true)?, command(false)?))
     }
 
     /// Where a robot of a class starts, or one of none.

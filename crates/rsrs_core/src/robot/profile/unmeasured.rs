@@ -7,7 +7,7 @@ use super::{
 use crate::robot::contact::ContactModel;
 use crate::robot::sensor::SensorDetails;
 
-/// A limit of 0 is none of a profile: robots that only turn, or only drive.
+/// Stands in for a limit of 0, which no profile may have: that of robots that only turn, or only drive.
 const LEAST_LIMIT: f64 = 1e-3;
 
 impl RobotProfile {

@@ -56,7 +56,7 @@ fn body() -> Sees {
 
 impl SensorEntry {
     /// A sensor as an entry of a list.
-    pub fn of(name: &str, sensing: &Sensing) -> Self {
+    pub fn new(name: &str, sensing: &Sensing) -> Self {
         let SensorDetails { detects, bearing_rad, hidden_by, taken_for, or } =
             sensing.details.clone();
         let (true_positive, false_positive) = (sensing.true_positive, sensing.false_positive);
@@ -261,7 +261,7 @@ fn sensor_of(entry: &SensorEntry, readings: Vec<Reading>) -> FurtherSensor {
 impl RobotProfile {
     /// Its sensors as a list.
     pub fn sensor_entries(&self) -> Vec<SensorEntry> {
-        self.sensors().map(|(name, sensing)| SensorEntry::of(name, sensing)).collect()
+        self.sensors().map(|(name, sensing)| SensorEntry::new(name, sensing)).collect()
     }
 
     /// Whether its sensors, changed since they were read, are a list that can be.

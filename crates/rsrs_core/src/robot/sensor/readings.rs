@@ -75,7 +75,7 @@ pub struct ReadingNames(Vec<Vec<String>>);
 
 impl ReadingNames {
     /// The names of sensors, `detection` first.
-    pub fn of(sensors: impl IntoIterator<Item = Vec<String>>) -> Self {
+    pub fn new(sensors: impl IntoIterator<Item = Vec<String>>) -> Self {
         let sensors: Vec<Vec<String>> = sensors.into_iter().collect();
         if sensors.iter().flatten().eq([DETECTION]) { Self::default() } else { Self(sensors) }
     }
@@ -180,7 +180,7 @@ mod tests {
 
     fn names(sensors: &[&[&str]]) -> ReadingNames {
         let sensor = |names: &&[&str]| names.iter().map(|name| (*name).to_owned()).collect();
-        ReadingNames::of(sensors.iter().map(sensor))
+        ReadingNames::new(sensors.iter().map(sensor))
     }
 
     #[test]

@@ -68,7 +68,7 @@ pub struct SensorFit {
 }
 
 impl SensorFit {
-    pub(super) fn of(map: &SensorMap) -> Self {
+    pub(super) fn new(map: &SensorMap) -> Self {
         let (hit, alarm) = (map.true_positive, map.false_positive);
         Self {
             true_positive: hit.value,

@@ -65,7 +65,7 @@ pub fn yaw_lag(from_rest: &[DrivenTrial], period_s: f64) -> Option<YawLag> {
     let mut gains: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     let mut log_likelihood_gain = 0.0;
     for trial in from_rest {
-        let rates = Rates::of(trial, period_s);
+        let rates = Rates::new(trial, period_s);
         if let Some(share) = best_share(&rates) {
             log_likelihood_gain += rates.log_likelihood_gain(share);
             lags_s.entry(&trial.robot).or_default().push(period_s / share);
@@ -103,7 +103,7 @@ struct Delayed {
 }
 
 impl Rates {
-    fn of(trial: &DrivenTrial, period_s: f64) -> Self {
+    fn new(trial: &DrivenTrial, period_s: f64) -> Self {
         let n_steps = (trial.duration_s() / period_s + 1e-6) as usize;
         let heading_rad = |step: usize| trial.displacement_at(step as f64 * period_s).heading_rad;
         let seen = |step: usize| (heading_rad(step + 1) - heading_rad(step)) / period_s;

@@ -19,7 +19,7 @@ const LISTENS_MS: u64 = 998;
 /// A disk needs so long to open or close a bag.
 const DISK_MS: u64 = 15;
 /// How often a runner looks at the discovery database, in milliseconds.
-const LOOK_MS: u64 = 100;
+const POLL_PERIOD_MS: u64 = 100;
 
 /// Statuses of which it is known when they were sent.
 const REMEMBERED: usize = 1_000;
@@ -102,7 +102,7 @@ impl Fleet {
         let is_up = self.simulator.is_some() && self.processes[self.slot(simulator)].is_up;
         let now_ms = self.now_ms;
         let Some(host) = self.runners.get_mut(&runner) else { return Ok(()) };
-        if now_ms >= host.looked_ms + LOOK_MS {
+        if now_ms >= host.looked_ms + POLL_PERIOD_MS {
             host.looked_ms = now_ms;
             let graph = Graph { simulator: is_up, ..Graph::default() };
             self.give_runner(runner, Event::Seen(graph))?;

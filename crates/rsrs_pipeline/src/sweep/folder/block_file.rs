@@ -102,14 +102,14 @@ fn decode_row(
 
 #[cfg(test)]
 mod tests {
-    use rsrs_sim::sweep::Piece;
+    use rsrs_sim::sweep::CellReplicates;
 
     use super::*;
 
     const PLACE: BlockId = BlockId { sweep: 1, number: 2, behaviour: Behaviour::MILLING };
 
     fn block() -> Block {
-        let piece = |cell, replicates| Piece { cell, replicates };
+        let piece = |cell, replicates| CellReplicates { cell, replicates };
         Block { pieces: vec![piece(3, 5..7), piece(4, 0..1)] }
     }
 

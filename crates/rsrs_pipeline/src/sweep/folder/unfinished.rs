@@ -52,7 +52,7 @@ pub fn command(folder: &Path) -> String {
 }
 
 /// What there is to do in an output folder.
-pub enum Site {
+pub enum FolderState {
     /// The results of this very sweep are there.
     Finished,
     /// A sweep that was begun now or before.
@@ -73,7 +73,7 @@ pub struct Unfinished {
 /// # Errors
 ///
 /// If the folder holds anything else than this very sweep, or another process is at work in it.
-pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Site> {
+pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<FolderState> {
     let sweep = serde_saphyr::to_string(source).context("the sweep as YAML")?;
     let made = make(folder, &sweep)?;
     let is_begun = is_unfinished(folder);
@@ -89,7 +89,7 @@ pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Site> {
     }
     // It may have been finished by another process before it was locked by this one.
     let Some(lock) = lock.filter(|_| is_unfinished(folder)) else {
-        return Ok(Site::Finished);
+        return Ok(FolderState::Finished);
     };
     refuse_another_program(folder, &there, source)?;
     let mut digest = Digest::new("sweep");
@@ -100,7 +100,7 @@ pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Site> {
         behaviour: source.sweep.behaviour.known(),
         _lock: lock,
     };
-    Ok(Site::Unfinished(unfinished))
+    Ok(FolderState::Unfinished(unfinished))
 }
 
 /// Makes the folder, and returns its lock; `None` if there is a folder already, or another process
@@ -109,14 +109,14 @@ fn make(folder: &Path, sweep: &str) -> anyhow::Result<Option<File>> {
     let name = folder.file_name().context("the output folder needs a name")?;
     let draft = folder.with_file_name(format!(".{}.new", name.to_string_lossy()));
     while !folder.exists() {
-        let site = draft.join(UNFINISHED);
-        match std::fs::create_dir_all(&site) {
+        let unfinished = draft.join(UNFINISHED);
+        match std::fs::create_dir_all(&unfinished) {
             // Another process has moved or removed the draft between the making of its two folders.
             Err(error) if error.kind() == ErrorKind::NotFound && folder.exists() => continue,
             Err(error) if error.kind() == ErrorKind::AlreadyExists && !draft.is_file() => continue,
             made => made.with_context(|| format!("cannot make {}", draft.display()))?,
         }
-        match try_lock(&site.join(LOCK)) {
+        match try_lock(&unfinished.join(LOCK)) {
             // Another process has made the folder, and this draft is one too many.
             Ok(Some(_lock)) if folder.exists() => remove_folder(&draft)?,
             Ok(Some(lock)) => {
@@ -132,7 +132,7 @@ fn make(folder: &Path, sweep: &str) -> anyhow::Result<Option<File>> {
             // Another process makes this very folder, which takes it a moment.
             Ok(None) => std::thread::sleep(Duration::from_millis(10)),
             // It has done so between the two lines above.
-            Err(_) if folder.exists() || !site.exists() => {}
+            Err(_) if folder.exists() || !unfinished.exists() => {}
             Err(error) => return Err(error),
         }
     }
@@ -259,15 +259,15 @@ impl Unfinished {
         blocks: impl Iterator<Item = (u64, Block)>,
         (n_threads, draw): (usize, Draw),
     ) -> anyhow::Result<()> {
-        let site = self.folder.join(UNFINISHED);
+        let unfinished = self.folder.join(UNFINISHED);
         let tabulate = || {
-            self.write_replicates(&site.join(REPLICATES), result, blocks)?;
+            self.write_replicates(&unfinished.join(REPLICATES), result, blocks)?;
             let csv = cells::to_csv(result);
-            write_draft(&site.join(CELLS), csv.as_bytes())?;
+            write_draft(&unfinished.join(CELLS), csv.as_bytes())?;
             // The disk takes its time too, while the picture is being drawn.
-            TABLES.iter().try_for_each(|name| save(&site.join(name)))
+            TABLES.iter().try_for_each(|name| save(&unfinished.join(name)))
         };
-        let pictures = site.join(PICTURES);
+        let pictures = unfinished.join(PICTURES);
         make_folder(&pictures)?;
         if n_threads > 1 {
             std::thread::scope(|scope| {
@@ -279,7 +279,7 @@ impl Unfinished {
             tabulate()?;
             draw(&pictures, result)?;
         }
-        let mut results = TABLES.map(|name| site.join(name)).to_vec();
+        let mut results = TABLES.map(|name| unfinished.join(name)).to_vec();
         for picture in files_in(&pictures)? {
             save(&picture)?;
             results.push(picture);
@@ -290,7 +290,7 @@ impl Unfinished {
             wrote(&path);
         }
         let discarded = self.folder.join(DISCARDED);
-        move_to(&site, &discarded)?;
+        move_to(&unfinished, &discarded)?;
         remove_folder(&discarded)
     }
 

@@ -48,7 +48,7 @@ impl Setpoint {
     ///
     /// If the command is not finite or beyond 30 m/s or 30 rad/s; the robot's limits are below.
     #[expect(clippy::cast_possible_truncation, reason = "the range is asserted")]
-    pub fn of(command: Command) -> Self {
+    pub fn new(command: Command) -> Self {
         let whole = |value: f64| {
             let thousandths = (value * 1000.0).round();
             assert!(thousandths.abs() <= f64::from(MOST), "{value} is beyond every robot's limits");
@@ -397,6 +397,6 @@ mod tests {
         let command = Command { speed_m_s: 0.1504, turn_rate_rad_s: -0.7496 };
 
         let setpoint = Setpoint { speed_mm_s: 150, turn_rate_mrad_s: -750 };
-        assert_eq!(Setpoint::of(command), setpoint);
+        assert_eq!(Setpoint::new(command), setpoint);
     }
 }

@@ -192,7 +192,7 @@ impl Link {
             return None;
         }
         self.sequence = self.sequence.wrapping_add(1);
-        let (sequence, setpoint) = (self.sequence, Setpoint::of(command));
+        let (sequence, setpoint) = (self.sequence, Setpoint::new(command));
         self.on_the_way.push_back(Sent { sequence, setpoint, at: now });
         Some(ToDevice::Drive { sequence, time_ms, setpoint }.encode())
     }

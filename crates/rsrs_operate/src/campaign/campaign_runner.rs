@@ -62,7 +62,7 @@ enum Next {
 }
 
 /// Conducts a campaign.
-pub struct Conductor<'a, P> {
+pub struct CampaignRunner<'a, P> {
     folder: &'a CampaignFolder,
     target: RunTarget,
     /// What is started of the simulator.
@@ -73,7 +73,7 @@ pub struct Conductor<'a, P> {
     tries: u32,
 }
 
-impl<'a, P: Placer> Conductor<'a, P> {
+impl<'a, P: Placer> CampaignRunner<'a, P> {
     /// Conducts the campaign of a folder.
     ///
     /// The placer puts the robots of a fleet where a run starts; the operator is asked before a
@@ -103,7 +103,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
     ///
     /// If a file of a finished experiment was changed, or a run was not completed; what was
     /// finished until then stays.
-    pub async fn conduct(mut self, items: &[Item]) -> anyhow::Result<()> {
+    pub async fn run_all(mut self, items: &[Item]) -> anyhow::Result<()> {
         let mut open = Vec::new();
         for item in items {
             if !self.folder.is_finished(item)? {
@@ -222,7 +222,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
                 _ => format!("{value} {}", axis.unit()),
             })
             .collect();
-        let starts = StartPoses::of(plan)?;
+        let starts = StartPoses::new(plan)?;
         let what = format!(
             "\n{}: {}, for {} s\nplace the robots:\n{}",
             item.experiment.folder,

@@ -49,7 +49,7 @@ pub(super) struct WatchedTopic {
 
 impl WatchedTopic {
     /// The topic of this name and type, if it is watched.
-    pub fn of(name: &str, type_name: &str) -> Option<Self> {
+    pub fn new(name: &str, type_name: &str) -> Option<Self> {
         let is_it = |topic: &&Topic| topic.name == name && topic.type_name == type_name;
         if let Some(topic) = OF_SWARM.iter().find(is_it) {
             return Some(Self::of_owner(*topic, ""));
@@ -166,13 +166,14 @@ mod tests {
 
     #[test]
     fn topics_are_watched_by_name_and_type() {
-        let robot_of = |name, type_name| WatchedTopic::of(name, type_name).map(|it| it.owner);
+        let robot_of = |name, type_name| WatchedTopic::new(name, type_name).map(|it| it.owner);
         let stamped = topics::CMD_VEL.type_name;
 
         assert_eq!(robot_of("/robot_3/cmd_vel", stamped).as_deref(), Some("robot_3"));
         assert_eq!(robot_of("/a/b/cmd_vel", stamped).as_deref(), Some("a/b"));
         assert_eq!(robot_of("/swarm/lease", topics::LEASE.type_name).as_deref(), Some(""));
-        let of_object = WatchedTopic::of("/objects/object_2/pose", topics::POSE.type_name).unwrap();
+        let of_object =
+            WatchedTopic::new("/objects/object_2/pose", topics::POSE.type_name).unwrap();
         assert!(of_object.is_of_object());
         assert_eq!(
             (of_object.name().as_str(), of_object.owner.as_str()),
@@ -211,13 +212,13 @@ mod tests {
     #[test]
     fn further_readings_are_watched_by_their_names() {
         let bool = topics::FURTHER_DETECTION.type_name;
-        let watched = WatchedTopic::of("/robot_3/detection/wall", bool).expect("it is one");
+        let watched = WatchedTopic::new("/robot_3/detection/wall", bool).expect("it is one");
 
         let event = watched.understand(Source([1; 16]), &cdr::encode(&Bool { data: true }));
 
         let (robot, reading) = ("robot_3".to_owned(), "wall".to_owned());
         assert_eq!(event.unwrap(), Event::Reading { robot, reading, is_true: true });
         assert_eq!(watched.name(), "/robot_3/detection/wall");
-        assert_eq!(WatchedTopic::of("/robot_3/detection/a b", bool), None);
+        assert_eq!(WatchedTopic::new("/robot_3/detection/a b", bool), None);
     }
 }

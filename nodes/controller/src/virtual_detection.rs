@@ -9,11 +9,11 @@ const FORGOTTEN_AFTER: Duration = Duration::from_millis(500);
 
 /// The last message of the simulator on a robot in a mixed fleet; for other robots there is none.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct VirtualSight {
+pub struct VirtualDetection {
     seen: Option<Instant>,
 }
 
-impl VirtualSight {
+impl VirtualDetection {
     /// Takes a message of the simulator at a time.
     pub fn receive(&mut self, detection: Bool, now: Instant) {
         self.seen = detection.data.then_some(now);
@@ -35,7 +35,7 @@ mod tests {
 
     #[test]
     fn a_virtual_robot_is_seen_beside_real_ones_until_the_simulator_falls_silent() {
-        let mut sight = VirtualSight::default();
+        let mut sight = VirtualDetection::default();
         let start = Instant::now();
         assert!(!sight.with(NOT_SEEN, start));
         assert!(sight.with(SEEN, start));

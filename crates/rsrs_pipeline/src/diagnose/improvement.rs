@@ -6,7 +6,7 @@ use rsrs_core::robot::profile::RobotProfile;
 
 /// A capability, and values of it on the way to a better robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Remedy {
+pub struct Improvement {
     /// The axis; speed and turning rate stand for the robot's limits.
     pub axis: Axis,
     /// What the robot has.
@@ -35,22 +35,22 @@ const SLOWER: [f64; 2] = [0.5, 0.25];
 const SAME_GAIN: f64 = 0.02;
 
 /// Noise, errors and delays of a robot, each with its perfect value.
-pub fn imperfections(robot: &RobotProfile) -> Vec<Remedy> {
-    let remedy = |axis: Axis| {
+pub fn imperfections(robot: &RobotProfile) -> Vec<Improvement> {
+    let improvement = |axis: Axis| {
         let (now, ideal) = (robot.capability(axis)?, axis.ideal()?);
         let same = if ideal > 0.5 && axis != Axis::TruePositive { SAME_GAIN } else { 1e-9 };
-        ((now - ideal).abs() > same).then(|| Remedy { axis, now, values: vec![ideal] })
+        ((now - ideal).abs() > same).then(|| Improvement { axis, now, values: vec![ideal] })
     };
-    Axis::ALL.into_iter().filter_map(remedy).collect()
+    Axis::ALL.into_iter().filter_map(improvement).collect()
 }
 
 /// What has no perfect value: where the sensor points, how far and how wide it sees, how often the
 /// robot decides, and how fast it may be.
-pub fn designs(robot: &RobotProfile) -> Vec<Remedy> {
+pub fn designs(robot: &RobotProfile) -> Vec<Improvement> {
     let mut found = Vec::new();
     let mut add = |axis: Axis, now: f64, values: Vec<f64>| {
         if !values.is_empty() {
-            found.push(Remedy { axis, now, values });
+            found.push(Improvement { axis, now, values });
         }
     };
     let times = |now: f64, factors: &[f64]| -> Vec<f64> {
@@ -86,7 +86,7 @@ pub fn designs(robot: &RobotProfile) -> Vec<Remedy> {
 }
 
 /// Worse values of a robot's capabilities, as long as they are possible.
-pub fn savings(robot: &RobotProfile) -> Vec<Remedy> {
+pub fn savings(robot: &RobotProfile) -> Vec<Improvement> {
     let doubling = |now: f64, first: f64, most: f64| -> Vec<f64> {
         let first = if now > 0.0 { 2.0 * now } else { first };
         std::iter::successors(Some(first), |value| Some(2.0 * value))
@@ -96,7 +96,7 @@ pub fn savings(robot: &RobotProfile) -> Vec<Remedy> {
     };
     let speed_m_s = robot.actuation.speed.limits_m_s[1];
     let turn_rad_s = robot.actuation.turn.limits_rad_s[1];
-    let worse = |axis: Axis| -> Option<Remedy> {
+    let worse = |axis: Axis| -> Option<Improvement> {
         let now = robot.capability(axis)?;
         let values = match axis {
             Axis::TruePositive => {
@@ -126,12 +126,12 @@ pub fn savings(robot: &RobotProfile) -> Vec<Remedy> {
             | Axis::Arena
             | Axis::Number(_) => Vec::new(),
         };
-        (!values.is_empty()).then_some(Remedy { axis, now, values })
+        (!values.is_empty()).then_some(Improvement { axis, now, values })
     };
     Axis::ALL.into_iter().filter_map(worse).collect()
 }
 
-impl Remedy {
+impl Improvement {
     /// A value on the way from what the robot has, where `share` is 0, to a better one, where it is
     /// 1: rounded towards the better one, so that it can be written down.
     pub fn towards(&self, better: f64, share: f64) -> f64 {
@@ -178,9 +178,9 @@ mod tests {
 
     #[test]
     fn values_on_the_way_are_rounded_towards_the_better_end() {
-        let range = Remedy { axis: Axis::Range, now: 0.45, values: vec![0.72] };
-        let errors = Remedy { axis: Axis::FalsePositive, now: 0.145, values: vec![0.0] };
-        let latency = Remedy { axis: Axis::LatencySteps, now: 5.0, values: vec![0.0] };
+        let range = Improvement { axis: Axis::Range, now: 0.45, values: vec![0.72] };
+        let errors = Improvement { axis: Axis::FalsePositive, now: 0.145, values: vec![0.0] };
+        let latency = Improvement { axis: Axis::LatencySteps, now: 5.0, values: vec![0.0] };
 
         assert!((range.towards(0.72, 0.501) - 0.586).abs() < 1e-9);
         assert!((errors.towards(0.0, 0.5) - 0.072).abs() < 1e-9);

@@ -30,7 +30,7 @@ const SENSING: [Topic; 4] = [
 
 /// Topics whose ends do not fit each other.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Fit {
+pub struct Compatibility {
     /// Those that robots of the run need.
     pub unfit: BTreeSet<UnfitTopic>,
     /// Those without which the run can do: an observer that receives nothing.
@@ -38,8 +38,8 @@ pub struct Fit {
 }
 
 /// Looks at every topic of these robots and of the swarm, among all endpoints that are known.
-pub fn fit(endpoints: &[Endpoint], robots: &[String]) -> Fit {
-    let mut fit = Fit::default();
+pub fn compatibility(endpoints: &[Endpoint], robots: &[String]) -> Compatibility {
+    let mut found = Compatibility::default();
     for (name, Candidates { topic, robot, ends }) in &topics_of(endpoints, robots) {
         let (writers, readers): (Vec<&Endpoint>, Vec<_>) =
             ends.iter().copied().partition(|end| end.kind == EndpointKind::Writer);
@@ -47,7 +47,7 @@ pub fn fit(endpoints: &[Endpoint], robots: &[String]) -> Fit {
         let is_hardware = topic.name == topics::HARDWARE_CMD_VEL.name;
         if is_hardware && writers.len() > 1 {
             let reason = format!("{} publish it, expected 1 publisher", names(&writers));
-            fit.unfit.insert(unfit(reason));
+            found.unfit.insert(unfit(reason));
         }
         // What nodes of the robot itself expect of `cmd_vel` is compared with the fleet file.
         let is_compared = |end: &Endpoint| {
@@ -64,14 +64,14 @@ pub fn fit(endpoints: &[Endpoint], robots: &[String]) -> Fit {
             let types = if is_compared(reader) { Types::Compared } else { Types::Open };
             let Some(reason) = why_silent(reader, own, &writers, types) else { continue };
             if is_among(&STEERING) || (is_among(&SENSING) && is_ours(reader)) {
-                fit.unfit.insert(unfit(reason));
+                found.unfit.insert(unfit(reason));
             } else if !is_ours(reader) && reader.node.is_some() {
-                fit.onlookers.insert(unfit(reason));
+                found.onlookers.insert(unfit(reason));
             }
         }
-        fit.onlookers.extend(not_kept(topic, &writers).map(unfit));
+        found.onlookers.extend(not_kept(topic, &writers).map(unfit));
     }
-    fit
+    found
 }
 
 /// The ends of a topic that is in our table.
@@ -276,19 +276,19 @@ mod tests {
                 .iter()
                 .map(|(node, type_name, qos)| end(node, EndpointKind::Reader, type_name, *qos)),
         );
-        let unfit = fit(&ends, &["robot_1".to_owned()]).unfit;
+        let unfit = compatibility(&ends, &["robot_1".to_owned()]).unfit;
         assert!(unfit.iter().all(|unfit| unfit.topic == "/robot_1/cmd_vel"));
         unfit.into_iter().map(|unfit| unfit.reason).collect()
     }
 
     #[test]
     fn bases_that_match_are_fit_whatever_they_ask_for() {
-        let fit = [
+        let found = [
             ("/robot_1/base", STAMPED, Qos::reliable(1)),
             ("/base_1", STAMPED, Qos::best_effort(5)),
         ];
 
-        assert_eq!(reasons(&fit), [""; 0]);
+        assert_eq!(reasons(&found), [""; 0]);
     }
 
     #[test]
@@ -345,8 +345,11 @@ mod tests {
         let ends = |type_name, qos| [gate(qos), sensor(type_name)].map(|end| on(topic, end));
         let robots = ["robot_1".to_owned()];
 
-        assert_eq!(fit(&ends("sensor_msgs/msg/Range", Qos::reliable(1)), &robots), Fit::default());
-        let unfit: Vec<_> = fit(&ends(scan, effort), &robots).unfit.into_iter().collect();
+        assert_eq!(
+            compatibility(&ends("sensor_msgs/msg/Range", Qos::reliable(1)), &robots),
+            Compatibility::default()
+        );
+        let unfit: Vec<_> = compatibility(&ends(scan, effort), &robots).unfit.into_iter().collect();
         assert_eq!(
             unfit[0].reason,
             "/robot_1/robot subscribes sensor_msgs/msg/Range, and /robot_1/base publishes \
@@ -364,7 +367,7 @@ mod tests {
         let camera = end("/camera", EndpointKind::Writer, topics::TF.type_name, Qos::reliable(1));
         let ends = [on(lease.name, runner), on(lease.name, board), on("/tf_static", camera)];
 
-        let Fit { unfit, onlookers } = fit(&ends, &["robot_1".to_owned()]);
+        let Compatibility { unfit, onlookers } = compatibility(&ends, &["robot_1".to_owned()]);
 
         assert!(unfit.is_empty(), "{unfit:?}");
         let reasons: Vec<String> = onlookers.into_iter().map(|it| it.reason).collect();
@@ -386,7 +389,7 @@ mod tests {
             ..end(node, EndpointKind::Writer, STAMPED, Qos::reliable(1))
         });
 
-        let unfit = fit(&writers, &["robot_1".to_owned()]).unfit;
+        let unfit = compatibility(&writers, &["robot_1".to_owned()]).unfit;
         let unfit: Vec<_> = unfit.into_iter().collect();
 
         assert_eq!(unfit[0].topic, "/robot_1/hardware/cmd_vel");
