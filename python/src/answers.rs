@@ -7,7 +7,7 @@ use rsrs_core::diagram::choice::{self, VIABLE_B_S_LOW};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_pipeline::best_setting::BestSetting;
+use rsrs_pipeline::answer::BestSetting;
 use rsrs_pipeline::choose::{CONFIRM, Chosen, NoViableCell, Options, write};
 use rsrs_pipeline::execution::Execution;
 use rsrs_pipeline::{answer, diagnose};

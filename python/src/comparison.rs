@@ -8,7 +8,7 @@ use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_pipeline::compare::{Options, compare};
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::Labeller;
-use rsrs_render::comparison::{Report, text, word};
+use rsrs_render::comparison::{Report, text, verdict_name};
 use rsrs_render::report::html;
 
 use crate::answers::source;
@@ -46,7 +46,7 @@ impl Comparison {
     }
     fn __repr__(&self) -> String {
         let (n, n_left) = (self.0.bags.len(), self.0.not_counted.len());
-        let verdict = word(self.0.verdict);
+        let verdict = verdict_name(self.0.verdict);
         format!("Comparison({verdict}: {}; {n} runs count, {n_left} do not)", self.0.summary)
     }
     fn __str__(&self) -> String {

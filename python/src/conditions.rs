@@ -53,7 +53,7 @@ impl PartialEq for PyConditions {
 impl PyConditions {
     #[new]
     #[pyo3(signature = (profile, *, harsher=None, behaviour=None, placement=None, walls=None, **axes))]
-    fn new(
+    fn from_axes(
         py: Python<'_>,
         profile: &Bound<'_, PyAny>,
         harsher: Option<&Bound<'_, PyAny>>,

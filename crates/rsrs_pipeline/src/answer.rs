@@ -19,8 +19,9 @@ use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
 pub use crate::answer::reason::{Edge, Why};
+pub use crate::best_setting::BestSetting;
 use crate::best_setting::search::Search;
-use crate::best_setting::{self, BestSetting, Subject};
+use crate::best_setting::{self, Subject};
 
 /// What is asked.
 #[derive(Clone, Copy)]
