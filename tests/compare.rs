@@ -42,7 +42,7 @@ fn a_bag_is_labelled_by_the_body_and_the_range_in_its_record() {
 fn a_profile_counts_before_the_record() {
     let place = tempfile::tempdir().expect("a temporary folder");
     Run::new(1).record(place.path(), "ours");
-    let profile = include_str!("../launch_configs/profiles/flockbot.yaml");
+    let profile = rsrs_testing::conditions::FLOCKBOT;
     let label = |changes: &[(&str, &str)]| {
         let mut changed = profile.to_owned();
         for (before, after) in changes {

@@ -9,7 +9,6 @@ use crate::processes::{Process, in_own_network, rsrs};
 use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::quantity::Axis;
-use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::TwistStamped;
@@ -23,11 +22,11 @@ use rsrs_testing::record::fleet_record;
 use serde_json::Value;
 use tokio::sync::mpsc::unbounded_channel;
 
-const FLOCKBOT: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::flockbot;
 
 /// A simulated run of two robots as a bag.
 fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
-    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped");
+    let profile = flockbot();
     let values = vec![
         (Axis::Speed, 0.15),
         (Axis::TurnRate, 0.75),

@@ -13,7 +13,7 @@ use crate::cells::CELLS;
 use crate::command::{code, json, rsrs, stderr};
 use rsrs_testing::python::{BAGS, must_run, python_with};
 
-const FLOCKBOT: &str = include_str!("../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::FLOCKBOT;
 
 /// One episode of each cell.
 fn recorded(here: &Path) -> Vec<String> {

@@ -18,8 +18,7 @@ pub const CELLS: [[f64; 4]; 8] = [
 
 /// The robot.
 pub fn flockbot() -> RobotProfile {
-    let text = include_str!("../../launch_configs/profiles/flockbot.yaml");
-    RobotProfile::parse("flockbot.yaml", text).expect("it is shipped")
+    rsrs_testing::conditions::flockbot()
 }
 
 /// What a cell stands for.

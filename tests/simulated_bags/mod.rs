@@ -200,8 +200,7 @@ pub fn cut_in_half(bag: &Path) {
 }
 
 fn flockbot() -> RobotProfile {
-    let text = include_str!("../../launch_configs/profiles/flockbot.yaml");
-    RobotProfile::parse("flockbot.yaml", text).expect("the shipped profile is good")
+    rsrs_testing::conditions::flockbot()
 }
 
 /// The topics of one robot.

@@ -10,7 +10,7 @@ use rsrs_core::trials::fit::{Rate, SensorMap, SensorPoint};
 
 const SWEEP: &str = include_str!("../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
 const PROFILES: [&str; 3] = [
-    include_str!("../../../launch_configs/profiles/flockbot.yaml"),
+    rsrs_testing::conditions::FLOCKBOT,
     include_str!("../../../launch_configs/profiles/smars.yaml"),
     include_str!("../../../launch_configs/profiles/lta.yaml"),
 ];

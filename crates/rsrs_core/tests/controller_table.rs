@@ -12,14 +12,10 @@ use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::wheels::Wheels;
 use rsrs_core::world::{RobotClass, WorldFile};
 
-const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::flockbot;
 const MIRRORED: &str = include_str!("../../../launch_configs/controllers/mirrored.yaml");
 const GAUCI: &str = include_str!("../../../launch_configs/controllers/gauci_aggregation.yaml");
 const SEARCH: &str = include_str!("../../../launch_configs/controllers/search_and_dwell.yaml");
-
-fn flockbot() -> RobotProfile {
-    RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped")
-}
 
 fn e_puck() -> RobotProfile {
     let mut robot = flockbot();

@@ -9,14 +9,10 @@ use rsrs_core::robot::profile::RobotProfile;
 
 use crate::numbers::numbers;
 
-const PROFILE: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::flockbot;
 const GROUP_SENSOR: &str =
     include_str!("../../../launch_configs/profiles/flockbot_group_sensor.yaml");
 const SWEEP: &str = include_str!("../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
-
-fn flockbot() -> RobotProfile {
-    RobotProfile::parse("flockbot.yaml", PROFILE).expect("the profile that ships is valid")
-}
 
 #[test]
 fn every_number_of_the_flockbots_has_a_source() {

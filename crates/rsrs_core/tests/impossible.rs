@@ -5,7 +5,7 @@ use rsrs_core::quantity::Axis;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::profile::RobotProfile;
 
-const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::{FLOCKBOT, flockbot};
 
 /// The Flockbot with one piece of text replaced.
 fn flockbot_but(from: &str, to: &str) -> String {
@@ -81,7 +81,7 @@ fn a_sensor_with_two_regions_or_with_none_is_refused() {
 
 #[test]
 fn a_cell_with_an_impossible_value_is_refused_by_the_axis() {
-    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("the Flockbot is one");
+    let profile = flockbot();
     for (axis, value) in [
         (Axis::Robots, -1.0),
         (Axis::Robots, 2.5),
@@ -144,7 +144,7 @@ fn every_capability_is_read_back_as_it_was_set() {
 
 #[test]
 fn only_robots_that_push_have_friction() {
-    let stops = RobotProfile::parse("robot.yaml", FLOCKBOT).expect("it is a robot");
+    let stops = flockbot();
     let mut pushes = stops.clone();
     pushes.body.contact = ContactModel::Push;
     let with = |robot: &RobotProfile, friction| {

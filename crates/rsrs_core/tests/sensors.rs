@@ -10,7 +10,7 @@ use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::sensor::Detects;
 
-const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::{FLOCKBOT, flockbot};
 
 /// One sensor of today, in a list.
 const PLAIN: &str = "
@@ -49,7 +49,7 @@ fn conditions(robot: &RobotProfile) -> Conditions {
 
 #[test]
 fn a_list_of_one_plain_sensor_is_the_profile_of_today_to_the_digest() {
-    let today = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped");
+    let today = flockbot();
 
     let listed = profile(PLAIN);
 

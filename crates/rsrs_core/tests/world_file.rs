@@ -16,7 +16,7 @@ use rsrs_core::world::{Goal, WorldFile};
 
 use crate::order::behaviour;
 
-const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::{FLOCKBOT, flockbot};
 const WORLD: &str = "\
 objects:
   - {count: 12, radius_m: 0.05, friction: 0.2}
@@ -33,10 +33,6 @@ fn settings(world: WorldFile) -> Settings {
     let values =
         vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 3.0), (Axis::Arena, 3.0)];
     Settings { values, world, ..Settings::default() }
-}
-
-fn flockbot() -> RobotProfile {
-    RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped")
 }
 
 #[test]

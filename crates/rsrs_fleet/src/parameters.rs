@@ -298,7 +298,7 @@ mod tests {
     use super::*;
     use crate::fleet_file::FleetFile;
 
-    const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::flockbot;
 
     fn expected(of_robot: &str) -> GateSettings {
         let fleet = format!(
@@ -306,7 +306,7 @@ mod tests {
              robot_1: {{enabled: true{of_robot}}}\n"
         );
         let fleet = FleetFile::parse("fleet.yaml", &fleet).unwrap();
-        of_gate(&fleet.robots[0], Some(&RobotProfile::parse("p.yaml", FLOCKBOT).unwrap()))
+        of_gate(&fleet.robots[0], Some(&flockbot()))
     }
 
     #[test]

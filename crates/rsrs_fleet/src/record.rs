@@ -543,18 +543,17 @@ fn list<T: serde::de::DeserializeOwned>(
 #[cfg(test)]
 pub(crate) mod tests {
     use rsrs_core::conditions::Placement;
-    use rsrs_core::robot::profile::RobotProfile;
 
     use super::*;
     use crate::experiment::ExperimentFile;
     use crate::runner::Outcome;
 
     const SHIPPED: &str = include_str!("../../../launch_configs/experiments/flockbot_milling.yaml");
-    const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::flockbot;
 
     /// Of the shipped experiment, in lockstep.
     pub(crate) fn record() -> ExperimentRecord {
-        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let profile = flockbot();
         let experiment = ExperimentFile::parse("experiment.yaml", SHIPPED).unwrap();
         let settings = experiment.settings(experiment.cell.as_ref().unwrap()).unwrap();
         let conditions = Conditions::resolve(&profile, &settings).unwrap();

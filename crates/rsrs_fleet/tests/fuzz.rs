@@ -249,7 +249,7 @@ fn fuzzed_records_and_files_in_bags_are_read_or_refused() {
         (2, include_str!("../../../launch_configs/fleets/nine_flockbots.yaml")),
         (2, include_str!("../../../launch_configs/fleets/three_kinds.yaml")),
         (3, include_str!("../../../launch_configs/experiments/flockbot_milling.yaml")),
-        (4, include_str!("../../../launch_configs/profiles/flockbot.yaml")),
+        (4, rsrs_testing::conditions::FLOCKBOT),
     ];
     let harness = Harness {
         corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/records"),

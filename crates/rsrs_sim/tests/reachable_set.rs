@@ -15,14 +15,14 @@ use rsrs_sim::reachable_set::{ReachError, ReachOptions, smallest_factors, valida
 use rsrs_sim::world::World;
 use rsrs_testing::conditions::objects_anywhere;
 
-const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::flockbot;
 
 const STRAIGHT: Command = Command { speed_m_s: 0.05, turn_rate_rad_s: 0.0 };
 const CURVE: Command = Command { speed_m_s: 0.05, turn_rate_rad_s: 0.2 };
 
 /// A Flockbot that also strays: bias and heading noise make its reach two-dimensional.
 fn measured() -> RobotProfile {
-    let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is valid");
+    let mut profile = flockbot();
     profile.actuation.turn.bias_sd_rad_s = 0.004;
     profile.actuation.turn.heading_noise_sd_rad = 0.01;
     profile
@@ -358,7 +358,7 @@ fn the_area_of_the_reach_grows_and_is_two_dimensional_also_when_driving_straight
 
 #[test]
 fn a_robot_without_noise_reaches_a_line_and_its_trials_must_be_on_it() {
-    let flockbot = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is valid");
+    let flockbot = flockbot();
     let robot = HarsherFactors::default().apply(&flockbot).expect("harsher");
 
     let on_line = held_against(&robot, &exact(5, MEAN, 0.0));

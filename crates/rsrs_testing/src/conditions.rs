@@ -22,10 +22,12 @@ pub fn exact_reading(name: &str, detects: Detects) -> Reading {
     Reading { name, detects, true_positive: 1.0, false_positive: 0.0, taken_for }
 }
 
+/// The text of the Flockbot's profile.
+pub const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+
 /// The Flockbot as measured.
 pub fn flockbot() -> RobotProfile {
-    let text = include_str!("../../../launch_configs/profiles/flockbot.yaml");
-    RobotProfile::parse("flockbot.yaml", text).expect("the profile that ships is good")
+    RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("the profile that ships is good")
 }
 
 /// So many Flockbots as measured.

@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn the_fleet_file_gives_what_the_flags_do_not() {
         let folder = tempfile::tempdir().unwrap();
-        let profile = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+        let profile = rsrs_testing::conditions::FLOCKBOT;
         fs::write(folder.path().join("p.yaml"), profile).unwrap();
         let fleet = "fileversion: 1\nall: {profile: p.yaml, cmd_vel: twist}\nrobots:\n  \
             robot_1: {enabled: true, driver: {kind: serial, port: /dev/ttyACM3, baud: 57600}}\n";

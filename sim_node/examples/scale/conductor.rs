@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 use rsrs_core::conditions::{Conditions, Placement, Settings};
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::decide;
-use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::wire;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::TwistStamped;
@@ -19,7 +18,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::flockbot;
 /// Interval of leases and of the controllers' statuses.
 const BEAT: Duration = Duration::from_millis(100);
 /// Of the only run.
@@ -90,7 +89,7 @@ pub fn names(n_robots: usize) -> Vec<String> {
 
 /// So many Flockbots as measured, each with about the room of the paper's nine.
 pub fn conditions(n_robots: usize) -> Conditions {
-    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("the profile is good");
+    let profile = flockbot();
     let values = vec![
         (Axis::Speed, 0.15),
         (Axis::TurnRate, 0.75),

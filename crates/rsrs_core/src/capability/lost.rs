@@ -120,7 +120,7 @@ mod tests {
     use crate::robot::harsher::{Ablation, Harsher, HarsherFactors};
 
     const PROFILES: [&str; 3] = [
-        include_str!("../../../../launch_configs/profiles/flockbot.yaml"),
+        rsrs_testing::conditions::FLOCKBOT,
         include_str!("../../../../launch_configs/profiles/lta.yaml"),
         include_str!("../../../../launch_configs/profiles/smars.yaml"),
     ];

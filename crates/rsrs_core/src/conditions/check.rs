@@ -384,7 +384,7 @@ mod tests {
     use crate::quantity::Axis;
     use crate::robot::profile::RobotProfile;
 
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::FLOCKBOT;
 
     fn conditions() -> Conditions {
         let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();

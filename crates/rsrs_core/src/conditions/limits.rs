@@ -182,7 +182,7 @@ impl CommandRange {
 mod tests {
     use super::*;
 
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::FLOCKBOT;
 
     #[test]
     fn a_command_from_outside_is_moved_into_the_range_and_within_the_wheels() {

@@ -167,7 +167,7 @@ fn of_class(class: &RobotClass, source: ConditionsError) -> ConditionsError {
 mod tests {
     use super::*;
 
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::FLOCKBOT;
 
     fn settings() -> Settings {
         let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 3.0)];

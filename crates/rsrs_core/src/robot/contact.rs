@@ -75,7 +75,7 @@ mod tests {
     use crate::quantity::Axis;
     use crate::robot::profile::RobotProfile;
 
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::FLOCKBOT;
 
     fn parse(contact: &str) -> Result<RobotProfile, String> {
         let text = FLOCKBOT.replace("rotates_while_blocked: true", contact);

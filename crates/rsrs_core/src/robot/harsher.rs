@@ -431,7 +431,7 @@ mod tests {
     use super::*;
     use crate::robot::contact::ContactModel;
 
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::FLOCKBOT;
 
     fn drifting() -> RobotProfile {
         let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();

@@ -197,14 +197,12 @@ fn wrapped(angle_rad: f64) -> f64 {
 mod tests {
     use rsrs_core::conditions::Settings;
     use rsrs_core::quantity::Cell;
-    use rsrs_core::robot::profile::RobotProfile;
     use rsrs_fleet::placement::deviations;
 
     use super::*;
 
     fn flockbots() -> Conditions {
-        let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
-        let profile = RobotProfile::parse("flockbot.yaml", text).unwrap();
+        let profile = rsrs_testing::conditions::flockbot();
         let cell: Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75,robots=9".parse().unwrap();
         let mut settings = Settings::default().with_cell(&cell);
         settings.values.push((rsrs_core::quantity::Axis::PlacementRadius, 0.825));

@@ -129,14 +129,13 @@ const LEAST: f64 = 1e-6;
 mod tests {
     use rsrs_core::conditions::{Placement, Settings};
     use rsrs_core::diagram::theory::Ring;
-    use rsrs_core::robot::profile::{RobotProfile, Sees};
+    use rsrs_core::robot::profile::Sees;
     use rsrs_core::robot::region::Region;
 
     use super::*;
 
     fn conditions() -> Conditions {
-        let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
-        let profile = RobotProfile::parse("flockbot.yaml", text).unwrap();
+        let profile = rsrs_testing::conditions::flockbot();
         let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 9.0)];
         let mut conditions =
             Conditions::resolve(&profile, &Settings { values, ..Settings::default() }).unwrap();

@@ -228,8 +228,7 @@ mod tests {
 
     #[test]
     fn every_number_of_a_profile_is_in_its_table_with_its_source() {
-        let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
-        let flockbot = RobotProfile::parse("flockbot.yaml", text).unwrap();
+        let flockbot = rsrs_testing::conditions::flockbot();
 
         let [table] = &profiles(&flockbot, None).unwrap()[..] else { panic!("one profile") };
 
@@ -247,8 +246,7 @@ mod tests {
 
     #[test]
     fn each_class_with_a_profile_of_its_own_has_a_table_of_what_differs() {
-        let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
-        let flockbot = RobotProfile::parse("flockbot.yaml", text).unwrap();
+        let flockbot = rsrs_testing::conditions::flockbot();
         let mut near = flockbot.clone();
         near.name = "near".to_owned();
         near.sensing.true_positive = 0.9;

@@ -11,7 +11,6 @@ use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
-use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::interval_kind::IntervalKind;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, Watch, confirmation_seed, sweep};
@@ -60,8 +59,7 @@ impl Sweeper {
     fn from_text(text: &str) -> Self {
         let name = "flockbot_speed_turn.yaml";
         let worse = SweepFile::parse(name, text).expect("it is shipped");
-        let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
-        let robot = RobotProfile::parse("flockbot.yaml", text).expect("it is shipped");
+        let robot = rsrs_testing::conditions::flockbot();
         let measured = SweepFile { harsher: Harsher::from(HarsherFactors::NONE), ..worse.clone() };
         let resolve =
             |file: &SweepFile| file.resolve(name, &robot).expect("its cells are possible");

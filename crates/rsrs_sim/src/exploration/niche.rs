@@ -157,16 +157,15 @@ impl Niche {
 mod tests {
     use rsrs_core::conditions::Settings;
     use rsrs_core::quantity::Axis;
-    use rsrs_core::robot::profile::RobotProfile;
     use rsrs_core::world::WorldFile;
 
     use super::*;
 
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::flockbot;
 
     /// Whether robots are at the walls of a world, by their mean distance from the centroid and from the nearest wall.
     fn are_at_walls(world: &str, [radius_m, wall_m]: [f64; 2]) -> bool {
-        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let profile = flockbot();
         let values = [(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 4.0)];
         let settings = Settings {
             values: values.into(),
@@ -208,7 +207,7 @@ mod tests {
             (Axis::Robots, 4.0),
             (Axis::Arena, 4.0),
         ];
-        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let profile = flockbot();
         let settings = Settings { values, ..Settings::default() };
         let conditions = Conditions::resolve(&profile, &settings).unwrap();
         let extent = |mean_radius_m| {

@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn every_controller_is_one_that_the_robot_may_be_given() {
-        let profile = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+        let profile = rsrs_testing::conditions::FLOCKBOT;
         let free = RobotProfile::parse("flockbot.yaml", profile).unwrap();
         let mut on_wheels = free.clone();
         on_wheels.actuation.wheels = Some(Wheels { base_m: 0.12, speed_max_m_s: 0.2 });

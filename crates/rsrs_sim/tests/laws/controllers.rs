@@ -3,18 +3,17 @@
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::controller_table::ControllerTable;
 
-use rsrs_core::robot::profile::RobotProfile;
 use rsrs_sim::batch::runs_in_lanes;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 
 use crate::support::{PERFECT, assert_judged_alike, flockbots};
 
-const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::flockbot;
 const SEARCH: &str = include_str!("../../../../launch_configs/controllers/search_and_dwell.yaml");
 
 fn searching() -> Conditions {
-    let robot = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped");
+    let robot = flockbot();
     let table = ControllerTable::parse("search.yaml", SEARCH, &robot).expect("it is shipped");
     let conditions = flockbots(0.15, 0.75, &PERFECT);
     let controller = table.resolve(&[], None, conditions.period_s).expect("no wheels");

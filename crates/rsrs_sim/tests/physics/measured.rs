@@ -14,7 +14,7 @@ use rsrs_core::trials::trial::{DrivenSample, DrivenTrial, reduced};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
 
-const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::flockbot;
 const N_POPULATIONS: u64 = 500;
 const N_ROBOTS: u64 = 5;
 const N_TRIALS: usize = 3;
@@ -24,7 +24,7 @@ const ARC: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 
 /// A Flockbot whose turning rate lags, and that turns less while it drives.
 fn robot(yaw_lag_s: f64) -> RobotProfile {
-    let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is valid");
+    let mut profile = flockbot();
     profile.actuation.turn.gain_by_command = vec![TurnGain { commanded_rad_s: 0.75, mean: 0.915 }];
     profile.actuation.turn.driving_gain_by_command =
         Some(vec![TurnGain { commanded_rad_s: 0.75, mean: 0.884 }]);

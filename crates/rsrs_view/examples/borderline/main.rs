@@ -93,10 +93,7 @@ fn planes() -> Result<[Vec<Conditions>; 2], Box<dyn std::error::Error>> {
         "flockbot_speed_turn.yaml",
         include_str!("../../../../launch_configs/sweeps/flockbot_speed_turn.yaml"),
     )?;
-    let profile = RobotProfile::parse(
-        "flockbot.yaml",
-        include_str!("../../../../launch_configs/profiles/flockbot.yaml"),
-    )?;
+    let profile = RobotProfile::parse("flockbot.yaml", rsrs_testing::conditions::FLOCKBOT)?;
     let measured = SweepFile { harsher: Harsher::from(HarsherFactors::NONE), ..sweep.clone() };
     let plane = |sweep: &SweepFile| -> Result<Vec<Conditions>, Box<dyn std::error::Error>> {
         let cells = sweep.resolve("flockbot_speed_turn.yaml", &profile)?;

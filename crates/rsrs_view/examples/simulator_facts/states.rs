@@ -2,13 +2,12 @@
 
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::quantity::{Axis, Cell};
-use rsrs_core::robot::profile::RobotProfile;
 use rsrs_sim::controllers::Controllers;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
 use serde_json::{Value, json};
 
-const PROFILE: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::flockbot;
 const SWEEP: &str = include_str!("../../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
 
 /// Nine Flockbots that mill; a hundred, which have a grid; and nine with all that makes a step random or late.
@@ -26,13 +25,13 @@ const N_STEPS: u64 = 2307;
 /// The sweep that the page shows without a link, and its robot: JSON, as a text whose keys stay in order.
 pub fn source() -> String {
     let sweep = SweepFile::parse("sweep.yaml", SWEEP).expect("the sweep is shipped");
-    let profile = RobotProfile::parse("flockbot.yaml", PROFILE).expect("so is the profile");
+    let profile = flockbot();
     rsrs_view::simulator::source(&sweep, &profile)
 }
 
 /// The cells, and the digest of each after its steps.
 pub fn states() -> Value {
-    let profile = RobotProfile::parse("flockbot.yaml", PROFILE).expect("the profile is shipped");
+    let profile = flockbot();
     let state = |(cell, replicate): (&str, u64)| {
         let cell: Cell = cell.parse().expect("it is a cell");
         let mut sweep = SweepFile::parse("sweep.yaml", SWEEP).expect("the sweep is shipped");

@@ -207,10 +207,10 @@ mod tests {
 
     use super::*;
 
-    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::{FLOCKBOT, flockbot};
 
     fn measured(change: impl FnOnce(&mut RobotProfile)) -> Measured {
-        let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let mut profile = flockbot();
         change(&mut profile);
         Measured { path: PathBuf::from("flockbot.yaml"), text: FLOCKBOT.to_owned(), profile }
     }

@@ -55,7 +55,7 @@ impl SweepFile {
 mod tests {
     use super::*;
 
-    const FLOCKBOT: &str = include_str!("../../../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::FLOCKBOT;
     const SWEEP: &str =
         include_str!("../../../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
 

@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_line_of_sight_sees_bodies_and_no_cone_opens_backward() {
-        let flockbot = include_str!("../../../../../launch_configs/profiles/flockbot.yaml");
+        let flockbot = rsrs_testing::conditions::FLOCKBOT;
         let flockbot = RobotProfile::parse("flockbot.yaml", flockbot).unwrap();
         let checked = |half_angle_rad: f64, sees: Sees| {
             let mut robot = flockbot.clone();

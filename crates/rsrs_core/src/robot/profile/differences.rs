@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use crate::robot::profile::Cone;
 
-    const FLOCKBOT: &str = include_str!("../../../../../launch_configs/profiles/flockbot.yaml");
+    use rsrs_testing::conditions::FLOCKBOT;
 
     #[test]
     fn only_numbers_that_differ_are_named_with_those_of_the_other() {

@@ -20,7 +20,7 @@ use rsrs_testing::record::fleet_record;
 
 use super::*;
 
-const PROFILE: &str = include_str!("../../../../../launch_configs/profiles/flockbot.yaml");
+use rsrs_testing::conditions::FLOCKBOT;
 const SENSORS: &str = "\
 sensors:
   - {name: detection, cone: {half_angle_rad: 0.2, range_m: 0.75}, true_positive: 0.9, false_positive: 0.05}
@@ -54,7 +54,7 @@ struct Recorded {
 
 impl Recorded {
     fn new(path: &Path) -> Self {
-        let (before, sensing) = PROFILE.split_once("sensing:").expect("it has a sensor");
+        let (before, sensing) = FLOCKBOT.split_once("sensing:").expect("it has a sensor");
         let is_of_next = |line: &&str| line.starts_with(|first: char| first.is_ascii_lowercase());
         let behind = sensing.lines().skip(1).skip_while(|line| !is_of_next(line));
         // Where its numbers are from.
