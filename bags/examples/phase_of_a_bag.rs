@@ -21,7 +21,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         reach_m: Some(reach_m.parse()?),
         ..Bodies::UNKNOWN
     };
-
     let recorded = read_trajectory(&Bag::open(Path::new(bag))?, &TrajectoryOptions::default())?;
     let verdict = label(&recorded.trajectory, &bodies)?;
 

@@ -6,6 +6,15 @@
 //! program is to show them.
 //!
 //! An error has its sentence at its type, where it comes from.
+//!
+//! # Examples
+//!
+//! ```
+//! use rsrs_core::quantity::Axis;
+//! use rsrs_render::wording::quantity::named;
+//!
+//! assert_eq!(named(Axis::Speed, 0.15), "speed 0.15 m/s");
+//! ```
 
 pub mod agreement;
 pub mod answers;

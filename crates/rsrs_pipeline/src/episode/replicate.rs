@@ -123,11 +123,8 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
     ExperimentRecord { replicate, ..simulated_record(run_id, conditions, run, &profile_digest) }
 }
 
-/// The record of a simulated run of the first replicate, all of whose robots are of one profile.
-///
-/// # Arguments
-///
-/// * `duration_s` — in seconds, beside how it passed and the seed.
+/// The record of a simulated run of the first replicate, all of whose robots are of one profile: how its time
+/// passed, how long it was, in seconds, and its seed.
 pub fn simulated_record(
     run_id: String,
     conditions: Conditions,
