@@ -241,13 +241,13 @@ fn launch_files_start_nodes_that_are_there() {
 fn the_service_manager_takes_the_unit() {
     let folder = folder();
     let name = "rsrs-robot@.service";
-    let unit = house().join("launch_configs/deploy/systemd").join(name);
+    let unit = house().join("deploy/systemd").join(name);
     let text = fs::read_to_string(unit).expect("the unit is shipped");
     // It looks for the program, which is not installed here.
     let here = folder.path().join(name);
     let installed = [
         ("/usr/bin/rsrs", PathBuf::from(env!("CARGO_BIN_EXE_rsrs"))),
-        ("/usr/libexec/rsrs", house().join("launch_configs/deploy/network")),
+        ("/usr/libexec/rsrs", house().join("deploy/network")),
     ];
     let found = installed.iter().fold(text.clone(), |text, (path, here)| {
         text.replace(path, here.to_str().expect("a path of ours is text"))
@@ -303,7 +303,7 @@ impl TestBed {
         let conf_files = conf_files().join("\n") + "\n";
         fs::write(path("package/DEBIAN/conffiles"), conf_files).expect("writable");
         for script in ["postinst", "prerm", "postrm"] {
-            let ours = house().join("launch_configs/deploy/debian").join(script);
+            let ours = house().join("deploy/debian").join(script);
             fs::copy(ours, path("package/DEBIAN").join(script)).expect("it is shipped");
         }
         build_package(folder.path(), "0.1.0");
@@ -350,7 +350,7 @@ impl TestBed {
         let path = std::env::var("PATH").expect("there is a PATH");
         let output = Command::new(self.python.with_file_name("ansible-playbook"))
             .arg("--inventory=inventory.yaml")
-            .arg(house().join("launch_configs/deploy/ansible/fleet.yaml"))
+            .arg(house().join("deploy/ansible/fleet.yaml"))
             .arg("--tags")
             .args(tags.split(' '))
             .current_dir(self.folder.path())
