@@ -10,7 +10,8 @@ use crate::epoch::{self, ImplausibleEpoch};
 use crate::heartbeat::next_beat;
 use crate::message::{Lease, LeaseState, RobotState, Status};
 use crate::parameters::GateSettings;
-use crate::preflight::{self, Graph, Seen};
+use crate::placement::PlaceCheck;
+use crate::preflight::{self, Graph, Problem, Seen};
 use crate::record::{Ending, LostRobot, PausedRobot};
 use crate::timing::{
     ARM_TIMEOUT, CATCH_UP_TIMEOUT, CONFIGURE_TIMEOUT, COUNTDOWN_TIMEOUT, FIRST_SAMPLE_TIMEOUT,
@@ -18,6 +19,7 @@ use crate::timing::{
     RECORDER_TIMEOUT, RESUME_TIMEOUT, SILENCE_TIMEOUT, STAND_TIMEOUT, Transport, most_paused,
 };
 
+mod closing;
 mod event;
 mod gates;
 mod grouped;
@@ -32,16 +34,18 @@ mod search;
 mod start_check;
 mod unexpected_publishers;
 
+use closing::Closing;
 pub use event::{Action, Event, RunLength, RunnerOptions};
 use gates::Gates;
 pub use grouped::grouped;
+use grouped::{by_reason, names};
 use others::{Claim, Others};
 pub use outcome::{AbortCause, Failure, LossCause, Outcome, SampleKind, Target};
 pub use plausibility::MotionCheck;
 use plausibility::Plausibility;
 use pose_gaps::PoseGaps;
 use requests::Requests;
-use roster::{LossTimeouts, Roster, RunBinding};
+use roster::{LossTimeouts, Roster, RunBinding, Unarmed};
 use search::Search;
 use start_check::StartCheck;
 use unexpected_publishers::UnexpectedPublishers;
@@ -75,7 +79,7 @@ pub struct Runner {
     graph: Graph,
     /// When it received last what the discovery database holds.
     looked: Duration,
-    strangers: UnexpectedPublishers,
+    unexpected_publishers: UnexpectedPublishers,
     search: Search,
     roster: Roster,
     pose_gaps: PoseGaps,
@@ -120,7 +124,7 @@ impl Runner {
             forgiven: Duration::ZERO,
             graph: Graph::default(),
             looked: Duration::ZERO,
-            strangers: UnexpectedPublishers::default(),
+            unexpected_publishers: UnexpectedPublishers::default(),
             search: Search::default(),
             roster: Roster::new(&options.expected.robots),
             pose_gaps: PoseGaps::default(),
@@ -207,7 +211,9 @@ impl Runner {
         self.looked = now;
         if self.phase == Phase::Discover {
             self.graph = graph;
-        } else if let Some(found) = self.strangers.find(&self.options.expected, &graph, now) {
+        } else if let Some(found) =
+            self.unexpected_publishers.find(&self.options.expected, &graph, now)
+        {
             self.abort(&found, now, actions);
         }
     }
@@ -515,58 +521,503 @@ impl Runner {
     }
 }
 
-mod phases;
+/// What it waits for in each phase, and for how long.
+impl Runner {
+    /// Looks whether the phase is over.
+    fn go_on(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        match self.phase {
+            Phase::Discover => self.discover(now, actions),
+            Phase::Configure => self.configure(now, actions),
+            Phase::ReadBack => self.read_back(now, actions),
+            Phase::Record => {
+                if self.elapsed(now) >= RECORDER_TIMEOUT {
+                    self.fail_recorder("did not open in time".to_owned(), now, actions);
+                }
+            }
+            Phase::Arm => self.await_armed(now, actions),
+            Phase::CountDown => self.count_down(now, actions),
+            Phase::Run => self.watch(now, actions),
+            Phase::Stop => self.await_standing(now, actions),
+            Phase::Close => self.await_closed(now, actions),
+            Phase::Done => {}
+        }
+    }
 
-/// When the operator reads for the first time what is left, and how often then.
-const NOTE_PERIOD: Duration = Duration::from_secs(2);
+    fn discover(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        let seen = Seen {
+            graph: std::mem::take(&mut self.graph),
+            robots: self.roster.recent_robots(now),
+            controllers: self.roster.recent_controllers(now),
+            other_runs: self.others.recent(now).cloned().collect(),
+            e_stop: self.e_stop.locks(),
+            highest_epoch: self.highest_epoch,
+            clocks: self.start_check.clocks(),
+            pose_clocks: self.start_check.pose_clocks(),
+            poses: self.start_check.poses.clone(),
+            unusable_poses: self.start_check.unusable_poses.clone(),
+            parents: self.start_check.parents.clone(),
+            behind_s: self.start_check.behind_s(),
+            diagnostic_errors: self.start_check.diagnostic_errors(),
+        };
+        let mut problems = preflight::problems(&self.options.expected, &seen);
+        // A run places the robots of a simulator when it sets their world; before they move, all are looked at.
+        if !self.options.expected.simulator {
+            problems.extend(self.misplaced());
+        }
+        let clocks = preflight::clock_notes(&self.options.expected, &seen);
+        let objects = preflight::object_note(&self.options.expected, &seen.graph);
+        self.graph = seen.graph;
+        let onlookers: Vec<Action> =
+            self.graph.onlookers.iter().map(|it| Action::Note(format!("note: {it}"))).collect();
+        // Another runner publishes leases all the time: a shorter look might miss them.
+        if problems.is_empty() && self.elapsed(now) >= NODE_TIMEOUT {
+            self.unexpected_publishers = UnexpectedPublishers::none_of(&self.graph);
+            let robots = self.options.expected.robots.len();
+            actions.extend(onlookers);
+            actions.extend(clocks.into_iter().chain(objects).map(Action::Note));
+            actions.extend(self.options.expected.leases().into_iter().map(Action::Note));
+            actions.push(Action::Note(format!("found all {robots} robots; setting parameters")));
+            self.requests = Requests::new(self.targets());
+            self.gates = Gates::new(&self.options.expected.gates);
+            actions.extend(self.gates.robots().cloned().map(Action::ReadGate));
+            self.enter(Phase::Configure, now);
+            self.configure(now, actions);
+            return;
+        }
+        actions.extend(self.search.look(&problems, now).into_iter().map(Action::Note));
+        if self.search.is_over(self.since.unwrap_or(now), now, self.transport) {
+            actions.extend(onlookers);
+            self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
+        }
+    }
 
-/// How far the bag is.
-#[derive(Clone, Copy, Debug, Default)]
-struct Closing {
-    /// What was done, and since when no more was; `None` before the first word.
-    done: Option<(u64, Duration)>,
-    left_bytes: u64,
-    noted: Option<Duration>,
-    /// Whether somebody wanted the run to end, or the bag to be given up.
-    is_interrupted: bool,
+    fn targets(&self) -> Vec<Target> {
+        let expected = &self.options.expected;
+        let simulator = expected.simulator.then_some(Target::Simulator);
+        expected.robots.iter().cloned().map(Target::Robot).chain(simulator).collect()
+    }
+
+    fn configure(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.requests.is_done() {
+            self.requests = Requests::new(self.targets());
+            self.enter(Phase::ReadBack, now);
+            self.read_back(now, actions);
+        } else if self.elapsed(now) >= CONFIGURE_TIMEOUT {
+            let problems = self.requests.problems().into_iter();
+            let failures =
+                problems.map(|(target, reason)| Failure::NotSet { target, reason }).collect();
+            self.fail(failures, now, actions);
+        } else {
+            actions.extend(self.requests.due(now).into_iter().map(Action::Configure));
+        }
+    }
+
+    fn read_back(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        // A gate that does not answer is not ours, or of no help: nothing of it is known.
+        let is_read = self.gates.is_done() || self.elapsed(now) >= CONFIGURE_TIMEOUT;
+        if self.requests.is_done() && is_read {
+            let problems = self.gates.problems();
+            if !problems.is_empty() {
+                self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
+                return;
+            }
+            actions.extend(self.gates.notes().into_iter().map(Action::Note));
+            actions.push(Action::Note("parameters confirmed; opening the recorder".to_owned()));
+            actions.push(Action::OpenRecorder);
+            self.recorder_opened = true;
+            self.enter(Phase::Record, now);
+        } else if self.elapsed(now) >= CONFIGURE_TIMEOUT {
+            let problems = self.requests.problems().into_iter();
+            let not_confirmed =
+                problems.map(|(target, reason)| Failure::NotConfirmed { target, reason });
+            let of_gates = self.gates.problems().into_iter().map(Failure::from);
+            self.fail(not_confirmed.chain(of_gates).collect(), now, actions);
+        } else {
+            actions.extend(self.requests.due(now).into_iter().map(Action::ReadBack));
+        }
+    }
+
+    /// Takes an epoch above all that were ever received.
+    fn arm(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        self.epoch =
+            self.highest_epoch.checked_add(1).expect("epochs in the upper half are refused");
+        actions.push(Action::Note(format!("arming, epoch {}", self.epoch)));
+        self.armed_at = Some(now);
+        self.enter(Phase::Arm, now);
+    }
+
+    fn binding(&self) -> RunBinding<'_> {
+        RunBinding {
+            run_id: &self.options.run_id,
+            epoch: self.epoch,
+            parameter_digest: self.options.controller_digest(),
+        }
+    }
+
+    fn await_armed(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.is_taken_away(now, actions) {
+            return;
+        }
+        let waiting = self.roster.not_armed(self.binding(), now);
+        if waiting.is_empty() {
+            let robots = &self.options.expected.robots;
+            let needs_poses = self.options.samples.contains(&SampleKind::Pose);
+            // Poses may come seldom; a robot without any delays the run only briefly.
+            if (needs_poses || self.options.start.is_some())
+                && !self.start_check.has_poses_of(robots)
+                && self.elapsed(now) < POSE_SEARCH_DURATION
+            {
+                return;
+            }
+            if let Some(start) = &self.options.start {
+                let notes = self.start_check.standing_places(start, robots);
+                actions.extend(notes.into_iter().map(Action::Note));
+            }
+            let problems = self.unfit_to_start(now);
+            if problems.is_empty() {
+                self.begin(now, actions);
+            } else {
+                self.fail(problems, now, actions);
+            }
+        } else if self.elapsed(now) >= ARM_TIMEOUT {
+            self.fail_to_arm(waiting, now, actions);
+        }
+    }
+
+    /// What keeps robots that are armed from moving: what was not so when they were found, or was not
+    /// known.
+    fn unfit_to_start(&self, now: Duration) -> Vec<Failure> {
+        let mut problems = self.unusable_poses();
+        if self.options.samples.contains(&SampleKind::Pose) {
+            let robots = self.start_check.without_poses(&self.options.expected.robots);
+            problems.extend(robots.into_iter().map(|robot| Failure::NoPose { robot }));
+        }
+        problems.extend(self.misplaced().into_iter().map(Failure::from));
+        problems.extend(self.unfit_to_move(now));
+        problems
+    }
+
+    /// Robots whose batteries, diagnostics or places keep them from moving.
+    fn unfit_to_move(&self, now: Duration) -> Vec<Failure> {
+        let seen = Seen {
+            robots: self.roster.recent_robots(now),
+            diagnostic_errors: self.start_check.diagnostic_errors(),
+            ..Seen::default()
+        };
+        let mut problems = preflight::health(&self.options.expected, &seen);
+        let (expected, poses) = (&self.options.expected, &self.start_check.poses);
+        problems.extend(preflight::outside(expected.geofence, &expected.robots, poses));
+        problems.into_iter().map(Failure::from).collect()
+    }
+
+    /// Robots that do not stand where they are required to.
+    fn misplaced(&self) -> Vec<Problem> {
+        match (&self.options.start, self.options.place_check) {
+            (Some(start), PlaceCheck::Require) => {
+                self.start_check.misplaced(start, &self.options.expected.robots)
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Poses that came after the robots were found may be the first.
+    fn unusable_poses(&self) -> Vec<Failure> {
+        let reasons = &self.start_check.unusable_poses;
+        let apart = self.options.expected.apart.iter();
+        let problems = apart.flat_map(|apart| preflight::unusable_poses(apart, reasons));
+        problems.map(Failure::from).collect()
+    }
+
+    fn fail_to_arm(&mut self, waiting: Vec<Unarmed>, now: Duration, actions: &mut Vec<Action>) {
+        self.fail(waiting.into_iter().map(|it| it.failure).collect(), now, actions);
+    }
+
+    /// Counts down, where a person stands beside the robots.
+    fn begin(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.options.countdown.is_zero() {
+            self.start(now, actions);
+            return;
+        }
+        if !self.e_stop.is_used() {
+            let alone = "no e-stop publisher is received; `rsrs stop` or Ctrl-C stops the robots";
+            actions.push(Action::Note(alone.to_owned()));
+        }
+        self.reported_s = u64::MAX;
+        self.enter(Phase::CountDown, now);
+        self.count_down(now, actions);
+    }
+
+    fn start(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        actions.push(Action::Note("running".to_owned()));
+        self.roster.forget_samples();
+        self.has_started = true;
+        // In lockstep a lapse freezes the world, and no robot stands while others move.
+        if matches!(self.options.length, RunLength::RealTime { .. }) {
+            self.roster.follow_pauses(self.epoch, now);
+        }
+        self.enter(Phase::Run, now);
+    }
+
+    fn count_down(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.is_taken_away(now, actions) {
+            return;
+        }
+        let waiting = self.roster.not_armed(self.binding(), now);
+        if !waiting.is_empty() {
+            self.break_off_countdown(waiting, now, actions);
+            return;
+        }
+        let unfit = self.unfit_to_move(now);
+        if !unfit.is_empty() {
+            self.fail(unfit, now, actions);
+            return;
+        }
+        let left = self.options.countdown.saturating_sub(self.elapsed(now));
+        if left.is_zero() {
+            self.start(now, actions);
+            return;
+        }
+        let left_s = left.as_nanos().div_ceil(1_000_000_000).try_into().unwrap_or(u64::MAX);
+        if left_s < self.reported_s {
+            self.reported_s = left_s;
+            actions.push(Action::Note(format!("the robots move in {left_s} s")));
+        }
+    }
+
+    /// Arms again the robots whose leases ran out: nothing has moved yet.
+    fn break_off_countdown(
+        &mut self,
+        waiting: Vec<Unarmed>,
+        now: Duration,
+        actions: &mut Vec<Action>,
+    ) {
+        let is_over = now.saturating_sub(self.armed_at.unwrap_or(now)) >= COUNTDOWN_TIMEOUT;
+        if is_over || !waiting.iter().all(|unarmed| unarmed.may_heal) {
+            self.fail_to_arm(waiting, now, actions);
+            return;
+        }
+        let found: Vec<_> = waiting.into_iter().map(|it| it.failure).collect();
+        actions.push(Action::Note(format!(
+            "{}; the countdown starts again when all are armed",
+            grouped(&found).join("; ")
+        )));
+        self.enter(Phase::Arm, now);
+    }
+
+    /// Ends the run if it is no longer this runner's to conduct: robots that obey a higher epoch are
+    /// another runner's, and the e-stop is for all robots, whichever receives it first.
+    fn is_taken_away(&mut self, now: Duration, actions: &mut Vec<Action>) -> bool {
+        if self.roster.holds_e_stop() {
+            self.abort(&AbortCause::EStop, now, actions);
+            return true;
+        }
+        let highest = self.roster.highest_epoch();
+        if highest > self.epoch {
+            let cause = AbortCause::HigherEpoch { found: highest, expected: self.epoch };
+            self.abort(&cause, now, actions);
+            return true;
+        }
+        if let Some(other) = self.roster.armed_for_another(self.binding(), now) {
+            let run_id = other.to_owned();
+            self.abort(&AbortCause::ArmedForAnother { run_id }, now, actions);
+            return true;
+        }
+        false
+    }
+
+    fn watch(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.is_taken_away(now, actions) {
+            return;
+        }
+        actions.extend(self.low_batteries(now).into_iter().map(Action::Note));
+        let lost = self.newly_lost(now, actions);
+        let news = self.roster.news_of_lost(self.epoch, now).into_iter();
+        actions.extend(news.map(Action::Note));
+        actions.extend(resumed(&self.roster.newly_resumed()).map(Action::Note));
+        let given_up: BTreeSet<&str> = self.lost.iter().map(|lost| lost.robot.as_str()).collect();
+        let since = self.since.unwrap_or(now);
+        let implausible = self.plausibility.look(since, now, &given_up);
+        actions.extend(implausible.into_iter().map(Action::Note));
+        if let Some(robot) = lost.first() {
+            let cause = AbortCause::LostRobots { by_reason: by_reason(&lost) };
+            match (self.options.length, self.options.robot_lost) {
+                // The world stands still without it, and it is chance whether the simulator or the
+                // runner finds that first.
+                (RunLength::Lockstep { .. }, _) => {
+                    return self.end(Outcome::Void { reason: cause.to_string() }, now, actions);
+                }
+                (RunLength::RealTime { duration }, rule)
+                    if rule.ends_run(
+                        robot.after_s,
+                        duration.as_secs_f64(),
+                        self.options.judged,
+                    ) =>
+                {
+                    return self.abort(&cause, now, actions);
+                }
+                (RunLength::RealTime { .. }, _) => {}
+            }
+        }
+        if self.roster.all_lost() {
+            self.abort(&AbortCause::LostAll, now, actions);
+            return;
+        }
+        match self.options.length {
+            RunLength::RealTime { duration } => {
+                let is_over = self.elapsed(now) >= duration;
+                self.note_pose_gaps(duration.saturating_sub(self.elapsed(now)), now, actions);
+                if is_over || self.elapsed(now) >= FIRST_SAMPLE_TIMEOUT {
+                    self.need_samples(now, actions);
+                }
+                if is_over {
+                    self.end(Outcome::Completed, now, actions);
+                }
+            }
+            RunLength::Lockstep { steps } => self.await_recorded(steps, now, actions),
+        }
+    }
+
+    /// Batteries that have fallen below their limits in the run, each once.
+    fn low_batteries(&mut self, now: Duration) -> Vec<String> {
+        let limits = &self.options.expected.battery_min_v;
+        if limits.is_empty() {
+            return Vec::new();
+        }
+        let mut notes = Vec::new();
+        for (robot, status) in self.roster.recent_robots(now) {
+            match preflight::battery(&robot, &status, limits.get(&robot)) {
+                Some(problem @ Problem::BatteryLow { .. }) if self.low.insert(robot) => {
+                    notes.push(problem.to_string());
+                }
+                _ => {}
+            }
+        }
+        notes
+    }
+
+    /// Robots that were lost just now, which are noted.
+    fn newly_lost(&mut self, now: Duration, actions: &mut Vec<Action>) -> Vec<LostRobot> {
+        // In lockstep a lapse freezes the world and harms nothing; what the simulator reports on it
+        // comes first. In real time a robot needs a moment to receive that it may move; one that is
+        // silent may have been so since before the start, while the others move.
+        let lapse = LOCKSTEP_GRACE + NODE_TIMEOUT;
+        // A robot whose lease ran out stands, and latches if it is not let go on in time.
+        let paused = RESUME_TIMEOUT + NODE_TIMEOUT;
+        let (timeouts, length) = match self.options.length {
+            RunLength::Lockstep { .. } => {
+                let timeouts = LossTimeouts { standing: lapse, paused: lapse, silent: lapse };
+                (timeouts, Duration::MAX)
+            }
+            RunLength::RealTime { duration } => {
+                let is_starting = self.elapsed(now) < NODE_TIMEOUT;
+                let standing = if is_starting { NODE_TIMEOUT } else { Duration::ZERO };
+                let silent = SILENCE_TIMEOUT.saturating_sub(NODE_TIMEOUT);
+                (LossTimeouts { standing, paused, silent }, duration)
+            }
+        };
+        let lost = self.roster.newly_lost(self.epoch, timeouts, most_paused(length), now);
+        self.note_losses(lost, now, actions)
+    }
+
+    /// Notes that robots were lost, and why.
+    fn note_losses(
+        &mut self,
+        lost: Vec<(String, String)>,
+        now: Duration,
+        actions: &mut Vec<Action>,
+    ) -> Vec<LostRobot> {
+        if !lost.is_empty() {
+            let ours = preflight::too_slow(self.start_check.behind_s());
+            actions.extend(ours.map(|problem| Action::Note(problem.to_string())));
+        }
+        let notes = lost.iter().map(|(robot, reason)| format!("lost {robot}: {reason}"));
+        actions.extend(notes.map(Action::Note));
+        let after_s = self.elapsed(now).as_secs_f64();
+        let lost = lost.into_iter();
+        let lost: Vec<_> =
+            lost.map(|(robot, reason)| LostRobot { robot, after_s, reason }).collect();
+        self.lost.extend(lost.iter().cloned());
+        lost
+    }
+
+    /// Notes at once that a run will not be labelled; one that needs no poses is none.
+    fn note_pose_gaps(&mut self, left: Duration, now: Duration, actions: &mut Vec<Action>) {
+        if self.options.samples.contains(&SampleKind::Pose) {
+            let news =
+                self.pose_gaps.news(self.roster.pose_silences(now), left, self.options.judged);
+            actions.extend(news.into_iter().map(Action::Note));
+        }
+    }
+
+    /// A robot without detections has not moved by them, and one without poses cannot be judged: a
+    /// run in which either never came is none.
+    fn need_samples(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        let missing = self.roster.without_samples(&self.options.samples).into_iter();
+        let problems: Vec<_> =
+            missing.map(|(robot, kind)| Failure::NoSample { robot, kind }).collect();
+        if !problems.is_empty() {
+            self.fail(problems, now, actions);
+        }
+    }
+
+    fn await_recorded(&mut self, steps: u64, now: Duration, actions: &mut Vec<Action>) {
+        let Some(simulated_at) = self.simulated_at else { return };
+        if self.recorded >= steps {
+            self.end(Outcome::Completed, now, actions);
+        } else if now.saturating_sub(simulated_at) >= RECORDER_TIMEOUT {
+            let reason = format!("took step {}, expected {steps}", self.recorded);
+            self.fail_recorder(reason, now, actions);
+        }
+    }
+
+    fn await_standing(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        let since = self.since.unwrap_or(now);
+        self.not_standing = self.roster.not_standing(self.epoch, since);
+        if self.not_standing.is_empty() {
+            self.close(now, actions);
+        } else if self.elapsed(now) >= STAND_TIMEOUT {
+            actions.push(Action::Note(format!(
+                "not confirmed to stand after {} s: {}",
+                STAND_TIMEOUT.as_secs(),
+                self.not_standing.join(", ")
+            )));
+            self.close(now, actions);
+        }
+    }
+
+    fn close(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        self.enter(Phase::Close, now);
+        if self.recorder_opened {
+            actions.push(Action::CloseRecorder);
+        } else {
+            self.finish(now, actions);
+        }
+    }
+
+    fn await_closed(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.recorder_closed {
+            self.finish(now, actions);
+        } else if let Some(stuck) = self.closing.is_stuck(self.since.unwrap_or(now), now) {
+            self.fail_recorder(stuck, now, actions);
+            self.finish(now, actions);
+        }
+    }
+
+    fn finish(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        self.enter(Phase::Done, now);
+        let outcome = self.outcome.clone().expect("only `end` leads to the phases after it");
+        actions.push(Action::Finish { outcome, not_standing: self.not_standing.clone() });
+    }
 }
 
-impl Closing {
-    /// Somebody wants the run to end; returns whether it is not for the first time.
-    fn interrupt(&mut self) -> bool {
-        std::mem::replace(&mut self.is_interrupted, true)
-    }
-
-    /// Takes a word of the recorder, and returns a note for the operator if one is due.
-    fn receive(&mut self, done: u64, left_bytes: u64, now: Duration) -> Option<String> {
-        self.left_bytes = left_bytes;
-        if self.done.is_none_or(|(before, _)| before != done) {
-            self.done = Some((done, now));
-        }
-        let last = *self.noted.get_or_insert(now);
-        if now.saturating_sub(last) < NOTE_PERIOD {
-            return None;
-        }
-        self.noted = Some(now);
-        Some(format!("closing the bag, {} left", self.left()))
-    }
-
-    /// Why a bag that began to be closed at `since` is given up, if nothing was written for too long.
-    fn is_stuck(&self, since: Duration, now: Duration) -> Option<String> {
-        let last = self.done.map_or(since, |(_, at)| at.max(since));
-        (now.saturating_sub(last) >= RECORDER_TIMEOUT).then(|| {
-            format!(
-                "nothing was written for {} s, {} left",
-                RECORDER_TIMEOUT.as_secs(),
-                self.left()
-            )
-        })
-    }
-
-    /// What is still to be written, in words.
-    fn left(&self) -> String {
-        format!("{} MB", self.left_bytes.div_ceil(1_000_000))
-    }
+/// Robots that go on after their leases had run out, as a note for the operator.
+fn resumed(robots: &[(String, Duration)]) -> Option<String> {
+    let longest = robots.iter().map(|(_, stood)| *stood).max()?;
+    let names = names(&robots.iter().map(|(robot, _)| robot.as_str()).collect::<Vec<_>>());
+    let (goes, whose) =
+        if robots.len() == 1 { ("goes", "its lease") } else { ("go", "their leases") };
+    let stood_s = longest.as_secs_f64();
+    Some(format!("{names} {goes} on, and stood for at most {stood_s:.1} s: {whose} ran out"))
 }
 
 #[cfg(test)]
