@@ -8,7 +8,7 @@ use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_pipeline::answer::BestSetting;
-use rsrs_pipeline::choose::{CONFIRM, Chosen, NoViableCell, Options, write};
+use rsrs_pipeline::choose::{CONFIRM, Chosen, NoViableCell, SearchOptions, write};
 use rsrs_pipeline::execution::Execution;
 use rsrs_pipeline::{answer, diagnose};
 use rsrs_render::choice::{NoViableCellJson, none_viable, reason, viable};
@@ -61,9 +61,9 @@ pub fn runs(name: &str, n: u64) -> PyResult<u64> {
 }
 
 impl Setting {
-    pub fn options(self, execution: Execution<'_>) -> Options<'_> {
+    pub fn options(self, execution: Execution<'_>) -> SearchOptions<'_> {
         let Self { wanted, robots, confirm } = self;
-        Options { robots, wanted, confirm, execution }
+        SearchOptions { robots, wanted, confirm, execution }
     }
 }
 
@@ -287,7 +287,7 @@ pub fn answer_all(
     let replicates = runs("replicates", replicates)?;
     let progress = Progress::new(progress)?;
     work(py, threads, &progress, |execution| {
-        let options = answer::Options {
+        let options = answer::AnswerOptions {
             sweep: path_of(sweep.as_ref()),
             other_profile: OtherProfile::from(other_profile),
             replicates,
@@ -390,7 +390,7 @@ pub fn diagnose_all(
     let costs: Vec<(Axis, f64)> = costs.collect::<PyResult<_>>()?;
     let progress = Progress::new(progress)?;
     work(py, threads, &progress, |execution| {
-        let options = diagnose::Options {
+        let options = diagnose::DiagnoseOptions {
             sweep: path_of(sweep.as_ref()),
             costs: &costs,
             best: setting.options(execution),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use rsrs_core::comparison::MARGIN;
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_pipeline::compare::{Options, compare};
+use rsrs_pipeline::compare::{CompareOptions, compare};
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::Labeller;
 use rsrs_render::comparison::{Report, text, verdict_name};
@@ -60,7 +60,7 @@ fn options(
     labels: &str,
     margin: Option<f64>,
     (with_lost_robots, with_implausible, other_profile): (bool, bool, bool),
-) -> PyResult<Options> {
+) -> PyResult<CompareOptions> {
     if bags.is_empty() {
         return Err(refused("no bags, expected at least one"));
     }
@@ -69,7 +69,7 @@ fn options(
     }
     let labels: Labeller = labels.parse().map_err(refused)?;
     let other_profile = OtherProfile::from(other_profile);
-    Ok(Options {
+    Ok(CompareOptions {
         bags,
         labels,
         with_lost_robots,

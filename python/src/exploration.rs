@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use rsrs_core::conditions::Walls;
-use rsrs_pipeline::explore::{self, CONTROLLERS, DURATION_S, Files, Options, REPLICATES};
+use rsrs_pipeline::explore::{self, CONTROLLERS, DURATION_S, ExploreOptions, Files, REPLICATES};
 use rsrs_render::explored;
 use rsrs_sim::exploration::space::Directions;
 
@@ -157,7 +157,7 @@ pub fn explore_all(
     }
     let progress = Progress::new(progress)?;
     work(py, threads, &progress, |execution| {
-        let options = Options {
+        let options = ExploreOptions {
             wanted,
             controller: read.controller.as_ref(),
             world: read.world.as_ref(),

@@ -421,7 +421,7 @@ pub fn validate_sweep(
     if n_robots > MOST_ROBOTS {
         return Err(refused(format!("robots is {n_robots}, expected from 200 to {MOST_ROBOTS}")));
     }
-    let options = validate::Options {
+    let options = validate::ValidateOptions {
         trajectories: tables.all(&trajectories)?,
         detection: tables.optional(detection, "detection.csv")?,
         stand_in: if simulated { StandIn::Allowed } else { StandIn::Refused },

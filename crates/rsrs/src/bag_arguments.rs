@@ -41,11 +41,11 @@ pub struct BagArguments {
 
 impl BagArguments {
     /// What is compared, and how.
-    pub fn of(&self, bags: &[PathBuf]) -> compare::Options {
+    pub fn of(&self, bags: &[PathBuf]) -> compare::CompareOptions {
         let Self { labels, with_lost_robots, with_implausible, margin, poses, other } =
             self.clone();
         let (bags, other_profile) = (bags.to_vec(), other.profile());
-        compare::Options {
+        compare::CompareOptions {
             bags,
             labels,
             with_lost_robots,

@@ -1,6 +1,6 @@
 //! How the best setting of robots is looked for, on the command line.
 
-use rsrs_pipeline::choose::{CONFIRM, Options};
+use rsrs_pipeline::choose::{CONFIRM, SearchOptions};
 
 use crate::progress::execution;
 
@@ -22,8 +22,8 @@ pub struct SettingArguments {
 
 impl SettingArguments {
     /// The same for the search.
-    pub fn options(self, wanted: f64) -> anyhow::Result<Options<'static>> {
+    pub fn options(self, wanted: f64) -> anyhow::Result<SearchOptions<'static>> {
         let Self { robots, confirm, threads } = self;
-        Ok(Options { robots, wanted, confirm, execution: execution(threads)? })
+        Ok(SearchOptions { robots, wanted, confirm, execution: execution(threads)? })
     }
 }

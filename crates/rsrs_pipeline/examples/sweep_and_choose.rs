@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use rsrs_pipeline::choose::{CONFIRM, Chosen, Options, choose};
+use rsrs_pipeline::choose::{CONFIRM, Chosen, SearchOptions, choose};
 use rsrs_pipeline::execution::Execution;
 use rsrs_pipeline::sweep;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
@@ -19,7 +19,7 @@ fn main() -> anyhow::Result<()> {
     let source = ResolvedSweep::read(Path::new(file))?;
     // `rsrs_render::picture::into_folder` in this place draws the diagram.
     sweep::sweep_into(folder, file, source, execution, |_, _| Ok(()))?;
-    let options = Options { robots: None, wanted: 0.8, confirm: CONFIRM, execution };
+    let options = SearchOptions { robots: None, wanted: 0.8, confirm: CONFIRM, execution };
     match choose(folder, options)? {
         Chosen::Viable(choice) => println!("{}: {:.2} of fresh runs", choice.cell, choice.b_s),
         Chosen::NoViableCell(none) => println!("no viable cell; the best is {}", none.best.cell),

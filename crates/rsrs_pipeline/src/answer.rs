@@ -25,7 +25,7 @@ use crate::best_setting::{self, Subject};
 
 /// What is asked.
 #[derive(Clone, Copy)]
-pub struct Options<'a> {
+pub struct AnswerOptions<'a> {
     /// Sweep file, or the folder of a sweep, whose settings are tried; else a built-in grid is.
     pub sweep: Option<&'a Path>,
     /// What to do if that is of robots with another profile.
@@ -33,7 +33,7 @@ pub struct Options<'a> {
     /// Runs of each point of a curve, in each world; at least 1.
     pub replicates: u64,
     /// How the recommendation is looked for.
-    pub best: best_setting::Options<'a>,
+    pub best: best_setting::SearchOptions<'a>,
 }
 
 /// Runs of each point of a curve where nothing else is asked for.
@@ -168,7 +168,7 @@ const OF_ITS_NUMBERS: &str = "How exact do the numbers of the controller need to
 ///
 /// The path is that of a profile, a sweep file, or the folder of a sweep; of the latter two the
 /// robot, how it is made worse, and the settings are taken.
-pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
+pub fn answer(path: &Path, options: AnswerOptions<'_>) -> anyhow::Result<Answers> {
     let robots = options.best.robots;
     let mut subject = Subject::read(path, (options.sweep, options.other_profile), robots)?;
     let other_profile = subject.other_profile.take();

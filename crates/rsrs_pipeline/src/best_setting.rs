@@ -35,7 +35,7 @@ pub const CONFIRM: u64 = 1000;
 
 /// How the best setting is looked for.
 #[derive(Clone, Copy)]
-pub struct Options<'a> {
+pub struct SearchOptions<'a> {
     /// How many robots there are; else as many as `fleet.yaml` beside a profile has, and any number that
     /// is tried if there is none.
     pub robots: Option<usize>,
@@ -90,7 +90,7 @@ pub struct BestSetting {
 
 impl BestSetting {
     /// Looks for it among the settings of a sweep.
-    pub fn new(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Self> {
+    pub fn new(result: &SweepResult, options: SearchOptions<'_>) -> anyhow::Result<Self> {
         let Best { choice, .. } = best(result, options)?;
         let (b_s, b_s_low) = choice.least();
         Ok(Self {
@@ -114,7 +114,7 @@ impl BestSetting {
 /// may be viable, the one in which most runs came to the wanted phase.
 ///
 /// What else is worth knowing of it is run, too: a denser start, and other numbers of robots.
-pub fn best(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Best> {
+pub fn best(result: &SweepResult, options: SearchOptions<'_>) -> anyhow::Result<Best> {
     let (worlds, kind) = (result.worlds()?, result.source.sweep.interval_kind());
     let mut candidates = rank(worlds, kind, options.wanted);
     let n_candidates = candidates.len();
@@ -141,7 +141,7 @@ pub fn best(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Best> 
 fn confirmed(
     source: &ResolvedSweep,
     (candidate, n_tried): (&Candidate, u64),
-    options: Options<'_>,
+    options: SearchOptions<'_>,
 ) -> anyhow::Result<Choice> {
     let fresh = |source: &ResolvedSweep| {
         confirm(&[source.conditions_of(candidate.index)?], source, (options.confirm, options))
@@ -162,7 +162,7 @@ fn confirmed(
 pub fn confirm(
     conditions: &[Conditions],
     source: &ResolvedSweep,
-    (replicates, options): (u64, Options<'_>),
+    (replicates, options): (u64, SearchOptions<'_>),
 ) -> anyhow::Result<Swept> {
     let runs = (confirmation_seed(source.sweep.seed), replicates);
     options.execution.simulate("confirming", conditions, runs, source.sweep.duration_s)
@@ -228,7 +228,7 @@ impl Subject {
 
     /// What comes of its settings, those left out in which its robots do not find a place; of a
     /// folder what was swept.
-    pub fn swept(self, path: &Path, options: Options<'_>) -> anyhow::Result<SweepResult> {
+    pub fn swept(self, path: &Path, options: SearchOptions<'_>) -> anyhow::Result<SweepResult> {
         let result = match self.swept {
             Some(result) => SweepResult { source: self.source, ..result },
             None => sweep_in_memory(&path.display().to_string(), self.source, options.execution)?,

@@ -21,7 +21,7 @@ use crate::sweep::result::SweepResult;
 use crate::sweep::settling;
 use crate::sweep::source::ResolvedSweep;
 
-pub use crate::best_setting::{CONFIRM, Options};
+pub use crate::best_setting::{CONFIRM, SearchOptions};
 
 /// What came of choosing.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ pub struct BestSwept {
 
 /// Chooses the best setting of the sweep in a folder, by the search of `best_setting`. Whether that
 /// is settled at the duration of the sweep is part of the choice.
-pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
+pub fn choose(folder: &Path, options: SearchOptions<'_>) -> anyhow::Result<Chosen> {
     let whole = folder::read(folder)?;
     let digest = whole.source.digest();
     let result = whole.of_robots(options.robots)?;
@@ -93,7 +93,7 @@ pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
 }
 
 impl BestSwept {
-    fn new(result: &SweepResult, options: Options<'_>) -> anyhow::Result<Self> {
+    fn new(result: &SweepResult, options: SearchOptions<'_>) -> anyhow::Result<Self> {
         let kind = result.source.sweep.interval_kind();
         let best = most_frequent(result.worlds()?, kind, options.wanted);
         let DiagramCell { cell, counts } = result.diagram.cells[best.index].clone();

@@ -31,7 +31,7 @@ use crate::sweep::result::SweepResult;
 
 /// Which runs are compared with a sweep, and how.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct CompareOptions {
     /// Bags of runs: rosbag2 folders or single `.mcap` files.
     pub bags: Vec<PathBuf>,
     /// Whose labels of them count.
@@ -95,7 +95,7 @@ pub struct Runs {
 ///
 /// Bags that are of another experiment, or cannot be read, are an error that has all of them, each
 /// with its reason.
-pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Comparison> {
+pub fn compare(folder: &Path, options: &CompareOptions) -> anyhow::Result<Comparison> {
     let result = folder::read(folder)?;
     let prediction = Prediction::new(folder, &result)?;
     let cell = |index: usize| &result.diagram.cells[index].cell;
@@ -186,7 +186,7 @@ fn not_run(result: &SweepResult, prediction: &Prediction<'_>, run: &[CellRuns]) 
     left.collect()
 }
 
-fn label(run: &Admitted, options: &Options) -> anyhow::Result<Labelled> {
+fn label(run: &Admitted, options: &CompareOptions) -> anyhow::Result<Labelled> {
     match &options.labels {
         Labeller::Judge => {
             label_bag(&run.bag, LabelOptions { poses: options.poses, ..LabelOptions::default() })
@@ -196,7 +196,7 @@ fn label(run: &Admitted, options: &Options) -> anyhow::Result<Labelled> {
 }
 
 /// Why a labelled run shows something else than its swarm, unless that counts.
-fn implausible(labelled: &Labelled, options: &Options) -> Option<(Cause, String)> {
+fn implausible(labelled: &Labelled, options: &CompareOptions) -> Option<(Cause, String)> {
     let found: Vec<&str> = labelled.implausible.iter().map(|found| found.text.as_str()).collect();
     let is_left_out = !found.is_empty() && !options.with_implausible;
     is_left_out.then(|| (Cause::Implausible, found.join("; ")))

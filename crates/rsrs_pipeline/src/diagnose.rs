@@ -22,13 +22,13 @@ use improvement::savings;
 
 /// What is asked.
 #[derive(Clone, Copy)]
-pub struct Options<'a> {
+pub struct DiagnoseOptions<'a> {
     /// Sweep file, or the folder of a sweep, whose settings are tried; else a built-in grid is.
     pub sweep: Option<&'a Path>,
     /// What a change costs, by axis; changes are put in order by it.
     pub costs: &'a [(Axis, f64)],
     /// How the best setting is looked for.
-    pub best: best_setting::Options<'a>,
+    pub best: best_setting::SearchOptions<'a>,
 }
 
 /// What is wrong with a robot, or nothing.
@@ -128,7 +128,7 @@ pub struct Spare {
 ///
 /// The path is that of a profile, a sweep file, or the folder of a sweep; of the latter two the
 /// robot, how it is made worse, and the settings are taken.
-pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> {
+pub fn diagnose(path: &Path, options: DiagnoseOptions<'_>) -> anyhow::Result<Diagnosis> {
     for (axis, cost) in options.costs {
         anyhow::ensure!(
             cost.is_finite() && *cost >= 0.0,
@@ -173,7 +173,7 @@ fn tried(result: &SweepResult) -> Vec<Tried> {
 /// The robots as measured in their best setting, on fresh seeds; `None` if they are not made worse.
 fn as_measured(
     result: &SweepResult,
-    options: best_setting::Options<'_>,
+    options: best_setting::SearchOptions<'_>,
 ) -> anyhow::Result<Option<AsMeasured>> {
     let (Some(diagram), Some(source)) = (&result.as_measured, result.source.as_measured()) else {
         return Ok(None);

@@ -39,7 +39,7 @@ use trial::TestBed;
 
 /// What is searched for, with which robots.
 #[derive(Clone, Copy)]
-pub struct Options<'a> {
+pub struct ExploreOptions<'a> {
     /// A behaviour, or all that differ.
     pub wanted: Option<Behaviour>,
     /// The table whose numbers are searched, checked for these robots; `None` for two commands.
@@ -234,7 +234,11 @@ impl Explored {
 ///
 /// The robots of the profile are made worse by the usual factors. Results go into `folder`; what an
 /// interrupted search has left in it is gone on with.
-pub fn explore(profile: &Path, folder: &Path, options: &Options) -> anyhow::Result<Explored> {
+pub fn explore(
+    profile: &Path,
+    folder: &Path,
+    options: &ExploreOptions,
+) -> anyhow::Result<Explored> {
     let measured = read_profile(profile)?;
     let test_bed = TestBed::new(&measured, options)?;
     let settings = Settings::new(options, &test_bed);

@@ -21,7 +21,7 @@ use crate::sweep::result::SweepResult;
 
 /// What is asked.
 #[derive(Clone)]
-pub struct Options<'a> {
+pub struct PlanOptions<'a> {
     /// Cells in which runs are planned; if none are named, the chosen one.
     pub cells: Vec<Cell>,
     /// By how much real robots may mill less often, as for [`crate::compare::compare`].
@@ -87,7 +87,10 @@ pub struct PlannedRuns {
 /// # Errors
 ///
 /// If a cell was not swept or is named twice, or no cell is named and none was chosen.
-pub fn plan_experiments(folder: &Path, options: &Options) -> anyhow::Result<PlannedExperiments> {
+pub fn plan_experiments(
+    folder: &Path,
+    options: &PlanOptions,
+) -> anyhow::Result<PlannedExperiments> {
     let subject = Subject::read(folder, options)?;
     let planned: Vec<PlannedCell> = subject.cells.iter().map(|(_, planned)| *planned).collect();
     let mut generator = ChaCha8Rng::seed_from_u64(subject.seed);
@@ -118,7 +121,7 @@ struct Subject {
 }
 
 impl Subject {
-    fn read(folder: &Path, options: &Options) -> anyhow::Result<Self> {
+    fn read(folder: &Path, options: &PlanOptions) -> anyhow::Result<Self> {
         let result = folder::read(folder)?;
         let prediction = Prediction::new(folder, &result)?;
         let cells = cells(folder, &result, &prediction, options)?;
@@ -156,7 +159,7 @@ fn cells(
     folder: &Path,
     result: &SweepResult,
     prediction: &Prediction<'_>,
-    options: &Options<'_>,
+    options: &PlanOptions<'_>,
 ) -> anyhow::Result<Vec<usize>> {
     if options.cells.is_empty() {
         let chosen = prediction.chosen.as_ref().map(|(index, _)| vec![*index]);
@@ -175,7 +178,7 @@ fn cells(
 fn as_measured(
     result: &SweepResult,
     cells: &[usize],
-    options: &Options<'_>,
+    options: &PlanOptions<'_>,
 ) -> anyhow::Result<Vec<Share>> {
     let source = result.source.as_measured();
     let source = source.as_ref().unwrap_or(&result.source);

@@ -64,7 +64,7 @@ pub fn sweep_into(
         .adaptive
         .map(|adaptive| Schedule::new(adaptive, plan.runs.replicates, &plan.cells));
     match sweeping.rounds(schedule.as_ref()) {
-        Ok(Swept { counts, rounds }) => {
+        Ok(SweptRounds { counts, rounds }) => {
             let result = plan.result(source, &counts);
             let work = plan.numbered(&rounds);
             let command = unfinished::command(folder);
@@ -245,7 +245,7 @@ struct Sweeping<'a> {
     execution: Execution<'a>,
 }
 
-struct Swept {
+struct SweptRounds {
     /// Shape `[n_cells]`.
     counts: Vec<PhaseCounts>,
     rounds: Vec<Round>,
@@ -278,9 +278,9 @@ impl Sweeping<'_> {
     }
 
     /// Goes through the rounds: a single one, unless the sweep is adaptive.
-    fn rounds(&self, schedule: Option<&Schedule>) -> Result<Swept, Failure> {
+    fn rounds(&self, schedule: Option<&Schedule>) -> Result<SweptRounds, Failure> {
         let counter = self.execution.observer.count("sweeping", "runs");
-        let mut swept = Swept {
+        let mut swept = SweptRounds {
             counts: vec![PhaseCounts::default(); self.plan.conditions.len()],
             rounds: Vec::new(),
         };

@@ -26,7 +26,7 @@ use file::{Judged, ValidationReport};
 
 /// What a simulated robot is compared with.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct ValidateOptions {
     /// Real trajectories of robots that drive alone, or push one object: tables, or bags.
     pub trajectories: Vec<PathBuf>,
     /// Table of detections.
@@ -84,7 +84,7 @@ pub struct Case {
 /// # Errors
 ///
 /// If the sweep has several simulated robots and `at` and `class` do not name one.
-pub fn validate(sweep: &Path, options: &Options) -> anyhow::Result<Validated> {
+pub fn validate(sweep: &Path, options: &ValidateOptions) -> anyhow::Result<Validated> {
     let swept = if sweep.is_dir() { Some(folder::read(sweep)?) } else { None };
     let source = match &swept {
         Some(swept) => swept.source.clone(),
@@ -96,7 +96,7 @@ pub fn validate(sweep: &Path, options: &Options) -> anyhow::Result<Validated> {
 }
 
 /// Reads what is compared; errors call the sweep `name`.
-fn read(name: &str, source: ResolvedSweep, options: &Options) -> anyhow::Result<Case> {
+fn read(name: &str, source: ResolvedSweep, options: &ValidateOptions) -> anyhow::Result<Case> {
     let source = judged_source(name, source, options.class.as_deref())?;
     let at = options.at.clone();
     let conditions = judged_conditions(name, &source, &at)?;

@@ -11,7 +11,7 @@ use rsrs_core::comparison;
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::natural_order::natural_key;
 use rsrs_core::numerals::{counted, percent};
-use rsrs_pipeline::compare::{Options, compare};
+use rsrs_pipeline::compare::{CompareOptions, compare};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_view::report::{ReportPage, Slice, Verdict, VerdictMark, html as write};
@@ -24,7 +24,10 @@ use crate::wording::{capitalised, quantity, robot_names};
 /// Compares runs with the sweep of a folder, if there are some, and shows both on a page that needs
 /// no other file: a diagram whose cells respond with their numbers and one of their runs in motion,
 /// and every real run in motion beside its order parameters.
-pub fn html(folder: &Path, runs: Option<&Options>) -> anyhow::Result<(String, Option<Comparison>)> {
+pub fn html(
+    folder: &Path,
+    runs: Option<&CompareOptions>,
+) -> anyhow::Result<(String, Option<Comparison>)> {
     let result = folder::read(folder)?;
     let choice = folder::read_choice(folder)?;
     let mut comparison = runs.map(|runs| compare(folder, runs).map(Comparison::new)).transpose()?;

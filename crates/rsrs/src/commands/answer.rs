@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
-use rsrs_pipeline::answer::{Options, REPLICATES, answer};
+use rsrs_pipeline::answer::{AnswerOptions, REPLICATES, answer};
 use rsrs_render::answers::{json, text};
 use rsrs_render::picture::of_answers;
 
@@ -58,7 +58,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
-    let options = Options {
+    let options = AnswerOptions {
         sweep: arguments.sweep.as_deref(),
         other_profile: arguments.other.profile(),
         replicates: arguments.replicates,

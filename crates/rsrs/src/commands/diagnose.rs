@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
 use rsrs_core::quantity::Axis;
-use rsrs_pipeline::diagnose::{Options, diagnose};
+use rsrs_pipeline::diagnose::{DiagnoseOptions, diagnose};
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
@@ -58,7 +58,7 @@ fn cost(text: &str) -> Result<(Axis, f64), String> {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let options = Options {
+    let options = DiagnoseOptions {
         sweep: arguments.sweep.as_deref(),
         costs: &arguments.cost,
         best: arguments.setting.options(arguments.b_s)?,

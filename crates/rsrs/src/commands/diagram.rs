@@ -121,7 +121,7 @@ impl Arguments {
         if self.bags.is_empty() {
             return Ok(Vec::new());
         }
-        let options = compare::Options {
+        let options = compare::CompareOptions {
             bags: self.bags.clone(),
             labels: self.labels.clone(),
             with_lost_robots: false,

@@ -158,7 +158,7 @@ impl DryRun<'_> {
         let watched = execution(self.arguments.threads)?;
         let result = sweep_into(&sweep, &name, source, watched, picture::into_folder)?;
         self.print(swept(&result))?;
-        let options = choose::Options {
+        let options = choose::SearchOptions {
             robots: None,
             wanted: VIABLE_B_S_LOW,
             confirm: choose::CONFIRM,
@@ -181,7 +181,7 @@ impl DryRun<'_> {
         let experiments = self.run_experiments(&files, &sweep, &choice)?;
         let counted = experiments.iter().filter(|run| run.ending == EndingKind::Completed);
         let bags = counted.filter_map(|summary| summary.bag.clone()).collect();
-        let runs = compare::Options {
+        let runs = compare::CompareOptions {
             bags,
             labels: Labeller::Judge,
             with_lost_robots: false,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Files, Options, REPLICATES, explore};
+use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, ExploreOptions, Files, REPLICATES, explore};
 use rsrs_pipeline::sweep::source::behaviour;
 use rsrs_sim::exploration::space::Directions;
 
@@ -113,7 +113,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             "give the side of a square in metres, as in `--arena 3`, or the world an `arena`",
         )));
     }
-    let options = Options {
+    let options = ExploreOptions {
         wanted: arguments.behaviour,
         controller: read.controller.as_ref(),
         world: read.world.as_ref(),

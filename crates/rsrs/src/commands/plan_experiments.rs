@@ -9,7 +9,7 @@ use rsrs_files::quoted;
 use rsrs_pipeline::files::experiment_file_beside;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::plan_experiments::fixed::plan_campaign;
-use rsrs_pipeline::plan_experiments::{Options, REPLICATES, WANTED, plan_experiments};
+use rsrs_pipeline::plan_experiments::{PlanOptions, REPLICATES, WANTED, plan_experiments};
 use rsrs_render::planned_experiments::{campaign_text, json, text};
 use rsrs_render::wording::shell::{experiment_beside, free_beside};
 
@@ -70,7 +70,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let options = Options {
+    let options = PlanOptions {
         cells: arguments.cell.clone(),
         margin: arguments.margin,
         wanted: arguments.decided,
@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// Plans a campaign of a number of runs that is fixed, and writes its file.
-fn fixed(arguments: &Arguments, options: &Options) -> anyhow::Result<Outcome> {
+fn fixed(arguments: &Arguments, options: &PlanOptions) -> anyhow::Result<Outcome> {
     let folder = &arguments.folder;
     let experiment = arguments.output.as_ref().map(|output| {
         let there = experiment_file_beside(folder).with_context(|| {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use rsrs_core::quantity::Cell;
-use rsrs_pipeline::validate::{Options, StandIn, validate};
+use rsrs_pipeline::validate::{StandIn, ValidateOptions, validate};
 use rsrs_render::validation::{text, write};
 use rsrs_sim::reachable_set::ReachOptions;
 
@@ -70,7 +70,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let usual = ReachOptions::default();
-    let options = Options {
+    let options = ValidateOptions {
         trajectories: arguments.trajectories.clone(),
         detection: arguments.detection.clone(),
         stand_in: if arguments.simulated { StandIn::Allowed } else { StandIn::Refused },

@@ -11,7 +11,7 @@ use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::ReplicateOutcome;
 
 use super::reason::{Edge, Why};
-use super::{Options, Point, Quantity, Range};
+use super::{AnswerOptions, Point, Quantity, Range};
 use crate::best_setting::search::{Changes, Search};
 
 /// Numbers of robots that are tried.
@@ -35,7 +35,7 @@ const NUMBER_STEPS: u32 = 24;
 const LATENCIES: std::ops::RangeInclusive<u32> = 0..=12;
 
 /// A value, and how runs with it end in the world in which mills are rarer.
-pub struct Swept {
+pub struct TriedValue {
     /// The value.
     pub value: f64,
     /// How its runs end.
@@ -51,7 +51,7 @@ pub fn quantity(
     search: &Search<'_>,
     cell: &Cell,
     axis: Axis,
-    options: Options<'_>,
+    options: AnswerOptions<'_>,
 ) -> anyhow::Result<Option<Quantity>> {
     let settings = search.settings.with_cell(cell);
     let named = settings.controller.as_ref().and_then(|table| table.number(axis));
@@ -90,8 +90,8 @@ fn swept(
     search: &Search<'_>,
     cell: &Cell,
     (axis, values): (Axis, &[f64]),
-    options: Options<'_>,
-) -> anyhow::Result<Vec<Swept>> {
+    options: AnswerOptions<'_>,
+) -> anyhow::Result<Vec<TriedValue>> {
     let mut possible = Vec::new();
     for value in values {
         let (changes, cell) = if axis.is_capability() {
@@ -115,7 +115,7 @@ fn swept(
     let swept = possible.into_iter().enumerate().zip(counts.chunks(2)).map(
         |((index, (value, [harsher, _])), counts)| {
             let ring_m = ring_m(&ran.outcomes, 2 * index);
-            Swept { value, phases: rarer(counts), harsher, ring_m }
+            TriedValue { value, phases: rarer(counts), harsher, ring_m }
         },
     );
     Ok(swept.collect())

@@ -3,7 +3,7 @@
 use rsrs_core::diagram::theory::Condition;
 use rsrs_core::judge::counts::PhaseCounts;
 
-use super::curve::Swept;
+use super::curve::TriedValue;
 use crate::swarm::Swarm;
 
 /// Why a range ends where it does.
@@ -43,7 +43,7 @@ const RARE: f64 = 0.5;
 impl Edge {
     /// The end of a range, of what was tried from the recommendation outward, itself first: the
     /// first `n_inside` belong to the range, and not all do.
-    pub fn new(outward: &[&Swept], n_inside: usize) -> Self {
+    pub fn new(outward: &[&TriedValue], n_inside: usize) -> Self {
         let first = outward[n_inside];
         let is_rare = |index: &usize| milling(outward[*index]) < RARE * milling(outward[0]);
         let rare = (n_inside..outward.len()).find(is_rare);
@@ -57,12 +57,12 @@ impl Edge {
 
 /// The condition for an ideal ring that ceases to hold between values with which robots mill and one beyond
 /// them.
-fn broken(mills: &[&Swept], beyond: &Swept) -> Option<(Swarm, Condition)> {
-    let is_ideal = |swept: &&Swept| {
+fn broken(mills: &[&TriedValue], beyond: &TriedValue) -> Option<(Swarm, Condition)> {
+    let is_ideal = |swept: &&TriedValue| {
         let swarm = Swarm::new(&swept.harsher);
         swarm.zip(swept.ring_m).is_some_and(|(swarm, ring_m)| swarm.is_ring(ring_m))
     };
-    let meets = |swept: &Swept, condition| {
+    let meets = |swept: &TriedValue, condition| {
         Swarm::new(&swept.harsher).and_then(|swarm| swarm.meets(condition)) == Some(true)
     };
     let breaks = |condition: &Condition| {
@@ -73,13 +73,13 @@ fn broken(mills: &[&Swept], beyond: &Swept) -> Option<(Swarm, Condition)> {
     mills.iter().all(is_ideal).then_some((swarm, broken))
 }
 
-fn milling(swept: &Swept) -> f64 {
+fn milling(swept: &TriedValue) -> f64 {
     swept.phases.wanted_share()
 }
 
 impl Why {
     /// That robots mill too rarely even at the recommendation, and where more often.
-    pub fn nowhere(swept: &[Swept], at: Option<&Swept>) -> Self {
+    pub fn nowhere(swept: &[TriedValue], at: Option<&TriedValue>) -> Self {
         let Some(at) = at else { return Self::Nowhere { at: None, most: None } };
         let most = swept.iter().rev().max_by(|one, other| milling(one).total_cmp(&milling(other)));
         let most = most.filter(|most| milling(most) > milling(at));

@@ -6,7 +6,7 @@ use rsrs_core::diagram::choice::{Choice, DenserStart, OtherNumber};
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::SweepError;
 
-use super::{Best, Options, confirm};
+use super::{Best, SearchOptions, confirm};
 use crate::sweep::source::ResolvedSweep;
 
 /// Radii of discs over that of the setting's.
@@ -19,7 +19,11 @@ const HOPELESS: f64 = 0.1;
 const MORE: [isize; 4] = [-2, -1, 1, 2];
 
 /// Runs the setting with other starts and numbers, in both worlds.
-pub fn add(source: &ResolvedSweep, best: &mut Best, options: Options<'_>) -> anyhow::Result<()> {
+pub fn add(
+    source: &ResolvedSweep,
+    best: &mut Best,
+    options: SearchOptions<'_>,
+) -> anyhow::Result<()> {
     let mut worlds = vec![source.conditions_of(best.index)?];
     if let Some(measured) = source.as_measured() {
         worlds.push(measured.conditions_of(best.index)?);
@@ -35,7 +39,7 @@ struct Setting<'a> {
     source: &'a ResolvedSweep,
     /// The robots made worse, and as measured if those are others.
     worlds: Vec<Conditions>,
-    options: Options<'a>,
+    options: SearchOptions<'a>,
 }
 
 impl Setting<'_> {

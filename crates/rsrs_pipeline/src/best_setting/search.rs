@@ -9,7 +9,7 @@ use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, Swept, check, confirmation_seed};
 
-use super::Options;
+use super::SearchOptions;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
 
@@ -25,7 +25,7 @@ pub struct Search<'a> {
     /// What is the same in all of them.
     pub settings: Settings,
     /// What is wanted, and how.
-    pub options: Options<'a>,
+    pub options: SearchOptions<'a>,
 }
 
 /// Which robots are simulated.
@@ -91,7 +91,7 @@ pub const ATTEMPTS: u32 = 4;
 
 impl<'a> Search<'a> {
     /// Looks among the settings of a sweep.
-    pub fn new(result: &'a SweepResult, options: Options<'a>) -> anyhow::Result<Self> {
+    pub fn new(result: &'a SweepResult, options: SearchOptions<'a>) -> anyhow::Result<Self> {
         let source = &result.source;
         let cells: Vec<Cell> =
             result.diagram.cells.iter().map(|entry| entry.cell.clone()).collect();

@@ -18,7 +18,7 @@ use rsrs_sim::sweep::confirmation_seed;
 use super::folder::{CONTROLLER, Folder, PROFILE, STARTS, WORLD};
 use super::settings::in_folder;
 use super::trial::{self, Elsewhere, Name, Shown, TestBed, Trial};
-use super::{CONFIRM, Explored, FoundController, Options, ShownRun};
+use super::{CONFIRM, ExploreOptions, Explored, FoundController, ShownRun};
 use crate::files::{make_folder, write_file};
 
 /// Controllers of a gallery at most.
@@ -30,7 +30,7 @@ pub fn write(
     test_bed: &TestBed,
     open_folder: &Folder,
     trials: Vec<Trial>,
-    options: &Options,
+    options: &ExploreOptions,
 ) -> anyhow::Result<Explored> {
     let n_controllers = open_folder.journal.len().min(options.controllers);
     let seed = confirmation_seed(options.seed);
@@ -99,7 +99,7 @@ fn confirm(
     test_bed: &TestBed,
     mut trial: Trial,
     seed: u64,
-    options: &Options,
+    options: &ExploreOptions,
 ) -> anyhow::Result<Confirmed> {
     let mut shown = test_bed.confirm(&trial, (seed, CONFIRM), options)?;
     if shown.share.value() < trial::MOST && trial.name != Name::Other && options.wanted.is_none() {
@@ -138,7 +138,7 @@ fn sweep_text(
     test_bed: &TestBed,
     (trial, behaviour): (&Trial, Behaviour),
     found: &FoundController,
-    options: &Options,
+    options: &ExploreOptions,
 ) -> anyhow::Result<String> {
     let (axes, mut values) = axes(test_bed, trial);
     values.push((Axis::Robots, options.robots as f64));

@@ -12,7 +12,7 @@ use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_sim::exploration::niche::Niche;
 use rsrs_sim::exploration::space::Directions;
 
-use super::Options;
+use super::ExploreOptions;
 use super::folder::{PROFILE, SETTINGS};
 use super::settings::Settings;
 use super::trial::{Name, TestBed};
@@ -46,7 +46,7 @@ impl Judge {
         let settings: Settings =
             document::parse(&file.display().to_string(), &read_text(&file)?).map_err(helped)?;
         let has_arena = settings.world.as_ref().is_some_and(|world| world.arena.is_some());
-        let options = Options {
+        let options = ExploreOptions {
             wanted: settings.behaviour,
             controller: settings.controller.as_ref(),
             world: settings.world.as_ref(),
@@ -105,7 +105,7 @@ mod tests {
         let profile =
             concat!(env!("CARGO_MANIFEST_DIR"), "/../../launch_configs/profiles/flockbot.yaml");
         let folder = place.path().join("found");
-        let options = Options {
+        let options = ExploreOptions {
             wanted: None,
             controller: None,
             world: None,

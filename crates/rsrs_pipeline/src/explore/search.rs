@@ -8,7 +8,7 @@ use rsrs_sim::exploration::evolution_strategy::EvolutionStrategy;
 use rsrs_sim::exploration::space::Point;
 use rsrs_sim::sweep::{Progress, confirmation_seed};
 
-use super::Options;
+use super::ExploreOptions;
 use super::journal::Journal;
 use super::trial::{Name, TestBed, Trial};
 use crate::execution::RunCounter;
@@ -33,7 +33,7 @@ const LEAST_STEP: f64 = 0.02;
 pub fn search(
     test_bed: &TestBed,
     journal: &mut Journal,
-    options: &Options,
+    options: &ExploreOptions,
 ) -> anyhow::Result<Vec<Trial>> {
     let counter = options.execution.observer.count("searching", "controllers");
     let total = options.controllers;
@@ -77,7 +77,7 @@ fn surest(tried: &Tried, wanted: Behaviour) -> anyhow::Result<Vec<Trial>> {
 struct Tried<'a, 'b> {
     test_bed: &'a TestBed,
     journal: &'a mut Journal,
-    options: &'a Options<'b>,
+    options: &'a ExploreOptions<'b>,
     counter: &'a dyn RunCounter,
     trials: Vec<Trial>,
 }

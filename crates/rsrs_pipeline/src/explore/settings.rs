@@ -7,7 +7,7 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::world::WorldFile;
 use serde::{Deserialize, Serialize};
 
-use super::Options;
+use super::ExploreOptions;
 use super::folder::STARTS;
 use super::trial::TestBed;
 
@@ -48,7 +48,7 @@ pub struct Settings {
 impl Settings {
     /// Those of a search. How many controllers are tried is none of them: a longer search begins with a
     /// shorter one.
-    pub fn new(options: &Options, test_bed: &TestBed) -> Self {
+    pub fn new(options: &ExploreOptions, test_bed: &TestBed) -> Self {
         use rsrs_sim::exploration::space::Directions;
         Self {
             behaviour: options.wanted,

@@ -19,7 +19,7 @@ use rsrs_sim::sweep::{ReplicateOutcome, Runs, Swept, Watch, check, sweep_measuri
 use serde::{Deserialize, Serialize};
 
 use super::space::Space;
-use super::{CONFIRM, Options};
+use super::{CONFIRM, ExploreOptions};
 use crate::error::{helped, with_help};
 
 /// What a controller came to.
@@ -222,7 +222,7 @@ pub const MOST: f64 = 0.5;
 
 impl TestBed {
     /// Robots in an arena.
-    pub fn new(measured: &RobotProfile, options: &Options) -> anyhow::Result<Self> {
+    pub fn new(measured: &RobotProfile, options: &ExploreOptions) -> anyhow::Result<Self> {
         let factors = Harsher::default().factors(measured);
         let simulated = factors.apply(measured)?;
         let across_m = simulated.body.radius_m * (options.robots.max(1) as f64).sqrt();
@@ -341,7 +341,7 @@ impl TestBed {
         &self,
         first: usize,
         points: &[Point],
-        options: &Options,
+        options: &ExploreOptions,
     ) -> anyhow::Result<Vec<Trial>> {
         let conditions =
             points.iter().map(|point| self.conditions(point)).collect::<Result<Vec<_>, _>>()?;
@@ -373,7 +373,7 @@ impl TestBed {
         &self,
         trial: &Trial,
         fresh: (u64, u64),
-        options: &Options,
+        options: &ExploreOptions,
     ) -> anyhow::Result<Shown> {
         self.shown_by(self.made_worse(), trial, fresh, options)
     }
@@ -384,7 +384,7 @@ impl TestBed {
         &self,
         trial: &Trial,
         seed: u64,
-        options: &Options,
+        options: &ExploreOptions,
     ) -> anyhow::Result<Elsewhere> {
         let contact = self.other_contact();
         let (profile, settings) = self.touching_otherwise(contact);
@@ -427,7 +427,7 @@ impl TestBed {
         robots: Robots<'_>,
         trial: &Trial,
         (seed, replicates): (u64, u64),
-        options: &Options,
+        options: &ExploreOptions,
     ) -> anyhow::Result<Shown> {
         let conditions = self.judged_of(robots, trial)?;
         let runs = Runs { seed, replicates, ..self.runs };
@@ -463,7 +463,11 @@ impl TestBed {
 
 /// Runs of controllers to their end, with all measured that niches are made of; progress is that of controllers, and shown
 /// elsewhere.
-fn run_to_end(conditions: &[Conditions], runs: Runs, options: &Options) -> anyhow::Result<Swept> {
+fn run_to_end(
+    conditions: &[Conditions],
+    runs: Runs,
+    options: &ExploreOptions,
+) -> anyhow::Result<Swept> {
     let also = conditions.first().map_or(&[][..], Niche::looks_also_at);
     let watch = Watch { progress: &|_| {}, cancel: options.execution.observer.cancel() };
     let swept = sweep_measuring(conditions, runs, watch, also)?;
@@ -560,8 +564,8 @@ mod tests {
     use crate::execution::Execution;
 
     /// Four robots in a world; in a square of 3 m, unless it has an arena of its own.
-    fn options(world: &WorldFile) -> Options<'_> {
-        Options {
+    fn options(world: &WorldFile) -> ExploreOptions<'_> {
+        ExploreOptions {
             wanted: None,
             controller: None,
             world: Some(world),

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::compare::prediction::Note;
 
-use super::{Options, PlannedRuns, Subject};
+use super::{PlanOptions, PlannedRuns, Subject};
 
 /// A campaign of a number of runs that is fixed before the first.
 #[derive(Clone, Debug, Serialize)]
@@ -79,7 +79,7 @@ fn quoted(path: &Path) -> String {
 
 /// Plans the least number of runs that decides at once, if real robots mill as often as those as
 /// measured in the sweep of a folder.
-pub fn plan_campaign(folder: &Path, options: &Options) -> anyhow::Result<PlannedCampaign> {
+pub fn plan_campaign(folder: &Path, options: &PlanOptions) -> anyhow::Result<PlannedCampaign> {
     let subject = Subject::read(folder, options)?;
     let cells = subject.cells.iter().map(|(_, cell)| PlannedCell {
         simulated: cell.simulated,

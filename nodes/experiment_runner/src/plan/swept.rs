@@ -87,7 +87,7 @@ pub struct SweptCell {
 
 /// The part of a result folder's `sweep.yaml` that names what was swept.
 #[derive(Deserialize)]
-struct Swept {
+struct SweepHeader {
     sweep: SweepFile,
     profile: RobotProfile,
 }
@@ -105,7 +105,7 @@ impl SweptCell {
             );
         }
         let (name, text) = read(&path)?;
-        let Swept { sweep, profile } = document::parse(&name, &text)?;
+        let SweepHeader { sweep, profile } = document::parse(&name, &text)?;
         let cells = sweep.resolve(&name, &profile)?;
         let diagram = PhaseDiagram {
             axes: sweep.swept_axes(),
