@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use rsrs_core::judge::plausibility::{Axis, Cause as Motion};
+use rsrs_core::judge::plausibility::{Axis, Implausibility as Motion};
 
 use crate::epoch;
 use crate::message::RobotState;

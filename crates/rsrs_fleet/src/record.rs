@@ -63,7 +63,7 @@ pub struct ExperimentRecord {
     /// The pace.
     pub time: Time,
     /// Where it comes from.
-    pub provenance: Provenance,
+    pub provenance: RecordProvenance,
     /// What the gate of each robot was set to when the run began, by robot and parameter; robots whose
     /// gates are not ours, or were not asked, are left out.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -260,7 +260,7 @@ pub fn tracker(
 /// Where a record comes from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Provenance {
+pub struct RecordProvenance {
     /// Version of the program.
     pub version: String,
     /// Commit that it was built from.
@@ -273,7 +273,7 @@ pub struct Provenance {
     pub schema_version: u32,
 }
 
-impl Provenance {
+impl RecordProvenance {
     /// The provenance of a run of this program, with a measured robot's digest, under these conditions.
     pub fn new(profile_digest: &str, conditions: &Conditions) -> Self {
         Self {
@@ -560,7 +560,7 @@ pub(crate) mod tests {
         ExperimentRecord {
             run_id: "run".to_owned(),
             robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
-            provenance: Provenance::new(&profile.digest(), &conditions),
+            provenance: RecordProvenance::new(&profile.digest(), &conditions),
             conditions,
             duration_s: experiment.duration_s,
             seed: experiment.seed,

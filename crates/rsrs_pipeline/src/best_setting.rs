@@ -24,7 +24,7 @@ use serde::Serialize;
 
 use crate::error::with_help;
 use crate::execution::Execution;
-use crate::provenance::Provenance;
+use crate::provenance::ResultProvenance;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::{ResolvedSweep, read_profile, robots_beside};
@@ -206,7 +206,7 @@ impl Subject {
                 let profile = read_profile(path)?;
                 let robots = robots.map_or_else(|| robots_beside(path), |n| Ok(Some(n)))?;
                 let sweep = grid::of_robot(&profile, robots);
-                let provenance = Provenance::new(&profile);
+                let provenance = ResultProvenance::new(&profile);
                 (ResolvedSweep { sweep, profile: profile.clone(), provenance }, None, profile)
             }
         };

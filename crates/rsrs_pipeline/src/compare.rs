@@ -21,7 +21,7 @@ use rsrs_core::statistics::share::Share;
 
 use crate::compare::at_hand::AtHand;
 use crate::compare::fixed::FixedCampaign;
-use crate::compare::not_counted::{Cause, LeftOutRun};
+use crate::compare::not_counted::{LeftOutRun, NotCountedCause};
 use crate::compare::prediction::{Note, Prediction, Simulated};
 use crate::compare::run_matching::{Admitted, admit};
 use crate::error::{help_of, in_one_line};
@@ -106,7 +106,9 @@ pub fn compare(folder: &Path, options: &CompareOptions) -> anyhow::Result<Compar
     let at_hand = AtHand::new(folder, &admitted);
     for run in admitted {
         let of_cell = cell(run.cell);
-        let counts = |cause: &Cause| *cause == Cause::RobotLost && options.with_lost_robots;
+        let counts = |cause: &NotCountedCause| {
+            *cause == NotCountedCause::RobotLost && options.with_lost_robots
+        };
         match run.cause().filter(|(cause, _)| !counts(cause)) {
             Some(cause) => runs.left_out.push(LeftOutRun::new(of_cell, run, cause)),
             None => match label(&run, options) {
@@ -115,7 +117,7 @@ pub fn compare(folder: &Path, options: &CompareOptions) -> anyhow::Result<Compar
                     None => runs.counted.push((of_cell.clone(), run, labelled)),
                 },
                 Err(error) => {
-                    let cause = (Cause::NotLabelled, without_bag(&run.bag, &error));
+                    let cause = (NotCountedCause::NotLabelled, without_bag(&run.bag, &error));
                     runs.left_out.push(LeftOutRun::new(of_cell, run, cause));
                 }
             },
@@ -196,10 +198,10 @@ fn label(run: &Admitted, options: &CompareOptions) -> anyhow::Result<Labelled> {
 }
 
 /// Why a labelled run shows something else than its swarm, unless that counts.
-fn implausible(labelled: &Labelled, options: &CompareOptions) -> Option<(Cause, String)> {
+fn implausible(labelled: &Labelled, options: &CompareOptions) -> Option<(NotCountedCause, String)> {
     let found: Vec<&str> = labelled.implausible.iter().map(|found| found.text.as_str()).collect();
     let is_left_out = !found.is_empty() && !options.with_implausible;
-    is_left_out.then(|| (Cause::Implausible, found.join("; ")))
+    is_left_out.then(|| (NotCountedCause::Implausible, found.join("; ")))
 }
 
 /// An error on one line, without the name of the bag before it, and with what to do.

@@ -45,7 +45,7 @@ pub struct Diagnosis {
     /// Changes after which they mill, the first one first; none if they do. As JSON these and the next two
     /// are written with a sentence each, by `rsrs_render`.
     #[serde(skip)]
-    pub causes: Vec<Cause>,
+    pub causes: Vec<NeededChange>,
     /// Capabilities that by themselves are of no help, however good.
     #[serde(skip)]
     pub hopeless: Vec<Hopeless>,
@@ -67,7 +67,7 @@ pub struct AsMeasured {
 
 /// A change after which the robots mill as often as wanted.
 #[derive(Clone, Debug, Serialize)]
-pub struct Cause {
+pub struct NeededChange {
     /// The capability; speed and turning rate stand for the limits.
     pub capability: Axis,
     /// What the robot has, as measured.
@@ -191,12 +191,12 @@ fn as_measured(
 
 /// Puts causes in order: by cost where it is known, else as they were found. Changes that need each
 /// other stay together.
-fn in_order(mut causes: Vec<Cause>, costs: &[(Axis, f64)]) -> Vec<Cause> {
+fn in_order(mut causes: Vec<NeededChange>, costs: &[(Axis, f64)]) -> Vec<NeededChange> {
     let cost = |axis: Axis| costs.iter().find(|(other, _)| *other == axis).map(|(_, cost)| *cost);
     for cause in &mut causes {
         cause.cost = cost(cause.capability);
     }
-    let of_all = |cause: &Cause| -> f64 {
+    let of_all = |cause: &NeededChange| -> f64 {
         let all = std::iter::once(cause.capability).chain(cause.with.iter().copied());
         // What has no price comes last.
         all.map(|axis| cost(axis).unwrap_or(f64::INFINITY)).sum()

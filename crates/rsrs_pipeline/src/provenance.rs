@@ -10,7 +10,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// Where a result comes from. The seed stands in the sweep itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Provenance {
+pub struct ResultProvenance {
     /// Version of the program.
     pub version: String,
     /// Commit that it was built from.
@@ -21,7 +21,7 @@ pub struct Provenance {
     pub schema_version: u32,
 }
 
-impl Provenance {
+impl ResultProvenance {
     /// The provenance of what this program makes from a profile.
     pub fn new(profile: &RobotProfile) -> Self {
         Self {

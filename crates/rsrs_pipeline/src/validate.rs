@@ -18,7 +18,7 @@ use rsrs_sim::reachable_set::{ReachOptions, smallest_factors, validate as contai
 use crate::error::{helped, with_help};
 use crate::files::names;
 use crate::measure::trial_files::{Trajectories, table, trajectories};
-use crate::provenance::Provenance;
+use crate::provenance::ResultProvenance;
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
@@ -222,7 +222,7 @@ fn judge(case: &Case) -> anyhow::Result<ValidationReport> {
         smallest_factors,
         turning,
         trials_of: case.origin,
-        provenance: Provenance::new(measured),
+        provenance: ResultProvenance::new(measured),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use rsrs_core::numerals::{count, counted, percent};
 use rsrs_core::quantity::{Axis, Cell};
-use rsrs_pipeline::diagnose::{Cause, Diagnosis, Hopeless, Spare};
+use rsrs_pipeline::diagnose::{Diagnosis, Hopeless, NeededChange, Spare};
 use serde::Serialize;
 
 use crate::choice::{alternatives, indented};
@@ -87,11 +87,11 @@ impl Text<'_> {
                     .to_owned(),
             ];
         }
-        let alone: Vec<&Cause> = self.0.causes.iter().filter(|cause| cause.alone).collect();
+        let alone: Vec<&NeededChange> = self.0.causes.iter().filter(|cause| cause.alone).collect();
         let mut lines = Vec::new();
         if !alone.is_empty() {
             lines.push("any one of these suffices, with all else as it is:".to_owned());
-            let row = |cause: &&Cause| {
+            let row = |cause: &&NeededChange| {
                 [
                     format!("  {}{}", change(cause), cost(cause)),
                     self.after(cause.b_s, cause.b_s_low) + &self.elsewhere(&cause.cell),
@@ -125,7 +125,7 @@ impl Text<'_> {
     }
 
     /// Changes that need each other.
-    fn sets(&self) -> Vec<&[Cause]> {
+    fn sets(&self) -> Vec<&[NeededChange]> {
         let mut sets = Vec::new();
         let mut rest = &self.0.causes[..];
         while let Some(first) = rest.first() {
@@ -203,12 +203,12 @@ impl Text<'_> {
     }
 }
 
-fn cost(cause: &Cause) -> String {
+fn cost(cause: &NeededChange) -> String {
     cause.cost.map_or_else(String::new, |cost| format!(" (costs {cost})"))
 }
 
 /// What is to be changed: `range 0.45 m → at least 0.66 m`.
-pub fn change(cause: &Cause) -> String {
+pub fn change(cause: &NeededChange) -> String {
     changed(cause.capability, cause.now, cause.needed)
 }
 

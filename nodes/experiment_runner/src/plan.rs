@@ -21,7 +21,7 @@ use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder}
 use rsrs_fleet::geofence::Geofence;
 use rsrs_fleet::parameters::{GateSettings, of_gate};
 use rsrs_fleet::placement::{PlaceCheck, WantedStart};
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
+use rsrs_fleet::record::{Backend, ExperimentRecord, RecordProvenance, pose_source, tracker};
 
 mod controller;
 mod profiles;
@@ -150,7 +150,7 @@ impl Plan {
         refuse_sensors(backend, &robots, &conditions).with_context(|| fleet_name.clone())?;
         let record = ExperimentRecord {
             robots: names,
-            provenance: Provenance::new(&measured.digest(), &conditions),
+            provenance: RecordProvenance::new(&measured.digest(), &conditions),
             conditions,
             duration_s: experiment.duration_s,
             seed: request.seed.unwrap_or(experiment.seed),

@@ -77,7 +77,7 @@ const MIN_EXTENT_M: f64 = 0.2;
 pub struct Implausible {
     /// What.
     #[serde(flatten)]
-    pub cause: Cause,
+    pub cause: Implausibility,
     /// Rows of the trajectory, ascending; not empty.
     #[serde(skip)]
     pub robots: Vec<usize>,
@@ -86,7 +86,7 @@ pub struct Implausible {
 /// What is wrong, and so what to look for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "cause", rename_all = "snake_case")]
-pub enum Cause {
+pub enum Implausibility {
     /// Poses move too far for the commands: another unit. Those of too small a unit are on one spot.
     Scale {
         /// How many times as far as commanded.
@@ -142,7 +142,7 @@ pub enum Axis {
     Y,
 }
 
-impl Cause {
+impl Implausibility {
     /// Whether it is one of poses; else it is one of the robot.
     pub fn is_of_poses(&self) -> bool {
         !matches!(self, Self::Stands { .. })
@@ -188,20 +188,20 @@ impl Implausible {
             _ => robots.join(", "),
         };
         match (self.cause, &robots[..]) {
-            (Cause::Swapped, [one, other]) => {
+            (Implausibility::Swapped, [one, other]) => {
                 format!("{one} and {other} follow each other's commands: swapped?")
             }
-            (Cause::Swapped, [first @ .., last]) => {
+            (Implausibility::Swapped, [first @ .., last]) => {
                 let first = first.join(", ");
                 format!("{first} and {last} follow the commands of others among them: exchanged?")
             }
-            (cause @ Cause::Stands { .. }, _) => format!("{all} {cause}"),
+            (cause @ Implausibility::Stands { .. }, _) => format!("{all} {cause}"),
             (cause, _) => format!("{all}: {cause}"),
         }
     }
 }
 
-impl fmt::Display for Cause {
+impl fmt::Display for Implausibility {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Scale { factor } => {
@@ -346,10 +346,10 @@ impl Findings {
         self.0.iter().any(|found| found.robots.contains(&row))
     }
 
-    fn add(&mut self, row: usize, cause: Option<Cause>) {
+    fn add(&mut self, row: usize, cause: Option<Implausibility>) {
         let Some(cause) = cause.filter(|_| !self.has(row)) else { return };
         // Each robot that stands has numbers of its own, and so does each pair.
-        let is_shared = cause.is_of_poses() && cause != Cause::Swapped;
+        let is_shared = cause.is_of_poses() && cause != Implausibility::Swapped;
         match self.0.iter_mut().find(|found| is_shared && found.cause.is_like(&cause)) {
             Some(found) => found.robots.push(row),
             None => self.0.push(Implausible { cause, robots: vec![row] }),
@@ -363,7 +363,7 @@ struct Robot {
     motion: Motion,
     way: Way,
     turning: Turning,
-    stands: Option<Cause>,
+    stands: Option<Implausibility>,
 }
 
 impl Robot {
@@ -373,14 +373,14 @@ impl Robot {
         Self { row, motion, way, turning, stands }
     }
 
-    fn too_far(&self) -> Option<Cause> {
+    fn too_far(&self) -> Option<Implausibility> {
         let Distances { moved_m, commanded_m, along_m } = self.way.distances?;
         let is_too_far = moved_m > TOO_FAR * along_m + NOISE_M;
-        is_too_far.then(|| Cause::Scale { factor: moved_m / commanded_m })
+        is_too_far.then(|| Implausibility::Scale { factor: moved_m / commanded_m })
     }
 
     /// A heading that does not belong to the way that the robot drove.
-    fn of_heading(&self) -> Option<Cause> {
+    fn of_heading(&self) -> Option<Implausibility> {
         let way = &self.way;
         if way.n_driven < MIN_WINDOWS {
             return None;
@@ -393,29 +393,31 @@ impl Robot {
         if heading_stands && way_turns {
             let degrees =
                 self.turning.factor().filter(|factor| *factor < 1.0 && is_degrees(1.0 / factor));
-            return Some(degrees.map_or(Cause::HeadingStands, |factor| Cause::Degrees { factor }));
+            return Some(degrees.map_or(Implausibility::HeadingStands, |factor| {
+                Implausibility::Degrees { factor }
+            }));
         }
         if way.together() < APART {
             if way.mirrored.concentration > TOGETHER {
-                return Some(Cause::HeadingMirrored);
+                return Some(Implausibility::HeadingMirrored);
             }
             let is_degrees = turning::turns_by_degrees(&self.motion);
-            let degrees = Cause::Degrees { factor: 180.0 / PI };
-            return Some(if is_degrees { degrees } else { Cause::HeadingUnrelated });
+            let degrees = Implausibility::Degrees { factor: 180.0 / PI };
+            return Some(if is_degrees { degrees } else { Implausibility::HeadingUnrelated });
         }
         // Only a way that turns with its heading shows that the angle between them stays.
         let offset_rad = way.against_heading.mean_rad;
         let is_askew = way.together() > ASKEW && offset_rad.abs() > MOST_ASKEW_RAD;
         (is_askew && way_turns && self.turning.follows())
-            .then(|| Cause::Askew { by_deg: offset_rad.to_degrees() })
+            .then(|| Implausibility::Askew { by_deg: offset_rad.to_degrees() })
     }
 
     /// A robot that drives as it heads, and turns far less than it is commanded.
-    fn of_turning(&self) -> Option<Cause> {
+    fn of_turning(&self) -> Option<Implausibility> {
         let is_together = self.way.n_driven >= MIN_WINDOWS && self.way.together() > TOGETHER;
         let factor = self.turning.factor().filter(|_| is_together)?;
         (self.turning.is_shown() && factor < 0.1 && is_degrees(1.0 / factor))
-            .then_some(Cause::Degrees { factor })
+            .then_some(Implausibility::Degrees { factor })
     }
 }
 
@@ -428,7 +430,7 @@ fn is_degrees(factor: f64) -> bool {
 /// robot after a while.
 fn headings(robots: &[Robot], found: &mut Findings) {
     let drive = || robots.iter().filter(|robot| robot.way.n_driven >= MIN_WINDOWS);
-    let wrong: Vec<(&Robot, Cause)> = drive()
+    let wrong: Vec<(&Robot, Implausibility)> = drive()
         .filter_map(|robot| Some((robot, robot.of_heading().or_else(|| robot.of_turning())?)))
         .collect();
     let are_most = wrong.len() >= 2 && 2 * wrong.len() >= drive().count();
@@ -454,7 +456,7 @@ fn on_a_line(robots: &[Robot], found: &mut Findings) {
     for axis in [Axis::X, Axis::Y] {
         let rows = on_line.iter().filter(|(_, along)| *along == axis);
         if rows.clone().count() as f64 >= MOST * robots.len() as f64 {
-            rows.for_each(|(row, _)| found.add(*row, Some(Cause::Line { axis })));
+            rows.for_each(|(row, _)| found.add(*row, Some(Implausibility::Line { axis })));
         }
     }
 }
@@ -474,7 +476,7 @@ fn mirrored(robots: &[Robot], found: &mut Findings) {
     let are_most = reversed.len() >= 2 && reversed.len() as f64 >= MOST * n_shown as f64;
     for robot in reversed {
         if are_most || robot.turning.is_reversed_by_itself() {
-            found.add(robot.row, Some(Cause::Mirrored));
+            found.add(robot.row, Some(Implausibility::Mirrored));
         }
     }
 }
@@ -508,7 +510,7 @@ fn swapped(robots: &[Robot], found: &mut Findings) {
         let is_closed = leader_of(circle[circle.len() - 1]) == Some(*first);
         if is_closed && circle.len() <= leaders.len() && !found.has(*first) {
             circle.sort_unstable();
-            found.0.push(Implausible { cause: Cause::Swapped, robots: circle });
+            found.0.push(Implausible { cause: Implausibility::Swapped, robots: circle });
         }
     }
 }

@@ -11,7 +11,7 @@ use super::run_matching::Admitted;
 /// Why a run does not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Cause {
+pub enum NotCountedCause {
     /// The run was void.
     Void,
     /// It was stopped before its end.
@@ -30,7 +30,7 @@ pub enum Cause {
     NotLabelled,
 }
 
-impl Cause {
+impl NotCountedCause {
     /// All of them.
     pub const ALL: [Self; 8] = [
         Self::Void,
@@ -72,7 +72,7 @@ pub struct LeftOutRun {
 
 impl LeftOutRun {
     /// A run that does not count, and why.
-    pub fn new(cell: &Cell, run: Admitted, (cause, reason): (Cause, String)) -> Self {
+    pub fn new(cell: &Cell, run: Admitted, (cause, reason): (NotCountedCause, String)) -> Self {
         let not_counted = NotCounted {
             cell: cell.clone(),
             cause,
@@ -95,7 +95,7 @@ pub struct NotCounted {
     /// Its cell.
     pub cell: Cell,
     /// Why it does not count.
-    pub cause: Cause,
+    pub cause: NotCountedCause,
     /// How it ended: `completed`, `void`, `aborted`, `failed`, or `unknown`.
     pub ending: &'static str,
     /// The cause in full, as it was recorded or found.

@@ -16,7 +16,7 @@ use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobo
 use rsrs_sim::sweep::confirmation_seed;
 
 use crate::attempt::number_aside;
-use crate::compare::not_counted::Cause;
+use crate::compare::not_counted::NotCountedCause;
 use crate::error::{help_of, in_one_line, with_help};
 use crate::files::folder_of;
 use crate::recorded_run;
@@ -55,20 +55,23 @@ impl Admitted {
     }
 
     /// Why it does not count, whatever its label, with the cause in full; `None` if it does.
-    pub fn cause(&self) -> Option<(Cause, String)> {
+    pub fn cause(&self) -> Option<(NotCountedCause, String)> {
         if let Some(reason) = &self.incomplete {
-            return Some((Cause::Incomplete, reason.clone()));
+            return Some((NotCountedCause::Incomplete, reason.clone()));
         }
         let Some(ending) = &self.ending else {
-            return Some((Cause::Incomplete, "does not state how its run ended".to_owned()));
+            return Some((
+                NotCountedCause::Incomplete,
+                "does not state how its run ended".to_owned(),
+            ));
         };
         let lost = ending.lost.iter().map(ToString::to_string);
         let reason = Some(ending.reason.clone()).filter(|reason| !reason.is_empty());
         let reasons: Vec<String> = reason.into_iter().chain(lost).collect();
         let counts = self.record.counts_without(&ending.lost);
-        let without_robots = (!counts).then_some(Cause::RobotLost);
-        let made_again = self.made_again.is_some().then_some(Cause::MadeAgain);
-        let cause = Cause::of_ending(ending.kind).or(without_robots).or(made_again)?;
+        let without_robots = (!counts).then_some(NotCountedCause::RobotLost);
+        let made_again = self.made_again.is_some().then_some(NotCountedCause::MadeAgain);
+        let cause = NotCountedCause::of_ending(ending.kind).or(without_robots).or(made_again)?;
         let reasons = reasons.into_iter().chain(self.made_again.clone());
         Some((cause, reasons.collect::<Vec<_>>().join("; ")))
     }

@@ -6,12 +6,12 @@ use rsrs_core::quantity::{Axis, Cell};
 use crate::best_setting::search::{Changes, Confirmed, Search, Tried, promising};
 
 use super::improvement::{Improvement, designs, imperfections};
-use super::{Cause, Hopeless};
+use super::{Hopeless, NeededChange};
 
 /// What was found.
 pub struct Repairs {
     /// Changes that suffice, the most relevant first.
-    pub causes: Vec<Cause>,
+    pub causes: Vec<NeededChange>,
     /// What is of no help by itself.
     pub hopeless: Vec<Hopeless>,
 }
@@ -66,7 +66,7 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
         (!is_necessary(axis), axis.ideal().is_none())
     });
 
-    let mut singles: Vec<Cause> = Vec::new();
+    let mut singles: Vec<NeededChange> = Vec::new();
     for found in alone.iter().take(MOST_SINGLES) {
         let steps = std::slice::from_ref(&found.step);
         let causes = causes(search, steps, [unchanged, &found.tried])?;
@@ -90,11 +90,11 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
     }
     // What a robot that is perfect in all else could not do without comes first, then what makes up
     // for it, and then what takes several changes.
-    let (first, others): (Vec<Cause>, Vec<Cause>) =
+    let (first, others): (Vec<NeededChange>, Vec<NeededChange>) =
         singles.into_iter().partition(|cause| cause.necessary);
-    let mut causes: Vec<Cause> = first.into_iter().chain(others).chain(together).collect();
-    let is_new = |pair: &&[Cause; 2]| !causes.iter().any(|cause| same(cause, &pair[0]));
-    let pairs: Vec<Cause> = pairs.iter().filter(is_new).flatten().cloned().collect();
+    let mut causes: Vec<NeededChange> = first.into_iter().chain(others).chain(together).collect();
+    let is_new = |pair: &&[NeededChange; 2]| !causes.iter().any(|cause| same(cause, &pair[0]));
+    let pairs: Vec<NeededChange> = pairs.iter().filter(is_new).flatten().cloned().collect();
     causes.extend(pairs);
     let hopeless = without_help(search, short, &causes)?;
     Ok(Repairs { causes, hopeless })
@@ -114,8 +114,8 @@ const PAIRED: usize = 5;
 const MOST_PAIRS: usize = 2;
 
 /// Whether two changes stand for the same set.
-fn same(one: &Cause, other: &Cause) -> bool {
-    let set = |cause: &Cause| {
+fn same(one: &NeededChange, other: &NeededChange) -> bool {
+    let set = |cause: &NeededChange| {
         let mut axes = cause.with.clone();
         axes.push(cause.capability);
         axes.sort();
@@ -129,7 +129,7 @@ fn pairs(
     search: &Search<'_>,
     short: &[Best],
     (cells, unchanged): (&[Cell], &[Tried]),
-) -> anyhow::Result<Vec<[Cause; 2]>> {
+) -> anyhow::Result<Vec<[NeededChange; 2]>> {
     let mut helpful: Vec<&Best> = short.iter().collect();
     helpful.sort_by(|one, other| share(other).total_cmp(&share(one)));
     let mut steps: Vec<Step> = Vec::new();
@@ -155,7 +155,7 @@ fn pairs(
     let mut pairs = Vec::new();
     for (pair, tried) in found.iter().take(MOST_PAIRS) {
         let causes = causes(search, pair, [unchanged, tried])?;
-        pairs.extend(<[Cause; 2]>::try_from(causes).ok());
+        pairs.extend(<[NeededChange; 2]>::try_from(causes).ok());
     }
     Ok(pairs)
 }
@@ -284,7 +284,11 @@ fn changes(steps: &[Step]) -> Changes {
 
 /// The smallest changes that suffice together, all moved by the same share of their way; none if fresh
 /// runs confirm none.
-fn causes(search: &Search<'_>, steps: &[Step], ends: [&[Tried]; 2]) -> anyhow::Result<Vec<Cause>> {
+fn causes(
+    search: &Search<'_>,
+    steps: &[Step],
+    ends: [&[Tried]; 2],
+) -> anyhow::Result<Vec<NeededChange>> {
     let at = |share: f64| -> Changes {
         let towards =
             |step: &Step| (step.improvement.axis, step.improvement.towards(step.value, share));
@@ -298,13 +302,17 @@ fn causes(search: &Search<'_>, steps: &[Step], ends: [&[Tried]; 2]) -> anyhow::R
     let of = |(step, (axis, value)): (&Step, &(Axis, f64))| {
         let others = changes.iter().map(|(other, _)| *other).filter(|other| other != axis);
         let with: Vec<Axis> = others.collect();
-        Cause { alone: with.is_empty(), with, ..cause(&step.improvement, (*value, &confirmed)) }
+        NeededChange {
+            alone: with.is_empty(),
+            with,
+            ..cause(&step.improvement, (*value, &confirmed))
+        }
     };
     Ok(steps.iter().zip(&changes).map(of).collect())
 }
 
-fn cause(improvement: &Improvement, (needed, confirmed): (f64, &Confirmed)) -> Cause {
-    Cause {
+fn cause(improvement: &Improvement, (needed, confirmed): (f64, &Confirmed)) -> NeededChange {
+    NeededChange {
         capability: improvement.axis,
         now: improvement.now,
         needed,
@@ -320,8 +328,8 @@ fn cause(improvement: &Improvement, (needed, confirmed): (f64, &Confirmed)) -> C
 }
 
 /// The first change of each capability.
-fn one_of_each(causes: Vec<Cause>) -> Vec<Cause> {
-    let mut kept: Vec<Cause> = Vec::new();
+fn one_of_each(causes: Vec<NeededChange>) -> Vec<NeededChange> {
+    let mut kept: Vec<NeededChange> = Vec::new();
     for cause in causes {
         if kept.iter().all(|other| other.capability != cause.capability) {
             kept.push(cause);
@@ -335,7 +343,7 @@ fn one_of_each(causes: Vec<Cause>) -> Vec<Cause> {
 fn without_help(
     search: &Search<'_>,
     short: Vec<Best>,
-    causes: &[Cause],
+    causes: &[NeededChange],
 ) -> anyhow::Result<Vec<Hopeless>> {
     let mut most: Vec<Best> = Vec::new();
     for found in short {

@@ -12,7 +12,7 @@ use rsrs_core::numerals::counted;
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::{RobotLost, Time};
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
+use rsrs_fleet::record::{Backend, ExperimentRecord, RecordProvenance};
 use serde::Serialize;
 
 use super::write;
@@ -146,7 +146,7 @@ pub fn simulated_record(
         pose_source: Some(PoseSource::Odom),
         tracker: None,
         time,
-        provenance: Provenance::new(profile_digest, &conditions),
+        provenance: RecordProvenance::new(profile_digest, &conditions),
         conditions,
     }
 }

@@ -1,7 +1,7 @@
 //! What poses and commands of a run show that cannot be, and starts that are not those of its record.
 
 use rsrs_bags::trajectory::{Finding, RecordedTrajectory};
-use rsrs_core::judge::plausibility::{self, Cause, Known, STOOD_S, Unseen};
+use rsrs_core::judge::plausibility::{self, Implausibility, Known, STOOD_S, Unseen};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::placement::{Tolerance, WantedStart, deviations_beyond, deviations_of_objects};
@@ -15,7 +15,7 @@ use serde::Serialize;
 pub struct ImplausibleMotion {
     /// What it is, with its numbers.
     #[serde(flatten)]
-    pub cause: Cause,
+    pub cause: Implausibility,
     /// Names of the robots.
     pub robots: Vec<String>,
     /// In words.

@@ -161,7 +161,7 @@ mod tests {
     use rsrs_testing::conditions::flockbot;
 
     use super::*;
-    use crate::provenance::Provenance;
+    use crate::provenance::ResultProvenance;
 
     const SWEEP: &str = "\
 profile: flockbot.yaml
@@ -189,7 +189,7 @@ seed: 7
         let mut sweep = SweepFile::parse("sweep.yaml", SWEEP).unwrap();
         sweep.world = Some(WorldSource::Read(WorldFile { classes, ..WorldFile::NOTHING }));
         sweep.harsher = Harsher::from(sweep.factors(&profile));
-        let provenance = Provenance::new(&profile);
+        let provenance = ResultProvenance::new(&profile);
         ResolvedSweep { sweep, profile, provenance }
     }
 

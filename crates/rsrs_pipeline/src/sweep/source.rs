@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{WithHelp, helped, with_help};
 use crate::files::read_text;
 use crate::measure::plan_folder::enabled_robots;
-use crate::provenance::Provenance;
+use crate::provenance::ResultProvenance;
 
 /// A sweep that needs no other file: what `sweep.yaml` in a result folder holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,7 +29,7 @@ pub struct ResolvedSweep {
     /// The measured robot.
     pub profile: RobotProfile,
     /// Where the results come from.
-    pub provenance: Provenance,
+    pub provenance: ResultProvenance,
 }
 
 impl ResolvedSweep {
@@ -77,7 +77,7 @@ impl ResolvedSweep {
             sweep.world = Some(WorldSource::Read(world));
         }
         sweep.harsher = Harsher::from(sweep.factors(&profile));
-        let provenance = Provenance::new(&profile);
+        let provenance = ResultProvenance::new(&profile);
         Ok(Self { sweep, profile, provenance })
     }
 
@@ -91,7 +91,7 @@ impl ResolvedSweep {
         }
         let Self { sweep, profile, .. } = document::parse(&name, &text)?;
         sweep.check(&name).map_err(helped)?;
-        let provenance = Provenance::new(&profile);
+        let provenance = ResultProvenance::new(&profile);
         Ok(Self { sweep, profile, provenance })
     }
 
@@ -125,7 +125,7 @@ impl ResolvedSweep {
             world: world.map(WorldSource::Read),
             ..self.sweep.clone()
         };
-        let provenance = Provenance::new(&profile);
+        let provenance = ResultProvenance::new(&profile);
         Ok(Self { sweep, profile, provenance })
     }
 

@@ -13,7 +13,7 @@ use rsrs_core::trials::validation::Validation;
 use serde::{Deserialize, Serialize};
 
 use crate::files::{read_json_if_there, write_json};
-use crate::provenance::Provenance;
+use crate::provenance::ResultProvenance;
 use crate::sweep::source::ResolvedSweep;
 
 /// Name of the file in the folder of a sweep.
@@ -65,7 +65,7 @@ pub struct ValidationReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trials_of: Option<TrialOrigin>,
     /// Where it comes from.
-    pub provenance: Provenance,
+    pub provenance: ResultProvenance,
 }
 
 /// How real robots turn, where that is why they leave the simulated reach.

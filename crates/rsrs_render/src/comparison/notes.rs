@@ -6,7 +6,7 @@ use rsrs_bags::trajectory::Finding;
 use rsrs_core::numerals::percent;
 use rsrs_core::quantity::Cell;
 use rsrs_fleet::record::{Backend, ExperimentRecord, OwnProfile};
-use rsrs_pipeline::compare::not_counted::Cause;
+use rsrs_pipeline::compare::not_counted::NotCountedCause;
 use rsrs_pipeline::compare::prediction::{Note, choose_line};
 use rsrs_pipeline::compare::run_matching::Admitted;
 use rsrs_pipeline::compare::{Comparison, Runs};
@@ -57,7 +57,7 @@ pub fn of(comparison: &Comparison) -> Vec<String> {
     notes.extend(own_profiles(runs));
     notes.extend(pauses(runs));
     notes.extend(runs.counted.iter().flat_map(of_one_run));
-    for cause in Cause::ALL {
+    for cause in NotCountedCause::ALL {
         let n = runs.left_out.iter().filter(|run| run.not_counted.cause == cause).count();
         if let (1.., Some(option)) = (n, option(cause)) {
             let cause = cause_in_words(cause);
@@ -157,29 +157,29 @@ pub fn note_in_words(note: &Note) -> String {
 }
 
 /// Why a run does not count, in front of its reason.
-pub fn cause_in_words(cause: Cause) -> &'static str {
+pub fn cause_in_words(cause: NotCountedCause) -> &'static str {
     match cause {
-        Cause::Void => "void",
-        Cause::Aborted => "aborted",
-        Cause::Failed => "failed",
-        Cause::RobotLost => "went on without a robot",
-        Cause::Incomplete => "not whole",
-        Cause::MadeAgain => "made again",
-        Cause::Implausible => "implausible",
-        Cause::NotLabelled => "not labelled",
+        NotCountedCause::Void => "void",
+        NotCountedCause::Aborted => "aborted",
+        NotCountedCause::Failed => "failed",
+        NotCountedCause::RobotLost => "went on without a robot",
+        NotCountedCause::Incomplete => "not whole",
+        NotCountedCause::MadeAgain => "made again",
+        NotCountedCause::Implausible => "implausible",
+        NotCountedCause::NotLabelled => "not labelled",
     }
 }
 
 /// What can be done about it, beside leaving the run out; `None` if that is all.
-fn option(cause: Cause) -> Option<&'static str> {
+fn option(cause: NotCountedCause) -> Option<&'static str> {
     match cause {
-        Cause::RobotLost => Some("`--with-lost-robots` counts such runs, too"),
-        Cause::Implausible => Some("`--with-implausible` counts such runs, too"),
-        Cause::Void
-        | Cause::Aborted
-        | Cause::Failed
-        | Cause::Incomplete
-        | Cause::MadeAgain
-        | Cause::NotLabelled => None,
+        NotCountedCause::RobotLost => Some("`--with-lost-robots` counts such runs, too"),
+        NotCountedCause::Implausible => Some("`--with-implausible` counts such runs, too"),
+        NotCountedCause::Void
+        | NotCountedCause::Aborted
+        | NotCountedCause::Failed
+        | NotCountedCause::Incomplete
+        | NotCountedCause::MadeAgain
+        | NotCountedCause::NotLabelled => None,
     }
 }

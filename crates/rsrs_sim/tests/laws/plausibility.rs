@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Walls};
 use rsrs_core::judge::plausibility::{
-    Axis, Cause, Implausible, Known, NOTED_S, STOOD_S, Unseen, implausible,
+    Axis, Implausibility, Implausible, Known, NOTED_S, STOOD_S, Unseen, implausible,
 };
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::contact::ContactModel;
@@ -219,7 +219,11 @@ fn posed(change: impl Fn(Pose) -> Pose) -> impl Fn(&mut Trajectory) {
 
 /// Asserts that a fault of all poses is found after so many seconds at most, and in the whole run of
 /// this many robots at least, with nothing else.
-fn is_found(runs: &[Trajectory], (within_s, n_robots): (f64, usize), is_it: fn(&Cause) -> bool) {
+fn is_found(
+    runs: &[Trajectory],
+    (within_s, n_robots): (f64, usize),
+    is_it: fn(&Implausibility) -> bool,
+) {
     for run in runs {
         let mut until_s = 5.0;
         let is_in = |found: &[Implausible]| found.iter().any(|found| is_it(&found.cause));
@@ -240,7 +244,9 @@ fn is_found(runs: &[Trajectory], (within_s, n_robots): (f64, usize), is_it: fn(&
 fn millimetres_are_named_after_5_seconds() {
     let runs = mills(posed(|pose| Pose { x_m: 1000.0 * pose.x_m, y_m: 1000.0 * pose.y_m, ..pose }));
 
-    is_found(&runs, (5.0, 9), |cause| matches!(cause, Cause::Scale { factor: 700.0..1400.0 }));
+    is_found(&runs, (5.0, 9), |cause| {
+        matches!(cause, Implausibility::Scale { factor: 700.0..1400.0 })
+    });
     let found = implausible(&runs[0], &known(&mill()), STOOD_S);
     let names: Vec<String> = (1..=9).map(|robot| format!("robot_{robot}")).collect();
     let words = found[0].in_words(&names);
@@ -255,7 +261,7 @@ fn an_axis_that_points_up_is_named() {
         Pose { y_m: 0.08, heading_rad, ..pose }
     }));
 
-    is_found(&runs, (6.0, 8), |cause| matches!(cause, Cause::Line { axis: Axis::X }));
+    is_found(&runs, (6.0, 8), |cause| matches!(cause, Implausibility::Line { axis: Axis::X }));
 }
 
 #[test]
@@ -267,9 +273,11 @@ fn degrees_in_place_of_radians_are_named() {
     // Noise of 0.03 rad becomes one of all angles: only what is not noise shows how fast it turns.
     let (exact, tracked) = runs.split_at(3);
 
-    is_found(exact, (8.0, 9), |cause| matches!(cause, Cause::Degrees { factor: 57.0..58.0 }));
+    is_found(exact, (8.0, 9), |cause| {
+        matches!(cause, Implausibility::Degrees { factor: 57.0..58.0 })
+    });
     is_found(tracked, (12.0, 9), |cause| {
-        matches!(cause, Cause::HeadingUnrelated | Cause::Degrees { .. })
+        matches!(cause, Implausibility::HeadingUnrelated | Implausibility::Degrees { .. })
     });
 }
 
@@ -279,9 +287,12 @@ fn headings_that_stand_or_turn_too_little_are_named() {
     let too_little =
         mills(posed(|pose| Pose { heading_rad: pose.heading_rad.to_radians(), ..pose }));
 
-    is_found(&standing, (20.0, 8), |cause| matches!(cause, Cause::HeadingStands));
+    is_found(&standing, (20.0, 8), |cause| matches!(cause, Implausibility::HeadingStands));
     is_found(&too_little, (20.0, 8), |cause| {
-        matches!(cause, Cause::HeadingStands | Cause::Degrees { factor: 0.008..0.035 })
+        matches!(
+            cause,
+            Implausibility::HeadingStands | Implausibility::Degrees { factor: 0.008..0.035 }
+        )
     });
 }
 
@@ -291,9 +302,9 @@ fn mirrored_poses_are_named_and_so_are_places_or_headings_alone() {
     let places = mills(posed(|pose| Pose { y_m: -pose.y_m, ..pose }));
     let headings = mills(posed(|pose| Pose { heading_rad: -pose.heading_rad, ..pose }));
 
-    is_found(&both, (24.0, 6), |cause| matches!(cause, Cause::Mirrored));
+    is_found(&both, (24.0, 6), |cause| matches!(cause, Implausibility::Mirrored));
     for one in [places, headings] {
-        is_found(&one, (24.0, 8), |cause| matches!(cause, Cause::HeadingMirrored));
+        is_found(&one, (24.0, 8), |cause| matches!(cause, Implausibility::HeadingMirrored));
     }
 }
 
@@ -301,7 +312,9 @@ fn mirrored_poses_are_named_and_so_are_places_or_headings_alone() {
 fn bodies_that_are_fixed_askew_are_named_with_the_angle() {
     let runs = mills(posed(|pose| Pose { heading_rad: pose.heading_rad + FRAC_PI_2, ..pose }));
 
-    is_found(&runs, (30.0, 6), |cause| matches!(cause, Cause::Askew { by_deg: -95.0..-85.0 }));
+    is_found(&runs, (30.0, 6), |cause| {
+        matches!(cause, Implausibility::Askew { by_deg: -95.0..-85.0 })
+    });
 }
 
 fn exchange(run: &mut Trajectory, circle: &[usize]) {
@@ -318,11 +331,14 @@ fn bodies_that_are_swapped_are_named_as_far_as_their_commands_differ() {
     let swapped = mills(|run| exchange(run, &[1, 4]));
     let three = mills(|run| exchange(run, &[0, 3, 6]));
 
-    is_found(&swapped, (60.0, 2), |cause| matches!(cause, Cause::Swapped));
+    is_found(&swapped, (60.0, 2), |cause| matches!(cause, Implausibility::Swapped));
     for (runs, expected) in [(swapped, vec![1, 4]), (three, vec![0, 3, 6])] {
         for run in runs {
             let found = implausible(&run, &known(&mill()), STOOD_S);
-            assert_eq!(found, [Implausible { cause: Cause::Swapped, robots: expected.clone() }]);
+            assert_eq!(
+                found,
+                [Implausible { cause: Implausibility::Swapped, robots: expected.clone() }]
+            );
         }
     }
     // In a mill that turns like one body all commands are the same, and nothing shows who is who.
@@ -350,7 +366,7 @@ fn a_robot_that_stops_is_named_and_one_that_touches_another_is_not() {
 
         let names: Vec<String> = (1..=9).map(|robot| format!("robot_{robot}")).collect();
         let [found] = &found[..] else { panic!("{found:?}") };
-        let Cause::Stands { time_s, .. } = found.cause else { panic!("{found:?}") };
+        let Implausibility::Stands { time_s, .. } = found.cause else { panic!("{found:?}") };
         assert!((58.0..80.0).contains(&time_s), "{found:?}");
         let words = found.in_words(&names);
         assert!(words.starts_with("robot_3 is commanded 0.15 m/s and has moved 0.0"), "{words}");

@@ -14,7 +14,7 @@ use rsrs_core::trials::trial::{Neighbour, SETTLING_TIME_S};
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{FleetFile, FleetRobot};
 use rsrs_fleet::placement::PlaceCheck;
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
+use rsrs_fleet::record::{Backend, ExperimentRecord, RecordProvenance, pose_source, tracker};
 
 use super::{Measured, Plan, Poses, Recording, as_simulated, new_run_id, read};
 
@@ -123,7 +123,7 @@ impl Plan {
         let run_id = new_run_id(Path::new(&format!("trial_{}", request.robot)))?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            provenance: Provenance::new(&measured.digest(), &conditions),
+            provenance: RecordProvenance::new(&measured.digest(), &conditions),
             conditions,
             duration_s,
             seed: request.seed,

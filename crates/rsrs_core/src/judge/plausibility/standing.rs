@@ -1,7 +1,7 @@
 //! A robot that stands although it is commanded to move.
 
 use super::motion::Motion;
-use super::{Cause, MOST_LAG_S};
+use super::{Implausibility, MOST_LAG_S};
 
 /// A robot is looked at for at least so long, in seconds.
 const LOOK_S: f64 = 3.0;
@@ -41,7 +41,7 @@ enum Seen {
 
 /// The first time through which a robot stood for so long although it was commanded, and nothing was in its
 /// way; what it did while something was is left open.
-pub fn stands(motion: &Motion, stood_s: f64) -> Option<Cause> {
+pub fn stands(motion: &Motion, stood_s: f64) -> Option<Implausibility> {
     let mut stood = Stood::default();
     let mut start = 0;
     while let Some(end) = look_from(motion, start) {
@@ -75,12 +75,12 @@ impl Stood {
         n_samples as f64 * motion.period_s
     }
 
-    fn cause(&self, motion: &Motion) -> Cause {
+    fn cause(&self, motion: &Motion) -> Implausibility {
         let commands = || self.looks.iter().flat_map(|(start, end)| &motion.commands[*start..*end]);
         let n = commands().count() as f64;
         let speeds_m_s: f64 = commands().map(|command| command.speed_m_s).sum();
         let rates_rad_s: f64 = commands().map(|command| command.turn_rate_rad_s.abs()).sum();
-        Cause::Stands {
+        Implausibility::Stands {
             time_s: self.looks[0].0 as f64 * motion.period_s,
             for_s: self.time_s(motion),
             speed_m_s: speeds_m_s / n,
