@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::rsrs::{LeaseState, RobotState, RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::std_msgs;
 use rsrs_msgs::topics;
 use rsrs_ros::session::{Endpoint, Publisher, Session};
 use rsrs_testing::conditions::flockbot_conditions;
@@ -164,7 +164,7 @@ fn without_a_terminal_it_prints_what_to_do() {
 struct Stranger {
     _script: Process,
     status: Publisher<RobotStatus>,
-    record: Publisher<Text>,
+    record: Publisher<std_msgs::String>,
     lease: Publisher<RunLease>,
 }
 
@@ -211,7 +211,10 @@ impl Stranger {
         let mut record = fleet_record("0", flockbot_conditions());
         record.conditions.period_s = -1.0;
         self.status.publish(status).await.expect("there is a network");
-        self.record.publish(Text { data: record.to_json() }).await.expect("there is a network");
+        self.record
+            .publish(std_msgs::String { data: record.to_json() })
+            .await
+            .expect("there is a network");
         self.lease.publish(lease).await.expect("there is a network");
     }
 

@@ -89,7 +89,7 @@ fn one_of_each(writer: &mut BagWriter) {
         Odometry,
         Clock,
         ColorRGBA,
-        std_msgs::Text,
+        std_msgs::String,
         CompressedImage,
         Marker,
         MarkerArray,

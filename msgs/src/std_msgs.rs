@@ -12,11 +12,11 @@ pub struct Bool {
     pub data: bool,
 }
 
-/// `std_msgs/msg/String`: a text, such as the locks of the e-stop.
+/// A text; on `/swarm/experiment`, the record of the run as JSON.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Text {
+pub struct String {
     /// The text.
-    pub data: String,
+    pub data: std::string::String,
 }
 
 /// When and in which frame a message was made.
@@ -25,7 +25,7 @@ pub struct Header {
     /// When, by the sender's clock, or by `/clock` in simulated time.
     pub stamp: Time,
     /// The coordinate frame, such as `robot_3/odom`.
-    pub frame_id: String,
+    pub frame_id: std::string::String,
 }
 
 /// A colour; each part from 0 to 1, dimensionless.
@@ -45,5 +45,5 @@ ros_messages! {
     ColorRGBA => "std_msgs/msg/ColorRGBA",
     Bool => "std_msgs/msg/Bool",
     Header => "std_msgs/msg/Header",
-    Text => "std_msgs/msg/String",
+    String => "std_msgs/msg/String",
 }

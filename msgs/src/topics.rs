@@ -255,9 +255,9 @@ pub const E_STOP_RELEASE: Topic =
 pub const E_STOP_LOCKS: Topic = topic::<rsrs::EStopLocks>("/swarm/e_stop_locks", Qos::latched(1));
 /// The record of the run, as the bag's attachment has it: JSON. Latched, and a message because
 /// converters of bags keep nothing else.
-pub const EXPERIMENT: Topic = topic::<std_msgs::Text>("/swarm/experiment", Qos::latched(1));
+pub const EXPERIMENT: Topic = topic::<std_msgs::String>("/swarm/experiment", Qos::latched(1));
 /// How the run ended, as the bag's metadata has it: JSON.
-pub const ENDING: Topic = topic::<std_msgs::Text>("/swarm/ending", Qos::latched(1));
+pub const ENDING: Topic = topic::<std_msgs::String>("/swarm/ending", Qos::latched(1));
 /// The fingerprint of the simulated world, after each lockstep step.
 pub const WORLD_DIGEST: Topic =
     topic::<rsrs::WorldDigest>("/swarm/world_digest", Qos::reliable(LOCKSTEP_DEPTH));

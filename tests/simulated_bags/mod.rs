@@ -16,7 +16,7 @@ use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{Pose as Pose3, PoseStamped, Quaternion, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::{LeaseState, RunLease};
-use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::std_msgs;
 use rsrs_msgs::topics::Topic;
 use rsrs_msgs::{RosMessage, cdr, topics};
 use rsrs_sim::draw::Seed;
@@ -249,7 +249,11 @@ impl Recording {
     fn publish(&mut self, record: &str) {
         let topic = topics::EXPERIMENT;
         let channel = self.writer.add_topic(topic.name, topic.type_name, topic.qos);
-        self.put(channel.expect("the topic is new"), 0, &Text { data: record.to_owned() });
+        self.put(
+            channel.expect("the topic is new"),
+            0,
+            &std_msgs::String { data: record.to_owned() },
+        );
     }
 
     fn run(&mut self, run: &Run, conditions: &Conditions) {

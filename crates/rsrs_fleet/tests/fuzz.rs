@@ -17,7 +17,7 @@ use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Pose, Twist};
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{LeaseState, RobotState, RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::{Bool, Text};
+use rsrs_msgs::std_msgs::{self, Bool};
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::fuzz::{self, Harness};
@@ -67,7 +67,7 @@ fn messages_of_a_run() -> Vec<(Kind, Vec<u8>)> {
     });
     let mut twist = Twist::default();
     twist.linear.x = 0.1;
-    let text = |data| cdr::encode(&Text { data });
+    let text = |data| cdr::encode(&std_msgs::String { data });
     let locks = Locks(BTreeMap::from([(Source([1; 16]), LockCause::Engaged)]));
     let locks = cdr::encode(&wire::locks_message(&locks));
     vec![
@@ -142,12 +142,12 @@ impl Floor {
                 (None, Event::Clock(Duration::from_nanos(nanos.ok_or("before 1970")?)))
             }
             Kind::Record => {
-                let text: Text = decode(bytes)?;
+                let text: std_msgs::String = decode(bytes)?;
                 let record = ExperimentRecord::from_json(&text.data).map_err(in_words)?;
                 (None, Event::Experiment(Box::new(record)))
             }
             Kind::Ending => {
-                let text: Text = decode(bytes)?;
+                let text: std_msgs::String = decode(bytes)?;
                 let (ending, run_id) = Ending::from_json(&text.data).map_err(in_words)?;
                 (None, Event::Ending { run_id, ending })
             }

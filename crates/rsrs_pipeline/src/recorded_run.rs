@@ -13,7 +13,7 @@ use rsrs_files::quoted;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::cdr;
 use rsrs_msgs::rsrs::{LeaseState, RunLease};
-use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::std_msgs;
 use rsrs_msgs::topics::{self, Topic};
 
 pub use self::poses::{PosesBy, PosesOfRun};
@@ -91,7 +91,7 @@ fn texts_on(bag: &Bag, topic: &Topic) -> anyhow::Result<Vec<String>> {
             message => message?,
         };
         let what = || format!("{}: {} is no text", bag.path().display(), topic.name);
-        texts.push(cdr::decode::<Text>(&message.bytes).with_context(what)?.data);
+        texts.push(cdr::decode::<std_msgs::String>(&message.bytes).with_context(what)?.data);
     }
     Ok(texts)
 }

@@ -58,7 +58,7 @@ pub fn all_types() -> Vec<MessageType> {
         std_msgs::Bool,
         std_msgs::ColorRGBA,
         std_msgs::Header,
-        std_msgs::Text,
+        std_msgs::String,
         Vector3,
         Twist,
         TwistStamped,

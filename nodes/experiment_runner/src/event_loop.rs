@@ -25,7 +25,7 @@ use rsrs_fleet::timing::{CONFIGURE_TIMEOUT, NODE_TIMEOUT, TICK};
 use rsrs_fleet::wire;
 use rsrs_msgs::cdr;
 use rsrs_msgs::rsrs::{Recorded, RunLease};
-use rsrs_msgs::std_msgs::{Bool, Text};
+use rsrs_msgs::std_msgs::{self, Bool};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::complaints::Complaints;
@@ -76,7 +76,7 @@ struct Run<'a> {
     lease: Publisher<RunLease>,
     recorded: Publisher<Recorded>,
     /// The record of the run and its ending, for who looks on.
-    notes: [Publisher<Text>; 2],
+    notes: [Publisher<std_msgs::String>; 2],
     machine: Runner,
     /// The plan's, with what was read before the bag was opened.
     record: ExperimentRecord,

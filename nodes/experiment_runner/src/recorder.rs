@@ -14,7 +14,7 @@ use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord, RECORDING
 use rsrs_msgs::cdr::{self, CdrError, ENCAPSULATION};
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{LeaseState, RunLease, WorldDigest};
-use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::std_msgs;
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
@@ -244,7 +244,7 @@ impl Recorder {
             log_time_ns: now_ns,
             publish_time_ns: now_ns,
             sequence: 0,
-            data: cdr::encode(&Text { data: text }),
+            data: cdr::encode(&std_msgs::String { data: text }),
             step: 0,
         });
     }

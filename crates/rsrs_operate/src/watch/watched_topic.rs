@@ -13,7 +13,7 @@ use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::{Bool, Text};
+use rsrs_msgs::std_msgs::{self, Bool};
 use rsrs_msgs::topics::{self, Topic};
 
 /// Topics of each robot that are watched.
@@ -144,10 +144,10 @@ impl WatchedTopic {
             let locks = wire::locks(decode(bytes)?)?;
             Event::EStop(Message::Locks { reporter: writer, locks })
         } else if topic == topics::EXPERIMENT {
-            let record = ExperimentRecord::from_json(&decode::<Text>(bytes)?.data)?;
+            let record = ExperimentRecord::from_json(&decode::<std_msgs::String>(bytes)?.data)?;
             Event::Experiment(Box::new(record))
         } else if topic == topics::ENDING {
-            let (ending, run_id) = Ending::from_json(&decode::<Text>(bytes)?.data)?;
+            let (ending, run_id) = Ending::from_json(&decode::<std_msgs::String>(bytes)?.data)?;
             Event::Ending { run_id, ending }
         } else if topic == topics::DIAGNOSTICS {
             Event::Diagnoses(wire::diagnoses(decode(bytes)?))

@@ -15,7 +15,7 @@ use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, Quaternion, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::{LeaseState, RunLease};
-use rsrs_msgs::std_msgs::{Bool, Header, Text};
+use rsrs_msgs::std_msgs::{self, Bool, Header};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_msgs::{RosMessage, cdr};
 
@@ -108,7 +108,7 @@ impl<'a> Recorder<'a> {
         let more = <[ChannelId; N]>::try_from(more)
             .unwrap_or_else(|_| unreachable!("one channel was added for each topic"));
         let mut recorder = Self { writer, record, lease, notes, now_ns: 0, robots, objects };
-        recorder.put(notes[0], 0, &Text { data: record.to_json() })?;
+        recorder.put(notes[0], 0, &std_msgs::String { data: record.to_json() })?;
         Ok((recorder, more))
     }
 
@@ -177,7 +177,7 @@ impl<'a> Recorder<'a> {
     /// Ends the bag of a completed run.
     pub fn close(mut self) -> Result<BagSummary, BagError> {
         let ending = Ending::completed();
-        let text = Text { data: ending.to_json(&self.record.run_id) };
+        let text = std_msgs::String { data: ending.to_json(&self.record.run_id) };
         self.put(self.notes[1], self.now_ns, &text)?;
         self.writer.metadata(ENDING, ending.to_pairs())?;
         self.writer.finish()

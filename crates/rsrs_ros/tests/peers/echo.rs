@@ -136,7 +136,7 @@ fn echo_of_topic<'a>(
         sensor_msgs::LaserScan,
         sensor_msgs::Range,
         std_msgs::Bool,
-        std_msgs::Text,
+        std_msgs::String,
         tf2_msgs::TFMessage,
         visualization_msgs::MarkerArray,
     }

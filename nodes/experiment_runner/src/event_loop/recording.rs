@@ -1,7 +1,7 @@
 //! The bag of a run: opened, filled and closed.
 
 use rsrs_fleet::runner::Event;
-use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::std_msgs;
 
 use super::{Run, Sample};
 use crate::recorder::Recorder;
@@ -39,7 +39,7 @@ impl Run<'_> {
     /// Publishes what the bag also holds.
     pub(super) async fn publish_note(&self, publisher: usize, data: String) -> anyhow::Result<()> {
         if !self.is_cut_off {
-            self.notes[publisher].publish(Text { data }).await?;
+            self.notes[publisher].publish(std_msgs::String { data }).await?;
         }
         Ok(())
     }
