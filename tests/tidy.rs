@@ -105,7 +105,8 @@ const ONE_WAY: [(&str, &[&str]); 16] = [
     ),
 ];
 /// The rooms of the core, each of which names only those before it.
-const CORE: [&str; 21] = [
+const CORE: [&str; 22] = [
+    "bounds",
     "help",
     "natural_order",
     "numerals",

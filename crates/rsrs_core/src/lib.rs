@@ -47,6 +47,7 @@ pub mod tracker;
 pub mod trials;
 pub mod world;
 
+pub mod bounds;
 pub mod digest;
 pub mod document;
 pub mod draw;

@@ -1,5 +1,7 @@
 //! Numbers outside what they can mean.
 
+use std::borrow::Cow;
+
 /// A number that was given, and that cannot be meant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{name} is {found}, expected {expected}")]
@@ -9,5 +11,5 @@ pub struct OutOfRange {
     /// What it is.
     pub found: f64,
     /// What it may be.
-    pub expected: &'static str,
+    pub expected: Cow<'static, str>,
 }

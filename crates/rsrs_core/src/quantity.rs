@@ -1,6 +1,5 @@
 //! Quantities that a sweep can vary, in one table; the values of a sweep, and cells of them.
 
-mod bounds;
 mod cell;
 mod number;
 mod region;
@@ -18,7 +17,7 @@ use crate::document::{did_you_mean, is_name, nearest};
 use crate::robot::contact::ContactModel;
 use crate::robot::profile::RobotProfile;
 
-pub use bounds::Bounds;
+pub use crate::bounds::Bounds;
 pub use cell::{Cell, CellError};
 pub use number::{Number, NumberUnit};
 pub use unit::OtherUnit;
@@ -339,7 +338,7 @@ const ROWS: [Row; 24] = [
         key: "speed_gain",
         name: "gain of the speed",
         unit: "",
-        bounds: Bounds::SIZE,
+        bounds: Bounds::GAIN,
         other_unit: None,
         kind: Kind::Capability {
             get: |robot| {
@@ -359,7 +358,7 @@ const ROWS: [Row; 24] = [
         key: "turn_gain",
         name: "gain of the turning rate",
         unit: "",
-        bounds: Bounds::SIZE,
+        bounds: Bounds::GAIN,
         other_unit: None,
         kind: Kind::Capability {
             get: |robot| Some(mean(robot.actuation.turn.means())),

@@ -246,7 +246,7 @@ impl ExperimentFile {
         };
         for (name, found) in lengths {
             if !(found > 0.0 && found.is_finite()) {
-                let expected = "a finite length above 0 m";
+                let expected = "a finite length above 0 m".into();
                 return Err(out_of_range(OutOfRange { name, found, expected }));
             }
         }

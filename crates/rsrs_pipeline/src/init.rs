@@ -8,7 +8,7 @@ use rsrs_core::numerals::significant;
 use rsrs_core::quantity::{Axis, OtherUnit};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
-use rsrs_core::robot::profile::{MAX_HALF_ANGLE_RAD, RobotProfile};
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::wheels::Wheels;
 use rsrs_fleet::experiment::ExperimentFile;
 use rsrs_fleet::fleet_file::FleetFile;
@@ -198,9 +198,10 @@ pub fn check_number(axis: Axis, value: f64) -> anyhow::Result<()> {
             _ => anyhow::anyhow!(message),
         }
     })?;
-    if axis == Axis::HalfAngle && value > MAX_HALF_ANGLE_RAD {
+    let most = axis.bounds().most;
+    if axis == Axis::HalfAngle && value > most {
         return Err(with_help(
-            format!("the {} is {value}, expected at most {MAX_HALF_ANGLE_RAD} rad", axis.name()),
+            format!("the {} is {value}, expected at most {most} rad", axis.name()),
             in_radians(value),
         ));
     }

@@ -238,7 +238,9 @@ pub fn validate(
 }
 
 fn check(options: &ReachOptions) -> Result<(), ReachError> {
-    let refuse = |name, found, expected| Err(OutOfRange { name, found, expected }.into());
+    let refuse = |name, found, expected: &'static str| {
+        Err(OutOfRange { name, found, expected: expected.into() }.into())
+    };
     if options.n_robots < 200 {
         return refuse("the number of simulated robots", options.n_robots as f64, "200 or more");
     }

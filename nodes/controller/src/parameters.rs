@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use rsrs_core::bounds::Bounds;
 use rsrs_core::draw::Key;
 use rsrs_core::robot::controller::{Command, Reaction};
-use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_fleet::controller::{Controller as Node, Settings, Stamp};
 use rsrs_fleet::fleet_file::{CmdVel, LeaseHolder};
 use rsrs_fleet::parameters::controller::{
@@ -89,10 +89,8 @@ pub fn declare(
     let is_bool = |it: &_| matches!(it, Value::Bool(_));
     let is_text = |it: &_| matches!(it, Value::String(_));
     let is_integer = |it: &_| matches!(it, Value::Integer(_));
-    let [shortest_s, longest_s] = PERIOD_BOUNDS_S;
-    let is_period =
-        |it: &_| matches!(it, Value::Double(it) if (shortest_s..=longest_s).contains(it));
-    let range_s = format!("a double from {shortest_s} to {longest_s}");
+    let is_period = |it: &_| matches!(it, Value::Double(it) if Bounds::PERIOD.contains(*it));
+    let range_s = format!("a double {}", Bounds::PERIOD);
     let text = |text: &str| Value::String(text.to_owned());
     let mirrored = "Whether it drives at the same speed and turns the other way where nothing is detected, \
                     as the milling controller does.";

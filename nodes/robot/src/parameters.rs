@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
+use rsrs_core::bounds::Bounds;
 use rsrs_core::robot::wheels::Wheels;
 use rsrs_fleet::parameters::gate::{
     ACCELERATION_MAX, CMD_VEL_TYPE, DEBOUNCE, DETECTION_THRESHOLD, DRIVER, NODE, PERIOD,
@@ -65,7 +65,7 @@ const NUMBERS: [Number; 9] = [
     Number {
         name: PERIOD,
         description: "Interval of detections, in s.",
-        range: (PERIOD_BOUNDS_S[0], PERIOD_BOUNDS_S[1]),
+        range: (Bounds::PERIOD.least, Bounds::PERIOD.most),
         value: 0.13,
         read_only: true,
     },

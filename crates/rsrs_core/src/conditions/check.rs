@@ -5,7 +5,7 @@ use super::{
 };
 use crate::document::{did_you_mean, nearest};
 use crate::help::Help;
-use crate::quantity::Bounds;
+use crate::quantity::{Axis, Bounds};
 use crate::robot::controller::state_machine::StateMachine;
 use crate::robot::controller::structure::{self, Flaw};
 use crate::robot::controller::{Command, Controller, ControllerParameters};
@@ -16,8 +16,6 @@ use crate::robot::sensor::{self, Detects, SensorFlaw};
 use crate::robot::unicycle::Pose;
 use crate::world::{Object, ROUNDING, WorldFile, WorldFlaw};
 
-/// The front sector of contact, in radians: up to all around.
-const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
 /// Robots of a detection trial.
 const PAIR: Bounds = Bounds { least: 0.0, most: 2.0 };
 
@@ -170,9 +168,9 @@ impl Conditions {
     /// ```
     pub fn check(&self) -> Result<(), Impossible> {
         for (key, found, bounds) in [
-            ("robots", self.robots as f64, Bounds::ROBOTS),
-            ("arena.side_m", self.arena.side_m, Bounds::SIZE),
-            ("period_s", self.period_s, Bounds::PERIOD),
+            ("robots", self.robots as f64, Axis::Robots.bounds()),
+            ("arena.side_m", self.arena.side_m, Axis::Arena.bounds()),
+            ("period_s", self.period_s, Axis::Period.bounds()),
         ] {
             within(key, found, bounds)?;
         }
@@ -237,7 +235,7 @@ fn check_starts(machine: &StateMachine, world: &WorldFile) -> Result<(), Impossi
 fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {
     match conditions.placement {
         Placement::DiscFacingOut { radius_m } => {
-            within("placement.radius_m", radius_m, Bounds::SIZE)
+            within("placement.radius_m", radius_m, Axis::PlacementRadius.bounds())
         }
         Placement::BoxFacingOut(Sides { width_m, height_m })
         | Placement::BoxFacingAnyWay(Sides { width_m, height_m }) => {
@@ -298,22 +296,22 @@ fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
         robot.turn_gain;
     for (key, found, bounds) in [
         ("robot.radius_m", robot.radius_m, Bounds::SIZE),
-        ("robot.front_half_angle_rad", robot.front_half_angle_rad, FRONT),
-        ("robot.contact_friction", robot.contact_friction, Bounds::FRICTION),
-        ("robot.speed_gain.mean", speed_mean, Bounds::AMOUNT),
-        ("robot.speed_gain.robot_sd", speed_sd, Bounds::AMOUNT),
-        ("robot.speed_gain.step_sd", speed_step_sd, Bounds::AMOUNT),
-        ("robot.turn_gain.mean", turn_mean, Bounds::AMOUNT),
-        ("robot.turn_gain.robot_sd", turn_sd, Bounds::AMOUNT),
-        ("robot.turn_gain.step_sd", turn_step_sd, Bounds::AMOUNT),
-        ("robot.turn_bias_sd_rad_s", robot.turn_bias_sd_rad_s, Bounds::AMOUNT),
-        ("robot.heading_noise_sd_rad", robot.heading_noise_sd_rad, Bounds::AMOUNT),
-        ("robot.gust_sd_m_s", robot.gust_sd_m_s, Bounds::AMOUNT),
+        ("robot.front_half_angle_rad", robot.front_half_angle_rad, Bounds::SECTOR),
+        ("robot.contact_friction", robot.contact_friction, Axis::ContactFriction.bounds()),
+        ("robot.speed_gain.mean", speed_mean, Axis::SpeedGain.bounds()),
+        ("robot.speed_gain.robot_sd", speed_sd, Axis::Heterogeneity.bounds()),
+        ("robot.speed_gain.step_sd", speed_step_sd, Axis::GainNoise.bounds()),
+        ("robot.turn_gain.mean", turn_mean, Axis::TurnGain.bounds()),
+        ("robot.turn_gain.robot_sd", turn_sd, Axis::Heterogeneity.bounds()),
+        ("robot.turn_gain.step_sd", turn_step_sd, Axis::GainNoise.bounds()),
+        ("robot.turn_bias_sd_rad_s", robot.turn_bias_sd_rad_s, Axis::TurnBias.bounds()),
+        ("robot.heading_noise_sd_rad", robot.heading_noise_sd_rad, Axis::HeadingNoise.bounds()),
+        ("robot.gust_sd_m_s", robot.gust_sd_m_s, Axis::Gust.bounds()),
         ("robot.gust_time_constant_s", robot.gust_time_constant_s, Bounds::SIZE),
-        ("robot.yaw_lag_s", robot.yaw_lag_s, Bounds::AMOUNT),
-        ("robot.true_positive", robot.true_positive, Bounds::PROBABILITY),
-        ("robot.false_positive", robot.false_positive, Bounds::PROBABILITY),
-        ("robot.latency_steps", f64::from(robot.latency_steps), Bounds::AMOUNT),
+        ("robot.yaw_lag_s", robot.yaw_lag_s, Axis::YawLag.bounds()),
+        ("robot.true_positive", robot.true_positive, Axis::TruePositive.bounds()),
+        ("robot.false_positive", robot.false_positive, Axis::FalsePositive.bounds()),
+        ("robot.latency_steps", f64::from(robot.latency_steps), Axis::LatencySteps.bounds()),
     ] {
         within(key, found, bounds)?;
     }
@@ -327,8 +325,6 @@ fn check_sensors(robot: &SimulatedRobot, conditions: &Conditions) -> Result<(), 
             sensors.iter().map(|it| SensorEntry::new(&it.name, &Sensing::from(it))).collect();
         sensor::file::sensors(&entries)?;
         for sensor in sensors {
-            check_region(&sensor.region)?;
-            within("latency_steps", f64::from(sensor.latency_steps), Bounds::AMOUNT)?;
             let is_there = |kind: &Detects| match kind {
                 Detects::Wall => conditions.arena.walls != Walls::None,
                 kind => conditions.world.has(*kind),
@@ -353,8 +349,8 @@ fn check_sensors(robot: &SimulatedRobot, conditions: &Conditions) -> Result<(), 
 fn check_region(region: &Region) -> Result<(), Impossible> {
     match region {
         Region::Cone { half_angle_rad, range_m } => {
-            within("robot.region.cone.half_angle_rad", *half_angle_rad, Bounds::HALF_ANGLE)?;
-            within("robot.region.cone.range_m", *range_m, Bounds::SIZE)
+            within("robot.region.cone.half_angle_rad", *half_angle_rad, Axis::HalfAngle.bounds())?;
+            within("robot.region.cone.range_m", *range_m, Axis::Range.bounds())
         }
         Region::Polygon { corners_m } => {
             for coordinate in corners_m.iter().flatten() {
@@ -381,8 +377,9 @@ mod tests {
 
     use super::*;
     use crate::conditions::Settings;
-    use crate::quantity::Axis;
-    use crate::robot::profile::RobotProfile;
+    use crate::conditions::resolve::simulated_robot;
+    use crate::robot::contact::ContactModel;
+    use crate::robot::profile::{Cone, RobotProfile, Sees};
 
     use rsrs_testing::conditions::FLOCKBOT;
 
@@ -424,6 +421,57 @@ mod tests {
 
                 let key = path.trim_start_matches('/').replace('/', ".");
                 assert!(error.starts_with(&format!("{key} is ")), "{path}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_capability_has_the_bounds_of_its_row_in_profiles_and_in_conditions() {
+        let mut flockbot = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        flockbot.body.contact = ContactModel::Push;
+        flockbot.sensing.sees = Sees::Body;
+        flockbot.sensing.polygon_m = None;
+        flockbot.sensing.cone = Some(Cone { half_angle_rad: 0.2, range_m: 1.0 });
+        let with = |axis: Axis, value: f64| {
+            let mut robot = flockbot.clone();
+            match axis {
+                Axis::SensorBearing => robot.sensing.details.bearing_rad = value,
+                _ => axis.set(&mut robot, value).unwrap(),
+            }
+            robot
+        };
+        let base = conditions();
+        let check_both = |robot: &RobotProfile| {
+            let simulated = Conditions {
+                robot: simulated_robot(robot, &base.controller),
+                period_s: robot.computation.period_s,
+                ..base.clone()
+            };
+            let of_profile = robot.check().map_err(|error| error.to_string());
+            [of_profile, simulated.check().map_err(|error| error.to_string())]
+        };
+        // The size of a region is a change of it, and no number of a robot.
+        let axes = Axis::ALL.into_iter();
+        let axes = axes.filter(|axis| axis.is_capability() && *axis != Axis::PolygonScale);
+
+        for axis in axes {
+            let Bounds { least, most } = axis.bounds();
+            for possible in [least, most] {
+                for checked in check_both(&with(axis, possible)) {
+                    assert_eq!(checked, Ok(()), "{axis} of {possible}");
+                }
+            }
+            let beyond = if axis.is_count() {
+                vec![most + 1.0]
+            } else {
+                vec![least.next_down(), most.next_up(), f64::NAN]
+            };
+            for impossible in beyond {
+                for checked in check_both(&with(axis, impossible)) {
+                    let error = checked.expect_err(axis.key());
+                    let names_both = [least, most].iter().all(|it| error.contains(&it.to_string()));
+                    assert!(names_both, "{axis} of {impossible}: {error}");
+                }
             }
         }
     }

@@ -300,7 +300,7 @@ fn commands(
     Ok(ControllerParameters::new(detected, undetected))
 }
 
-fn simulated_robot(robot: &RobotProfile, controller: &Controller) -> SimulatedRobot {
+pub(super) fn simulated_robot(robot: &RobotProfile, controller: &Controller) -> SimulatedRobot {
     let (speed, turn) = (&robot.actuation.speed, &robot.actuation.turn);
     // One gain serves all commands: that of the fastest, which moves the robot most.
     let Command { speed_m_s, turn_rate_rad_s } = controller.fastest();

@@ -4,7 +4,8 @@ use serde::de::Error as _;
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize};
 
-use crate::robot::profile::{MOST_FRICTION, RobotProfile, Sensing};
+use crate::bounds::Bounds;
+use crate::robot::profile::{RobotProfile, Sensing};
 
 /// The factors that make the simulated robot worse than the measured one.
 ///
@@ -139,7 +140,7 @@ impl HarsherFactors {
         self.check()?;
         let mut simulated = measured.clone();
         if let Some(friction) = &mut simulated.body.contact_friction {
-            *friction = tidy((*friction * self.friction_factor).min(MOST_FRICTION));
+            *friction = tidy((*friction * self.friction_factor).min(Bounds::FRICTION.most));
         }
         let actuation = &mut simulated.actuation;
         for sd in [

@@ -19,8 +19,8 @@ use crate::robot::wheels::Wheels;
 
 use file::ProfileFile;
 
+pub(crate) use check::half_angle;
 pub(crate) use check::is_convex;
-pub use check::{MAX_HALF_ANGLE_RAD, MOST_FRICTION, PERIOD_BOUNDS_S};
 
 /// A robot as it was measured: every capability, with where its number comes from.
 ///

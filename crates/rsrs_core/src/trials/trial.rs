@@ -229,7 +229,7 @@ pub fn detection_trials(file: &str, text: &str) -> Result<Trials<DetectionTrial>
             let distance_m = row.positive(1)?;
             row.below(1, distance_m, MAX_SENSING_M, "mm or cm")?;
             let bearing_rad = row.number(2)?;
-            row.below(2, bearing_rad, 3.15, "degrees")?;
+            row.below(2, bearing_rad, Bounds::BEARING.most, "degrees")?;
             Some(Neighbour { distance_m, bearing_rad })
         } else {
             if let Some(bearing_rad) = row.optional(2)? {

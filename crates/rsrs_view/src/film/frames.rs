@@ -157,6 +157,7 @@ fn check(film: &Film) -> Result<(), FilmError> {
         ),
     ] {
         if !(found.is_finite() && is_right) {
+            let expected = expected.into();
             return Err(OutOfRange { name, found, expected }.into());
         }
     }

@@ -6,8 +6,8 @@ mod placing;
 use std::num::ParseFloatError;
 use std::path::PathBuf;
 
+use rsrs_core::bounds::Bounds;
 use rsrs_core::robot::controller::ControllerParameters;
-use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_experiment_runner::plan::Trial;
 use rsrs_operate::drive::{DriveOptions, SingleTrial, drive, fill_plan, fill_table};
@@ -141,10 +141,10 @@ const MOST_SAMPLES: u64 = 1_000_000;
 
 fn period(text: &str) -> Result<f64, String> {
     let period_s: f64 = text.parse().map_err(|error: ParseFloatError| error.to_string())?;
-    let [least, most] = PERIOD_BOUNDS_S;
-    if (least..=most).contains(&period_s) {
+    if Bounds::PERIOD.contains(period_s) {
         return Ok(period_s);
     }
+    let Bounds { least, most } = Bounds::PERIOD;
     Err(format!("expected seconds, {least} to {most}"))
 }
 

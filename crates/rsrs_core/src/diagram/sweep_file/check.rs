@@ -60,8 +60,9 @@ impl SweepFile {
     }
 
     fn check_numbers(&self) -> Result<(), SweepProblem> {
-        let out_of_range =
-            |key, found, expected| Err(OutOfRange { name: key, found, expected }.into());
+        let out_of_range = |name, found, expected: &'static str| {
+            Err(OutOfRange { name, found, expected: expected.into() }.into())
+        };
         if !(1..=MOST_REPLICATES).contains(&self.replicates) {
             return out_of_range("replicates", self.replicates as f64, "1 to 10^12");
         }
@@ -88,11 +89,11 @@ impl SweepFile {
 /// What is wrong, by its key in a file.
 pub fn check_run(duration_s: f64, seed: u64) -> Result<(), OutOfRange> {
     if !(duration_s > 0.0 && duration_s <= MOST_DURATION_S) {
-        let expected = "a time above 0 s, and a week at most";
+        let expected = "a time above 0 s, and a week at most".into();
         return Err(OutOfRange { name: "duration_s", found: duration_s, expected });
     }
     if seed >= SEED_LIMIT {
-        let expected = "a whole number below 2^63";
+        let expected = "a whole number below 2^63".into();
         return Err(OutOfRange { name: "seed", found: seed as f64, expected });
     }
     Ok(())

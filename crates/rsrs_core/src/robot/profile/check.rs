@@ -1,6 +1,9 @@
 //! Whether a profile can describe a robot: every number against what it can mean.
 
+use std::borrow::Cow;
+
 use super::{MAX_CORNERS, ProfileError, RobotProfile, Sees};
+use crate::bounds::Bounds;
 use crate::out_of_range::OutOfRange;
 use crate::plane::{left_of, sides};
 use crate::robot::contact::ContactModel;
@@ -8,8 +11,10 @@ use crate::robot::contact::ContactModel;
 impl RobotProfile {
     /// Checks every number against what it can mean.
     pub fn check(&self) -> Result<(), ProfileError> {
-        positive("body.radius_m", self.body.radius_m)?;
-        within("body.front_half_angle_rad", self.body.front_half_angle_rad, 0.0, 3.15)?;
+        let angle = |it| format!("an angle {it} rad");
+        let front_rad = self.body.front_half_angle_rad;
+        within("body.radius_m", self.body.radius_m, Bounds::SIZE, Bounds::number)?;
+        within("body.front_half_angle_rad", front_rad, Bounds::SECTOR, angle)?;
         self.check_contact()?;
         self.check_actuation()?;
         if self.has_one_plain_sensor() {
@@ -17,9 +22,8 @@ impl RobotProfile {
         } else {
             self.check_sensors()?;
         }
-        let period_s = self.computation.period_s;
-        let is_period = |it| (PERIOD_BOUNDS_S[0]..=PERIOD_BOUNDS_S[1]).contains(&it);
-        check("computation.period_s", period_s, is_period, "a time from 0.001 to 2 s")
+        let time = |it| format!("a time {it} s");
+        within("computation.period_s", self.computation.period_s, Bounds::PERIOD, time)
     }
 
     fn check_contact(&self) -> Result<(), ProfileError> {
@@ -28,8 +32,8 @@ impl RobotProfile {
         if contact != ContactModel::Push {
             return Err(ProfileError::Friction { found, contact });
         }
-        let is_friction = |it| (0.0..=MOST_FRICTION).contains(&it);
-        check("body.contact_friction", found, is_friction, "a coefficient from 0 to 2")
+        let coefficient = |it| format!("a coefficient {it}");
+        within("body.contact_friction", found, Bounds::FRICTION, coefficient)
     }
 
     fn check_actuation(&self) -> Result<(), ProfileError> {
@@ -61,72 +65,85 @@ impl RobotProfile {
             ("actuation.gust.sd_m_s", self.actuation.gust.sd_m_s),
             ("actuation.yaw_lag_s", self.actuation.yaw_lag_s),
         ] {
-            not_negative(key, number)?;
+            within(key, number, Bounds::AMOUNT, Bounds::number)?;
         }
         if let Some(wheels) = self.actuation.wheels {
             positive("actuation.wheels.base_m", wheels.base_m)?;
             positive("actuation.wheels.speed_max_m_s", wheels.speed_max_m_s)?;
         }
-        positive("actuation.gust.time_constant_s", self.actuation.gust.time_constant_s)
+        let fades_s = self.actuation.gust.time_constant_s;
+        within("actuation.gust.time_constant_s", fades_s, Bounds::SIZE, Bounds::number)
     }
 
     fn check_sensing(&self) -> Result<(), ProfileError> {
         let sensing = &self.sensing;
-        within("sensing.true_positive", sensing.true_positive, 0.0, 1.0)?;
-        within("sensing.false_positive", sensing.false_positive, 0.0, 1.0)?;
+        for (key, found) in [
+            ("sensing.true_positive", sensing.true_positive),
+            ("sensing.false_positive", sensing.false_positive),
+        ] {
+            within(key, found, Bounds::PROBABILITY, Bounds::probability)?;
+        }
+        let latency_steps = sensing.latency_steps.into();
+        within("sensing.latency_steps", latency_steps, Bounds::AMOUNT, Bounds::number)?;
         match (&sensing.cone, &sensing.polygon_m) {
             (Some(cone), None) => {
-                positive("sensing.cone.range_m", cone.range_m)?;
-                let is_seen = cone.half_angle_rad != 0.0 || sensing.sees == Sees::Body;
-                let expected = if is_seen {
-                    "from 0, a line of sight, to 1.5 rad"
-                } else {
-                    "above 0: no centre lies on a line of sight, which needs `sees: body`"
-                };
-                let is_cone = |it| is_seen && (0.0..=MAX_HALF_ANGLE_RAD).contains(&it);
-                check("sensing.cone.half_angle_rad", cone.half_angle_rad, is_cone, expected)
+                within("sensing.cone.range_m", cone.range_m, Bounds::SIZE, Bounds::number)?;
+                half_angle(cone.half_angle_rad, sensing.sees).map_err(|expected| {
+                    let (name, found) = ("sensing.cone.half_angle_rad", cone.half_angle_rad);
+                    OutOfRange { name, found, expected }.into()
+                })
             }
-            (None, Some(polygon)) if is_convex(polygon) => Ok(()),
-            (None, Some(polygon)) => Err(ProfileError::Polygon(polygon.len())),
+            (None, Some(corners_m)) => {
+                for coordinate in corners_m.iter().flatten() {
+                    let bounds = Bounds::COORDINATE;
+                    within("sensing.polygon_m", *coordinate, bounds, Bounds::number)?;
+                }
+                if is_convex(corners_m) {
+                    return Ok(());
+                }
+                Err(ProfileError::Polygon(corners_m.len()))
+            }
             _ => Err(ProfileError::Region),
         }
     }
 }
 
-/// Greatest coefficient of friction between two bodies: rubber on rubber has half of it.
-pub const MOST_FRICTION: f64 = 2.0;
-
-/// Shortest and longest control period, in seconds: nobody drives by detections that are rarer.
-pub const PERIOD_BOUNDS_S: [f64; 2] = [0.001, 2.0];
-
-/// Widest cone: its edges must stay in front of the robot.
-pub const MAX_HALF_ANGLE_RAD: f64 = 1.5;
-
-fn check(
+fn within(
     name: &'static str,
     found: f64,
-    is_meant: impl Fn(f64) -> bool,
-    expected: &'static str,
+    bounds: Bounds,
+    expected: impl Fn(Bounds) -> String,
 ) -> Result<(), ProfileError> {
-    if is_meant(found) { Ok(()) } else { Err(OutOfRange { name, found, expected }.into()) }
+    if bounds.contains(found) {
+        return Ok(());
+    }
+    Err(OutOfRange { name, found, expected: expected(bounds).into() }.into())
 }
 
-fn positive(key: &'static str, found: f64) -> Result<(), ProfileError> {
-    check(key, found, |it| it > 0.0 && it.is_finite(), "a finite number above 0")
+/// Whether a cone can open so far, in radians; if not, what it may.
+pub(crate) fn half_angle(angle_rad: f64, sees: Sees) -> Result<(), Cow<'static, str>> {
+    let Bounds { least, most } = Bounds::HALF_ANGLE;
+    if !Bounds::HALF_ANGLE.contains(angle_rad) {
+        return Err(format!("from {least}, a line of sight, to {most} rad").into());
+    }
+    if angle_rad <= least && sees == Sees::Centre {
+        return Err("above 0: no centre lies on a line of sight, which needs `sees: body`".into());
+    }
+    Ok(())
 }
 
-fn not_negative(key: &'static str, found: f64) -> Result<(), ProfileError> {
-    check(key, found, |it| it >= 0.0 && it.is_finite(), "a finite number, 0 or more")
+fn positive(name: &'static str, found: f64) -> Result<(), ProfileError> {
+    if found > 0.0 && found.is_finite() {
+        return Ok(());
+    }
+    Err(OutOfRange { name, found, expected: "a finite number above 0".into() }.into())
 }
 
-fn within(key: &'static str, found: f64, least: f64, most: f64) -> Result<(), ProfileError> {
-    let expected = if most > 3.0 { "an angle from 0 to pi" } else { "a probability from 0 to 1" };
-    check(key, found, |it| (least..=most).contains(&it), expected)
-}
-
-fn limits(key: &'static str, [least, most]: [f64; 2]) -> Result<(), ProfileError> {
-    let is_most = |most: f64| least >= 0.0 && most > least && most.is_finite();
-    check(key, most, is_most, "limits with 0 <= least < most")
+fn limits(name: &'static str, [least, found]: [f64; 2]) -> Result<(), ProfileError> {
+    if least >= 0.0 && found > least && found.is_finite() {
+        return Ok(());
+    }
+    Err(OutOfRange { name, found, expected: "limits with 0 <= least < most".into() }.into())
 }
 
 fn gains(key: &'static str, table: impl Iterator<Item = (f64, f64)>) -> Result<(), ProfileError> {
@@ -137,7 +154,7 @@ fn gains(key: &'static str, table: impl Iterator<Item = (f64, f64)>) -> Result<(
     }
     for (command, mean) in table {
         positive(key, command)?;
-        positive(key, mean)?;
+        within(key, mean, Bounds::GAIN, Bounds::number)?;
     }
     Ok(())
 }
@@ -158,6 +175,30 @@ pub(crate) fn is_convex(corners: &[[f64; 2]]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_no_sweep_could_simulate_is_refused_by_its_key() {
+        let flockbot = include_str!("../../../../../launch_configs/profiles/flockbot.yaml");
+        let flockbot = RobotProfile::parse("flockbot.yaml", flockbot).unwrap();
+        let refusal = |change: fn(&mut RobotProfile)| {
+            let mut robot = flockbot.clone();
+            change(&mut robot);
+            robot.check().expect_err("it cannot be simulated").to_string()
+        };
+
+        assert_eq!(
+            refusal(|robot| robot.actuation.yaw_lag_s = 2000.0),
+            "actuation.yaw_lag_s is 2000, expected a number from 0 to 1000"
+        );
+        assert_eq!(
+            refusal(|robot| robot.sensing.latency_steps = 1001),
+            "sensing.latency_steps is 1001, expected a number from 0 to 1000"
+        );
+        assert_eq!(
+            refusal(|robot| robot.body.radius_m = 1e7),
+            "body.radius_m is 10000000, expected a number from 0.000001 to 1000000"
+        );
+    }
 
     #[test]
     fn a_line_of_sight_sees_bodies_and_no_cone_opens_backward() {

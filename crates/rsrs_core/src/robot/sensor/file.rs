@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{DETECTION, Detects, FurtherSensor, Reading, SensorDetails};
 use super::{MOST_READINGS, SensorFlaw, SensorProblem};
+use crate::bounds::Bounds;
 use crate::document::{is_name, nearest};
 use crate::numerals::is_zero;
-use crate::robot::profile::{Cone, MAX_HALF_ANGLE_RAD, RobotProfile, Sees, Sensing, is_convex};
+use crate::robot::profile::{Cone, RobotProfile, Sees, Sensing, half_angle, is_convex};
 
 /// A sensor of a list: with `name`, `detects` and the probabilities of one reading, or with `one_of` for several.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -135,60 +136,57 @@ impl SensorEntry {
         if alarms > MOST_SUM {
             return Err(SensorProblem::Row { place: "nothing", found: alarms });
         }
+        let angle = |it| format!("an angle {it} rad");
+        within("bearing_rad", self.bearing_rad, Bounds::BEARING, angle)?;
+        within("latency_steps", self.latency_steps.into(), Bounds::AMOUNT, Bounds::number)?;
         self.check_region()?;
         Ok(readings)
     }
 
     fn check_region(&self) -> Result<(), SensorProblem> {
-        let out_of_range =
-            |key, found, expected| Err(SensorProblem::OutOfRange { key, found, expected });
-        if !(-MOST_BEARING_RAD..=MOST_BEARING_RAD).contains(&self.bearing_rad) {
-            return out_of_range(
-                "bearing_rad",
-                self.bearing_rad,
-                "an angle from -3.15 to 3.15 rad",
-            );
-        }
         match (&self.cone, &self.polygon_m) {
             (Some(Cone { half_angle_rad, range_m }), None) => {
-                if !(*range_m > 0.0 && range_m.is_finite()) {
-                    return out_of_range("range_m", *range_m, "a finite number above 0");
-                }
-                match (*half_angle_rad, self.sees) {
-                    (0.0, Sees::Centre) => out_of_range(
-                        "half_angle_rad",
-                        0.0,
-                        "above 0: no centre lies on a line of sight, which needs `sees: body`",
-                    ),
-                    (angle_rad, _) if (0.0..=MAX_HALF_ANGLE_RAD).contains(&angle_rad) => Ok(()),
-                    (angle_rad, _) => out_of_range(
-                        "half_angle_rad",
-                        angle_rad,
-                        "from 0, a line of sight, to 1.5 rad",
-                    ),
-                }
+                within("range_m", *range_m, Bounds::SIZE, Bounds::number)?;
+                half_angle(*half_angle_rad, self.sees).map_err(|expected| {
+                    SensorProblem::OutOfRange {
+                        key: "half_angle_rad",
+                        found: *half_angle_rad,
+                        expected,
+                    }
+                })
             }
-            (None, Some(corners)) if is_convex(corners) => Ok(()),
-            (None, Some(corners)) => Err(SensorProblem::Polygon(corners.len())),
+            (None, Some(corners_m)) => {
+                for coordinate in corners_m.iter().flatten() {
+                    within("polygon_m", *coordinate, Bounds::COORDINATE, Bounds::number)?;
+                }
+                if is_convex(corners_m) {
+                    return Ok(());
+                }
+                Err(SensorProblem::Polygon(corners_m.len()))
+            }
             _ => Err(SensorProblem::Region),
         }
     }
 }
 
-/// A bearing is at most half a turn, in radians, and what rounding adds.
-const MOST_BEARING_RAD: f64 = 3.15;
+fn within(
+    key: &'static str,
+    found: f64,
+    bounds: Bounds,
+    expected: impl Fn(Bounds) -> String,
+) -> Result<(), SensorProblem> {
+    if bounds.contains(found) {
+        return Ok(());
+    }
+    Err(SensorProblem::OutOfRange { key, found, expected: expected(bounds).into() })
+}
 
 /// What rounding adds to probabilities that are 1 together.
 const MOST_SUM: f64 = 1.0 + 1e-9;
 
 /// Whether a reading's row of the confusion table is one.
 fn check_row(reading: &Reading, readings: &[Reading]) -> Result<(), SensorProblem> {
-    let probability = |key, found: f64| {
-        if (0.0..=1.0).contains(&found) {
-            return Ok(());
-        }
-        Err(SensorProblem::OutOfRange { key, found, expected: "a probability from 0 to 1" })
-    };
+    let probability = |key, found| within(key, found, Bounds::PROBABILITY, Bounds::probability);
     probability("true_positive", reading.true_positive)?;
     probability("false_positive", reading.false_positive)?;
     let mut sum = reading.true_positive;

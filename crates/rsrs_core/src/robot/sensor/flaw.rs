@@ -1,5 +1,7 @@
 //! What is wrong with a sensor of a list.
 
+use std::borrow::Cow;
+
 use super::{DETECTION, MOST_READINGS};
 use crate::document::did_you_mean;
 use crate::help::Help;
@@ -29,7 +31,7 @@ pub enum SensorProblem {
         /// The number.
         found: f64,
         /// What it may be.
-        expected: &'static str,
+        expected: Cow<'static, str>,
     },
     /// A key without which it is no sensor.
     #[error("missing key `{0}`")]
