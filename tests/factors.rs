@@ -38,7 +38,7 @@ fn a_sweep_of_robots_that_a_factor_has_blinded_reports_it_and_names_the_factor()
     let output = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
 
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let warning = "true-positive rate: the simulated robot has 0.04, which is hardly more than its \
+    let warning = "true positive rate: the simulated robot has 0.04, which is hardly more than its \
                    false detections; the measured one has 0.98; set `harsher: {miss_factor: ";
     assert!(stderr(&output).contains(warning), "{}", stderr(&output));
     assert!(stdout(&output).contains("miss_factor does most of it"), "{}", stdout(&output));

@@ -331,7 +331,7 @@ fn a_sweep_with_better_robots_than_measured_is_not_harsher() {
     assert_eq!(code(&output), 3, "{}", stderr(&output));
     let answer = json(&output);
     assert_eq!((&answer["is_contained"], &answer["is_harsher"]), (&true.into(), &false.into()));
-    assert_eq!(answer["capability_violations"][0]["capability"], "true-positive rate");
+    assert_eq!(answer["capability_violations"][0]["capability"], "true positive rate");
 }
 
 #[test]

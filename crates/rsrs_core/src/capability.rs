@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use serde::Serialize;
 
 use crate::conditions::{Conditions, ConditionsError, Settings, SimulatedRobot, SimulatedSensor};
-use crate::quantity::Axis;
+use crate::quantity::{Axis, Worse};
 use crate::robot::controller::Command;
 use crate::robot::profile::{RobotProfile, Sees};
 use crate::robot::region::Region;
@@ -82,20 +82,8 @@ struct Compared {
     capability: Cow<'static, str>,
     measured: f64,
     simulated: f64,
-    order: Order,
-}
-
-/// Which way a number is worse.
-#[derive(Clone, Copy)]
-enum Order {
-    /// More is worse: noise, errors, delays.
-    MoreIsWorse,
-    /// Less is worse.
-    LessIsWorse,
-    /// Further from 1 on the same side is worse: mean gains.
-    FartherFromOneIsWorse,
-    /// Neither is worse, so it must be the same.
-    Same,
+    /// Without it neither side is the worse one, so that it must be the same.
+    worse: Option<Worse>,
 }
 
 /// What binary fractions may differ by where numbers are equal.
@@ -103,12 +91,12 @@ const ROUNDING: f64 = 1e-9;
 
 impl Compared {
     fn violation(self) -> Option<CapabilityViolation> {
-        let Self { capability, measured, simulated, order } = self;
-        let (is_kept, expected) = match order {
-            Order::MoreIsWorse => (simulated >= measured - ROUNDING, "the same or more"),
-            Order::LessIsWorse => (simulated <= measured + ROUNDING, "the same or less"),
-            Order::Same => ((simulated - measured).abs() <= ROUNDING, "the same"),
-            Order::FartherFromOneIsWorse => {
+        let Self { capability, measured, simulated, worse } = self;
+        let (is_kept, expected) = match worse {
+            Some(Worse::More) => (simulated >= measured - ROUNDING, "the same or more"),
+            Some(Worse::Less) => (simulated <= measured + ROUNDING, "the same or less"),
+            None => ((simulated - measured).abs() <= ROUNDING, "the same"),
+            Some(Worse::FartherFromOne) => {
                 let (measured, simulated) = (measured - 1.0, simulated - 1.0);
                 let is_farther = simulated.abs() >= measured.abs() - ROUNDING;
                 let is_same_side = simulated * measured >= 0.0 || measured.abs() <= ROUNDING;
@@ -121,36 +109,48 @@ impl Compared {
 }
 
 fn numbers(measured: &Conditions, simulated: &Conditions) -> Vec<Compared> {
-    use Order::{FartherFromOneIsWorse, LessIsWorse, MoreIsWorse, Same};
-    let periods = (measured.period_s, simulated.period_s);
+    let period_s = [measured.period_s, simulated.period_s];
     let (measured, simulated) = (&measured.robot, &simulated.robot);
-    let both = |value: fn(&SimulatedRobot) -> f64| (value(measured), value(simulated));
-    let rows = [
-        ("body radius (m)", both(|robot| robot.radius_m), Same),
-        ("friction of bodies that push", both(|robot| robot.contact_friction), MoreIsWorse),
-        ("front sector (rad)", both(|robot| robot.front_half_angle_rad), MoreIsWorse),
-        ("speed gain, mean", both(|robot| robot.speed_gain.mean), FartherFromOneIsWorse),
-        ("speed gain, sd between robots", both(|robot| robot.speed_gain.robot_sd), MoreIsWorse),
-        ("speed gain, sd between steps", both(|robot| robot.speed_gain.step_sd), MoreIsWorse),
-        ("turn gain, mean", both(|robot| robot.turn_gain.mean), FartherFromOneIsWorse),
-        ("turn gain, sd between robots", both(|robot| robot.turn_gain.robot_sd), MoreIsWorse),
-        ("turn gain, sd between steps", both(|robot| robot.turn_gain.step_sd), MoreIsWorse),
-        ("turn bias, sd (rad/s)", both(|robot| robot.turn_bias_sd_rad_s), MoreIsWorse),
-        ("heading noise, sd per step (rad)", both(|robot| robot.heading_noise_sd_rad), MoreIsWorse),
-        ("gusts, sd (m/s)", both(|robot| robot.gust_sd_m_s), MoreIsWorse),
-        ("yaw lag (s)", both(|robot| robot.yaw_lag_s), MoreIsWorse),
-        ("true-positive rate", both(|robot| robot.true_positive), LessIsWorse),
-        ("false-positive rate", both(|robot| robot.false_positive), MoreIsWorse),
-        ("sensor latency (steps)", both(|robot| f64::from(robot.latency_steps)), MoreIsWorse),
-        ("control period (s)", periods, MoreIsWorse),
-    ];
-    let compared = |(capability, (measured, simulated), order): (&'static str, _, _)| Compared {
+    let both = |value: fn(&SimulatedRobot) -> f64| [value(measured), value(simulated)];
+    let one_of_two = |capability: &'static str, axis: Axis, values| Compared {
+        capability: capability.into(),
+        ..on_axis(axis, values)
+    };
+    let no_axis = |capability: &'static str, [measured, simulated]: [f64; 2], worse| Compared {
         capability: capability.into(),
         measured,
         simulated,
-        order,
+        worse,
     };
-    rows.into_iter().map(compared).collect()
+    let speed_sds = both(|robot| robot.speed_gain.robot_sd);
+    let speed_step_sds = both(|robot| robot.speed_gain.step_sd);
+    let turn_sds = both(|robot| robot.turn_gain.robot_sd);
+    let turn_step_sds = both(|robot| robot.turn_gain.step_sd);
+    let fronts_rad = both(|robot| robot.front_half_angle_rad);
+    vec![
+        no_axis("body radius (m)", both(|robot| robot.radius_m), None),
+        on_axis(Axis::ContactFriction, both(|robot| robot.contact_friction)),
+        no_axis("front sector (rad)", fronts_rad, Some(Worse::More)),
+        on_axis(Axis::SpeedGain, both(|robot| robot.speed_gain.mean)),
+        one_of_two("speed gain, sd between robots", Axis::Heterogeneity, speed_sds),
+        one_of_two("speed gain, sd between steps", Axis::GainNoise, speed_step_sds),
+        on_axis(Axis::TurnGain, both(|robot| robot.turn_gain.mean)),
+        one_of_two("turn gain, sd between robots", Axis::Heterogeneity, turn_sds),
+        one_of_two("turn gain, sd between steps", Axis::GainNoise, turn_step_sds),
+        on_axis(Axis::TurnBias, both(|robot| robot.turn_bias_sd_rad_s)),
+        on_axis(Axis::HeadingNoise, both(|robot| robot.heading_noise_sd_rad)),
+        on_axis(Axis::Gust, both(|robot| robot.gust_sd_m_s)),
+        on_axis(Axis::YawLag, both(|robot| robot.yaw_lag_s)),
+        on_axis(Axis::TruePositive, both(|robot| robot.true_positive)),
+        on_axis(Axis::FalsePositive, both(|robot| robot.false_positive)),
+        on_axis(Axis::LatencySteps, both(|robot| f64::from(robot.latency_steps))),
+        on_axis(Axis::Period, period_s),
+    ]
+}
+
+/// What both robots have on an axis.
+fn on_axis(axis: Axis, [measured, simulated]: [f64; 2]) -> Compared {
+    Compared { capability: axis.label().into(), measured, simulated, worse: axis.worse() }
 }
 
 fn rotation(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<CapabilityViolation> {
@@ -189,20 +189,21 @@ fn further_readings(
         let mut rows = Vec::new();
         if !is_first {
             let latency = [measured, simulated].map(|sensor| f64::from(sensor.latency_steps));
-            rows.push((of("sensor latency (steps)"), latency, Order::MoreIsWorse));
+            let row = on_axis(Axis::LatencySteps, latency);
+            rows.push(Compared { capability: of(&row.capability), ..row });
         }
         let readings = measured.readings().into_iter().zip(simulated.readings());
         for (one, other) in readings.skip(usize::from(is_first)) {
-            let of = |capability: &str| Cow::from(format!("reading `{}`: {capability}", one.name));
-            let true_positive = [one.true_positive, other.true_positive];
-            let false_positive = [one.false_positive, other.false_positive];
-            rows.push((of("true-positive rate"), true_positive, Order::LessIsWorse));
-            rows.push((of("false-positive rate"), false_positive, Order::MoreIsWorse));
+            for (axis, values) in [
+                (Axis::TruePositive, [one.true_positive, other.true_positive]),
+                (Axis::FalsePositive, [one.false_positive, other.false_positive]),
+            ] {
+                let row = on_axis(axis, values);
+                let capability = format!("reading `{}`: {}", one.name, row.capability).into();
+                rows.push(Compared { capability, ..row });
+            }
         }
-        let compared = rows.into_iter().map(|(capability, [measured, simulated], order)| {
-            Compared { capability, measured, simulated, order }.violation()
-        });
-        found.extend(compared.flatten());
+        found.extend(rows.into_iter().filter_map(Compared::violation));
         if !is_first {
             let violation = region(measured, simulated);
             found.extend(

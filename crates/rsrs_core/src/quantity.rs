@@ -106,12 +106,25 @@ enum Kind {
         set: fn(&mut RobotProfile, f64) -> Result<(), &'static str>,
         /// What a perfect robot has; `None` where another value makes another robot.
         ideal: Option<f64>,
+        /// `None` where that is up to the swarm.
+        worse: Option<Worse>,
     },
+}
+
+/// Which values of a capability make the worse robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Worse {
+    /// Greater ones: noise, errors, delays.
+    More,
+    /// Smaller ones.
+    Less,
+    /// Those further from 1 on the same side: mean gains.
+    FartherFromOne,
 }
 
 /// One number of a profile.
 macro_rules! number {
-    ($($field:ident).+ $(, $ideal:literal)?) => {
+    ($($field:ident).+, $worse:ident $(, $ideal:literal)?) => {
         Kind::Capability {
             get: |robot| Some(robot.$($field).+),
             set: |robot, value| {
@@ -119,6 +132,7 @@ macro_rules! number {
                 Ok(())
             },
             ideal: [$(Some($ideal),)? None][0],
+            worse: Some(Worse::$worse),
         }
     };
 }
@@ -134,6 +148,7 @@ macro_rules! greater {
                 Ok(())
             },
             ideal: Some(0.0),
+            worse: Some(Worse::More),
         }
     };
 }
@@ -142,8 +157,9 @@ macro_rules! greater {
 const fn region(
     get: fn(&RobotProfile) -> Option<f64>,
     set: fn(&mut RobotProfile, f64) -> Result<(), &'static str>,
+    worse: Option<Worse>,
 ) -> Kind {
-    Kind::Capability { get, set, ideal: None }
+    Kind::Capability { get, set, ideal: None, worse }
 }
 
 fn mean(gains: impl Iterator<Item = f64>) -> f64 {
@@ -234,7 +250,7 @@ const ROWS: [Row; 24] = [
         unit: "m",
         bounds: Bounds::SIZE,
         other_unit: Some((MAX_SENSING_M, "mm")),
-        kind: region(region::range_m, region::set_range),
+        kind: region(region::range_m, region::set_range, Some(Worse::Less)),
     },
     Row {
         axis: Axis::HalfAngle,
@@ -243,7 +259,7 @@ const ROWS: [Row; 24] = [
         unit: "rad",
         bounds: Bounds::HALF_ANGLE,
         other_unit: DEGREES,
-        kind: region(region::half_angle_rad, region::set_half_angle),
+        kind: region(region::half_angle_rad, region::set_half_angle, None),
     },
     Row {
         axis: Axis::PolygonScale,
@@ -252,7 +268,7 @@ const ROWS: [Row; 24] = [
         unit: "",
         bounds: Bounds::SIZE,
         other_unit: None,
-        kind: region(region::scale, region::set_scale),
+        kind: region(region::scale, region::set_scale, None),
     },
     Row {
         axis: Axis::TruePositive,
@@ -261,7 +277,7 @@ const ROWS: [Row; 24] = [
         unit: "",
         bounds: Bounds::PROBABILITY,
         other_unit: None,
-        kind: number!(sensing.true_positive, 1.0),
+        kind: number!(sensing.true_positive, Less, 1.0),
     },
     Row {
         axis: Axis::FalsePositive,
@@ -270,7 +286,7 @@ const ROWS: [Row; 24] = [
         unit: "",
         bounds: Bounds::PROBABILITY,
         other_unit: None,
-        kind: number!(sensing.false_positive, 0.0),
+        kind: number!(sensing.false_positive, More, 0.0),
     },
     Row {
         axis: Axis::Heterogeneity,
@@ -295,6 +311,7 @@ const ROWS: [Row; 24] = [
                 Ok(())
             },
             ideal: Some(0.0),
+            worse: Some(Worse::More),
         },
     },
     Row {
@@ -304,7 +321,7 @@ const ROWS: [Row; 24] = [
         unit: "m/s",
         bounds: Bounds::AMOUNT,
         other_unit: MM_S,
-        kind: number!(actuation.gust.sd_m_s, 0.0),
+        kind: number!(actuation.gust.sd_m_s, More, 0.0),
     },
     Row {
         axis: Axis::YawLag,
@@ -313,7 +330,7 @@ const ROWS: [Row; 24] = [
         unit: "s",
         bounds: Bounds::AMOUNT,
         other_unit: Some((5.0, "ms")),
-        kind: number!(actuation.yaw_lag_s, 0.0),
+        kind: number!(actuation.yaw_lag_s, More, 0.0),
     },
     Row {
         axis: Axis::Period,
@@ -322,7 +339,7 @@ const ROWS: [Row; 24] = [
         unit: "s",
         bounds: Bounds::PERIOD,
         other_unit: Some((Bounds::PERIOD.most, "ms")),
-        kind: number!(computation.period_s),
+        kind: number!(computation.period_s, More),
     },
     Row {
         axis: Axis::SensorBearing,
@@ -331,7 +348,7 @@ const ROWS: [Row; 24] = [
         unit: "rad",
         bounds: Bounds::BEARING,
         other_unit: DEGREES,
-        kind: region(|_| Some(0.0), region::turn),
+        kind: region(|_| Some(0.0), region::turn, None),
     },
     Row {
         axis: Axis::SpeedGain,
@@ -351,6 +368,7 @@ const ROWS: [Row; 24] = [
                 Ok(())
             },
             ideal: Some(1.0),
+            worse: Some(Worse::FartherFromOne),
         },
     },
     Row {
@@ -369,6 +387,7 @@ const ROWS: [Row; 24] = [
                 Ok(())
             },
             ideal: Some(1.0),
+            worse: Some(Worse::FartherFromOne),
         },
     },
     Row {
@@ -387,7 +406,7 @@ const ROWS: [Row; 24] = [
         unit: "rad/s",
         bounds: Bounds::AMOUNT,
         other_unit: DEGREES_S,
-        kind: number!(actuation.turn.bias_sd_rad_s, 0.0),
+        kind: number!(actuation.turn.bias_sd_rad_s, More, 0.0),
     },
     Row {
         axis: Axis::HeadingNoise,
@@ -396,7 +415,7 @@ const ROWS: [Row; 24] = [
         unit: "rad",
         bounds: Bounds::AMOUNT,
         other_unit: DEGREES,
-        kind: number!(actuation.turn.heading_noise_sd_rad, 0.0),
+        kind: number!(actuation.turn.heading_noise_sd_rad, More, 0.0),
     },
     Row {
         axis: Axis::ContactFriction,
@@ -415,6 +434,7 @@ const ROWS: [Row; 24] = [
                 Ok(())
             },
             ideal: None,
+            worse: Some(Worse::More),
         },
     },
 ];
@@ -484,6 +504,14 @@ impl Axis {
     pub fn ideal(self) -> Option<f64> {
         match self.row().kind {
             Kind::Capability { ideal, .. } => ideal,
+            Kind::Setting | Kind::Number => None,
+        }
+    }
+
+    /// Which values make the worse robot; `None` for settings, and where that is up to the swarm.
+    pub fn worse(self) -> Option<Worse> {
+        match self.row().kind {
+            Kind::Capability { worse, .. } => worse,
             Kind::Setting | Kind::Number => None,
         }
     }
@@ -578,6 +606,21 @@ mod tests {
         for (index, row) in ROWS.iter().enumerate() {
             assert_eq!(Axis::ALL[index], row.axis, "{}", row.key);
             assert_eq!(row.key.parse(), Ok(row.axis));
+        }
+    }
+
+    #[test]
+    fn what_is_worse_leads_away_from_the_perfect_robot() {
+        for axis in Axis::ALL {
+            let (Some(ideal), Some(worse)) = (axis.ideal(), axis.worse()) else { continue };
+
+            let Bounds { least, most } = axis.bounds();
+            let best = match worse {
+                Worse::More => least,
+                Worse::Less => most,
+                Worse::FartherFromOne => 1.0,
+            };
+            assert_eq!(ideal.to_bits(), best.to_bits(), "{axis}");
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The order of capabilities: the simulated robot is nowhere better than the measured one.
 
 use rsrs_core::capability::{sensor_violations, violations};
-use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::quantity::{Axis, Worse};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::profile::{RobotProfile, Sees};
 use rsrs_core::robot::region::Region;
@@ -51,12 +52,12 @@ fn each_better_capability_is_named() {
     };
 
     assert_eq!(named(|_| ()), Vec::<&str>::new());
-    assert_eq!(named(|c| c.robot.true_positive = 0.99), ["true-positive rate"]);
-    assert_eq!(named(|c| c.robot.false_positive = 0.06), ["false-positive rate"]);
+    assert_eq!(named(|c| c.robot.true_positive = 0.99), ["true positive rate"]);
+    assert_eq!(named(|c| c.robot.false_positive = 0.06), ["false positive rate"]);
     assert_eq!(named(|c| c.robot.speed_gain.robot_sd = 0.01), ["speed gain, sd between robots"]);
     assert_eq!(named(|c| c.robot.turn_gain.robot_sd = 0.01), ["turn gain, sd between robots"]);
-    assert_eq!(named(|c| c.robot.speed_gain.mean = 1.0), ["speed gain, mean"]);
-    assert_eq!(named(|c| c.robot.turn_gain.mean = 1.1), ["turn gain, mean"]);
+    assert_eq!(named(|c| c.robot.speed_gain.mean = 1.0), ["gain of the speed"]);
+    assert_eq!(named(|c| c.robot.turn_gain.mean = 1.1), ["gain of the turning rate"]);
     assert_eq!(named(|c| c.period_s = 0.1), ["control period (s)"]);
     assert_eq!(
         named(|c| c.robot.region = Region::Cone { half_angle_rad: 0.2, range_m: 0.8 }),
@@ -65,6 +66,43 @@ fn each_better_capability_is_named() {
     assert_eq!(named(|c| c.robot.sees = Sees::Centre), Vec::<&str>::new());
     let contact = "what robots do when they touch";
     assert_eq!(named(|c| c.robot.contact = ContactModel::Push), [contact]);
+}
+
+#[test]
+fn each_capability_is_compared_in_the_direction_of_its_row() {
+    let mut pushing = profile(PROFILES[0]);
+    (pushing.body.contact, pushing.body.contact_friction) = (ContactModel::Push, Some(0.3));
+    let imperfect = [
+        (Axis::TruePositive, 0.9),
+        (Axis::LatencySteps, 2.0),
+        (Axis::Gust, 0.02),
+        (Axis::YawLag, 0.2),
+        (Axis::GainNoise, 0.02),
+        (Axis::SpeedGain, 0.9),
+        (Axis::TurnGain, 1.1),
+        (Axis::TurnBias, 0.02),
+        (Axis::HeadingNoise, 0.02),
+    ];
+    let measured = pushing.with_capabilities(&imperfect).unwrap();
+    let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 9.0)];
+    let settings = Settings { values, ..Settings::default() };
+    let found = |axis: Axis, value: f64| {
+        let robot = measured.with_capabilities(&[(axis, value)]).unwrap();
+        violations(&measured, &Conditions::resolve(&robot, &settings).unwrap()).unwrap()
+    };
+    let directions = Axis::ALL.into_iter().filter_map(|axis| Some((axis, axis.worse()?)));
+
+    for (axis, direction) in directions {
+        let now = measured.capability(axis).unwrap();
+        let [better, worse] = match direction {
+            Worse::More => [0.5 * now, 1.5 * now],
+            Worse::Less => [1.1 * now, 0.9 * now],
+            Worse::FartherFromOne => [1.0, 1.0 + 1.5 * (now - 1.0)],
+        };
+
+        assert_ne!(found(axis, better), [], "{axis} of {better}");
+        assert_eq!(found(axis, worse), [], "{axis} of {worse}");
+    }
 }
 
 #[test]
@@ -108,7 +146,7 @@ fn the_text_contains_both_numbers() {
 
     let found = violations(&measured, &conditions).unwrap();
 
-    insta::assert_snapshot!(found[0], @"true-positive rate: simulated 0.99, measured 0.98; expected the simulated robot to be at most as capable, so the same or less");
+    insta::assert_snapshot!(found[0], @"true positive rate: simulated 0.99, measured 0.98; expected the simulated robot to be at most as capable, so the same or less");
 }
 
 fn map(hits: u64, alarms: u64) -> SensorMap {

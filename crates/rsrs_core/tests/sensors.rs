@@ -101,7 +101,7 @@ fn every_sensor_is_made_worse_and_none_better() {
     let named: Vec<_> = found.iter().map(|violation| &*violation.capability).collect();
     assert_eq!(
         named,
-        ["reading `wall`: true-positive rate", "reading `left`: false-positive rate"]
+        ["reading `wall`: true positive rate", "reading `left`: false positive rate"]
     );
     let wild = HarsherFactors { false_positive_factor: 1000.0, miss_factor: 1000.0, ..factors };
     assert_eq!(wild.apply(&measured).unwrap().check(), Ok(()), "one thing is reported at a time");

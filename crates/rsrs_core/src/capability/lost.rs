@@ -5,7 +5,8 @@
 
 use serde::Serialize;
 
-use crate::robot::harsher::{KEPT, TRUNCATED_SD, one_decimal};
+use crate::quantity::Axis;
+use crate::robot::harsher::{GAIN_SD_FACTOR, KEPT, MISS_FACTOR, TRUNCATED_SD, one_decimal};
 use crate::robot::profile::{RobotProfile, Sensing};
 
 /// A capability that the measured robot has and the simulated one has all but lost.
@@ -84,11 +85,11 @@ fn reading(
     // What is to be kept must itself be more than the false detections.
     let kept = (KEPT * true_positive).max(simulated_false + 2.0 * BLIND);
     Some(LostCapability {
-        capability: "true-positive rate",
+        capability: Axis::TruePositive.name(),
         measured: true_positive,
         simulated,
         meaning: "hardly more than its false detections",
-        key: "miss_factor",
+        key: MISS_FACTOR,
         instead: one_decimal((1.0 - kept) / (1.0 - true_positive)),
     })
 }
@@ -109,7 +110,7 @@ fn gain(
         measured: least(measured_sd),
         simulated: least(simulated_sd),
         meaning: "a robot that hardly moves",
-        key: "gain_sd_factor",
+        key: GAIN_SD_FACTOR,
         instead: one_decimal(mean / 2.0 / (TRUNCATED_SD * measured_sd)),
     })
 }
@@ -138,7 +139,7 @@ mod tests {
         assert_eq!(lost.each_ref().map(Vec::len), [0, 0, 1], "{lost:?}");
         assert_eq!(
             lost[2][0].to_string(),
-            "true-positive rate: the simulated robot has 0.00, which is hardly more than its false \
+            "true positive rate: the simulated robot has 0.00, which is hardly more than its false \
              detections; the measured one has 0.89; set `harsher: {miss_factor: 2.6}` or measure \
              more precisely"
         );

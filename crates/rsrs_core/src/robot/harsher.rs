@@ -259,10 +259,18 @@ macro_rules! factor {
     };
 }
 
+const GAIN_SD: Factor = factor!(gain_sd_factor, "robots differ more", Worse::More(1.0), Number);
+/// The key of the factor that has robots differ more.
+pub(crate) const GAIN_SD_FACTOR: &str = GAIN_SD.key;
+
+const MISS: Factor = factor!(miss_factor, "more neighbours are missed", Worse::More(1.0), Number);
+/// The key of the factor that has more neighbours missed.
+pub(crate) const MISS_FACTOR: &str = MISS.key;
+
 /// All factors, in the order of [`HarsherFactors`].
 const FACTORS: [Factor; 9] = [
-    factor!(gain_sd_factor, "robots differ more", Worse::More(1.0), Number),
-    factor!(miss_factor, "more neighbours are missed", Worse::More(1.0), Number),
+    GAIN_SD,
+    MISS,
     factor!(false_positive_factor, "more is detected that is not there", Worse::More(1.0), Number),
     factor!(polygon_scale, "a smaller sensing region", Worse::Less, Number),
     factor!(latency_extra_steps, "later detections", Worse::More(0.0), Count),

@@ -1,6 +1,6 @@
 //! What can be changed about a robot, and in which directions.
 
-use rsrs_core::quantity::{Axis, Bounds};
+use rsrs_core::quantity::{Axis, Worse};
 use rsrs_core::robot::harsher::tidy;
 use rsrs_core::robot::profile::RobotProfile;
 
@@ -38,7 +38,8 @@ const SAME_GAIN: f64 = 0.02;
 pub fn imperfections(robot: &RobotProfile) -> Vec<Improvement> {
     let improvement = |axis: Axis| {
         let (now, ideal) = (robot.capability(axis)?, axis.ideal()?);
-        let same = if ideal > 0.5 && axis != Axis::TruePositive { SAME_GAIN } else { 1e-9 };
+        let is_gain = axis.worse() == Some(Worse::FartherFromOne);
+        let same = if is_gain { SAME_GAIN } else { 1e-9 };
         ((now - ideal).abs() > same).then(|| Improvement { axis, now, values: vec![ideal] })
     };
     Axis::ALL.into_iter().filter_map(improvement).collect()
@@ -87,48 +88,47 @@ pub fn designs(robot: &RobotProfile) -> Vec<Improvement> {
 
 /// Worse values of a robot's capabilities, as long as they are possible.
 pub fn savings(robot: &RobotProfile) -> Vec<Improvement> {
-    let doubling = |now: f64, first: f64, most: f64| -> Vec<f64> {
-        let first = if now > 0.0 { 2.0 * now } else { first };
-        std::iter::successors(Some(first), |value| Some(2.0 * value))
-            .take_while(|value| *value <= most)
-            .map(tidy)
-            .collect()
-    };
-    let speed_m_s = robot.actuation.speed.limits_m_s[1];
-    let turn_rad_s = robot.actuation.turn.limits_rad_s[1];
     let worse = |axis: Axis| -> Option<Improvement> {
         let now = robot.capability(axis)?;
-        let values = match axis {
-            Axis::TruePositive => {
-                [0.9, 0.75, 0.55].into_iter().filter(|less| *less < now).collect()
+        let values: Vec<f64> = match axis.worse()? {
+            Worse::More => {
+                let (first, most) = more(axis, robot)?;
+                let first = if now > 0.0 { 2.0 * now } else { first };
+                let doubling = std::iter::successors(Some(first), |value| Some(2.0 * value));
+                doubling.take_while(|value| *value <= most).map(tidy).collect()
             }
-            Axis::FalsePositive | Axis::HeadingNoise => doubling(now, 0.02, 0.7),
-            Axis::Range => [0.8, 0.6, 0.4].map(|factor| tidy(factor * now)).to_vec(),
-            Axis::LatencySteps => doubling(now, 1.0, 16.0),
-            Axis::Heterogeneity | Axis::GainNoise => doubling(now, 0.05, 0.3),
-            Axis::TurnBias => doubling(now, 0.02 * turn_rad_s, 0.5 * turn_rad_s),
-            Axis::Gust => doubling(now, 0.05 * speed_m_s, speed_m_s),
-            Axis::YawLag => doubling(now, 0.1, 5.0),
-            Axis::Period => doubling(now, 0.1, Bounds::PERIOD.most),
-            // Which side is the worse one is up to the swarm; from `Speed` on they are settings, which no robot has.
-            Axis::HalfAngle
-            | Axis::PolygonScale
-            | Axis::SensorBearing
-            | Axis::SpeedGain
-            | Axis::TurnGain
-            | Axis::ContactFriction
-            | Axis::Speed
-            | Axis::TurnRate
-            | Axis::UndetectedSpeed
-            | Axis::UndetectedTurnRate
-            | Axis::Robots
-            | Axis::PlacementRadius
-            | Axis::Arena
-            | Axis::Number(_) => Vec::new(),
+            Worse::Less if axis.ideal().is_some() => {
+                RARER.into_iter().filter(|less| *less < now).collect()
+            }
+            Worse::Less => LESS.map(|factor| tidy(factor * now)).to_vec(),
+            // Slower wheels and faster ones ask for other commands.
+            Worse::FartherFromOne => Vec::new(),
         };
         (!values.is_empty()).then_some(Improvement { axis, now, values })
     };
     Axis::ALL.into_iter().filter_map(worse).collect()
+}
+
+/// Probabilities of a true detection that a cheaper sensor may have.
+const RARER: [f64; 3] = [0.9, 0.75, 0.55];
+/// By which factors a range may shrink.
+const LESS: [f64; 3] = [0.8, 0.6, 0.4];
+
+/// Where more of something is worse: what is tried first on a robot that has none of it, and the most.
+fn more(axis: Axis, robot: &RobotProfile) -> Option<(f64, f64)> {
+    let speed_m_s = robot.actuation.speed.limits_m_s[1];
+    let turn_rad_s = robot.actuation.turn.limits_rad_s[1];
+    Some(match axis {
+        Axis::FalsePositive | Axis::HeadingNoise => (0.02, 0.7),
+        Axis::LatencySteps => (1.0, 16.0),
+        Axis::Heterogeneity | Axis::GainNoise => (0.05, 0.3),
+        Axis::TurnBias => (0.02 * turn_rad_s, 0.5 * turn_rad_s),
+        Axis::Gust => (0.05 * speed_m_s, speed_m_s),
+        Axis::YawLag => (0.1, 5.0),
+        Axis::Period => (0.1, axis.bounds().most),
+        // Nothing is saved by rougher bodies.
+        _ => return None,
+    })
 }
 
 impl Improvement {
@@ -159,15 +159,13 @@ impl Improvement {
     /// the share of the way to perfection, the logarithm of a factor, or the angle over half
     /// a radian: aiming is cheaper than another sensor.
     pub fn effort(&self, value: f64) -> f64 {
-        match self.axis {
-            Axis::SensorBearing => value.abs() / 0.5,
-            Axis::Range | Axis::HalfAngle | Axis::Period | Axis::Speed | Axis::TurnRate => {
-                libm::log(value / self.now).abs()
-            }
-            _ => {
-                let perfect = self.values.last().copied().unwrap_or(value);
-                ((value - self.now) / (perfect - self.now)).abs()
-            }
+        if self.axis.ideal().is_some() {
+            let perfect = self.values.last().copied().unwrap_or(value);
+            ((value - self.now) / (perfect - self.now)).abs()
+        } else if self.axis == Axis::SensorBearing {
+            value.abs() / 0.5
+        } else {
+            libm::log(value / self.now).abs()
         }
     }
 }
@@ -175,6 +173,28 @@ impl Improvement {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_saved_is_the_worse_robot_in_all_that_has_a_direction_but_gains_and_friction() {
+        let flockbot = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+        let flockbot = RobotProfile::parse("flockbot.yaml", flockbot).unwrap();
+
+        let savings = savings(&flockbot);
+
+        for Improvement { axis, now, values } in &savings {
+            let is_worse = |value: &f64| match axis.worse() {
+                Some(Worse::More) => value > now,
+                Some(Worse::Less) => value < now,
+                _ => false,
+            };
+            assert!(values.iter().all(is_worse), "{axis} from {now}: {values:?}");
+        }
+        let left_out = Axis::ALL.into_iter().filter(|axis| {
+            axis.worse().is_some() && savings.iter().all(|saving| saving.axis != *axis)
+        });
+        let left_out: Vec<Axis> = left_out.collect();
+        assert_eq!(left_out, [Axis::SpeedGain, Axis::TurnGain, Axis::ContactFriction]);
+    }
 
     #[test]
     fn values_on_the_way_are_rounded_towards_the_better_end() {
