@@ -8,8 +8,6 @@ use crate::statistics::quantile;
 
 mod sheet;
 
-pub use sheet::{ARC_HEADER, DETECTION_HEADER, PERIOD_HEADER, SPEED_HEADER, TURN_HEADER};
-
 /// What is given before the first trial.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlanRequest {

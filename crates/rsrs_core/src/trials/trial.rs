@@ -12,12 +12,16 @@ use crate::quantity::{Bounds, MAX_SENSING_M, MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S}
 
 pub use driven::{DrivenSample, DrivenTrial, driven_trials, has_moved};
 pub use error::{TrialError, TrialProblem};
+pub use kind::TrialKind;
+pub use lines::TableLines;
 pub use moved_by::{MovedBy, TrialBackend};
 pub use reduced::{Reduced, reduced};
 use table::{Row, Table};
 
 mod driven;
 mod error;
+mod kind;
+mod lines;
 mod moved_by;
 mod reduced;
 pub(crate) mod table;
@@ -126,18 +130,11 @@ pub struct PeriodTrial {
     pub period_s: f64,
 }
 
-/// The column of a trial in which commands paused: for how long, in seconds; empty if they did not.
-const PAUSED: &str = "paused_s";
-/// The column of what moved the robot: `sim` or `fleet`; empty in what a person has filled in.
-const BACKEND: &str = "backend";
-
 /// Reads straight runs:
 /// `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad,paused_s,backend]`.
 pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialError> {
-    let required = ["robot", "commanded_m_s", "distance_m", "duration_s"];
-    let optional = ["lateral_m", "heading_change_rad", PAUSED, BACKEND];
-    let mut table = Table::open(file, text, &required, &optional)?;
-    table.read_unpaused(6, |row, robot| {
+    let mut table = Table::open_kind(file, text, TrialKind::Speed)?;
+    table.read(|row, robot| {
         let commanded_m_s = row.positive(1)?;
         row.below(1, commanded_m_s, MAX_SPEED_M_S, "mm/s")?;
         let distance_m = row.not_negative(2)?;
@@ -174,17 +171,15 @@ pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialE
 
 /// Reads turns in place: `robot,commanded_rad_s,angle_rad,duration_s[,paused_s,backend]`.
 pub fn turn_trials(file: &str, text: &str) -> Result<Trials<TurnTrial>, TrialError> {
-    let required = ["robot", "commanded_rad_s", "angle_rad", "duration_s"];
-    let mut table = Table::open(file, text, &required, &[PAUSED, BACKEND])?;
-    table.read_unpaused(4, |row, robot| turn(row, robot, 1))
+    let mut table = Table::open_kind(file, text, TrialKind::Turn)?;
+    table.read(|row, robot| turn(row, robot, 1))
 }
 
 /// Reads turns while driving forward:
 /// `robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s[,paused_s,backend]`.
 pub fn arc_trials(file: &str, text: &str) -> Result<Trials<ArcTrial>, TrialError> {
-    let required = ["robot", "commanded_m_s", "commanded_rad_s", "angle_rad", "duration_s"];
-    let mut table = Table::open(file, text, &required, &[PAUSED, BACKEND])?;
-    table.read_unpaused(5, |row, robot| {
+    let mut table = Table::open_kind(file, text, TrialKind::Arc)?;
+    table.read(|row, robot| {
         let commanded_m_s = row.positive(1)?;
         row.below(1, commanded_m_s, MAX_SPEED_M_S, "mm/s")?;
         Ok(ArcTrial { robot, line: row.line, commanded_m_s, turn: turn(row, robot, 2)? })
@@ -222,8 +217,7 @@ fn turn(row: &Row, robot: usize, from: usize) -> Result<TurnTrial, TrialError> {
 /// Reads detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`, centre to centre; an empty
 /// distance means that there was no neighbour.
 pub fn detection_trials(file: &str, text: &str) -> Result<Trials<DetectionTrial>, TrialError> {
-    let required = ["robot", "distance_m", "bearing_rad", "samples", "detections"];
-    let mut table = Table::open(file, text, &required, &[BACKEND])?;
+    let mut table = Table::open_kind(file, text, TrialKind::Detection)?;
     table.read(|row, robot| {
         let neighbour = if row.optional(1)?.is_some() {
             let distance_m = row.positive(1)?;
@@ -255,7 +249,7 @@ pub fn detection_trials(file: &str, text: &str) -> Result<Trials<DetectionTrial>
 
 /// Reads control periods: `robot,period_s[,backend]`, one measured period in each row.
 pub fn period_trials(file: &str, text: &str) -> Result<Trials<PeriodTrial>, TrialError> {
-    let mut table = Table::open(file, text, &["robot", "period_s"], &[BACKEND])?;
+    let mut table = Table::open_kind(file, text, TrialKind::Period)?;
     table.read(|row, robot| {
         let period_s = row.positive(1)?;
         row.below(1, period_s, Bounds::PERIOD.most, "ms")?;
@@ -264,43 +258,24 @@ pub fn period_trials(file: &str, text: &str) -> Result<Trials<PeriodTrial>, Tria
 }
 
 impl Table<'_> {
-    /// Reads every row; the first column is the robot's name.
+    /// Reads every row in which commands did not pause; the first column is the robot's name.
     fn read<T>(
         &mut self,
         mut trial: impl FnMut(&Row, usize) -> Result<T, TrialError>,
     ) -> Result<Trials<T>, TrialError> {
-        self.read_some(|row, robot| trial(row, robot).map(Some))
-    }
-
-    /// Reads the rows with nothing in the column of pauses.
-    fn read_unpaused<T>(
-        &mut self,
-        paused: usize,
-        mut trial: impl FnMut(&Row, usize) -> Result<T, TrialError>,
-    ) -> Result<Trials<T>, TrialError> {
-        self.read_some(|row, robot| match row.optional(paused)? {
-            Some(_) => Ok(None),
-            None => trial(row, robot).map(Some),
-        })
-    }
-
-    /// Reads every row; those that are none are paused.
-    fn read_some<T>(
-        &mut self,
-        mut trial: impl FnMut(&Row, usize) -> Result<Option<T>, TrialError>,
-    ) -> Result<Trials<T>, TrialError> {
+        let pauses = self.paused();
         let mut robots = Names::default();
         let (mut rows, mut paused) = (Vec::new(), Vec::new());
         let mut moved_by = MovedBy::default();
         while let Some(row) = self.next_row()? {
             let robot = robots.position(row.name(0)?);
-            match trial(&row, robot)? {
-                Some(trial) => {
-                    moved_by = moved_by + MovedBy::all(row.backend()?, 1);
-                    rows.push(trial);
-                }
-                None => paused.push(row.line),
+            if pauses.map(|column| row.optional(column)).transpose()?.flatten().is_some() {
+                paused.push(row.line);
+                continue;
             }
+            let trial = trial(&row, robot)?;
+            moved_by = moved_by + MovedBy::all(row.backend()?, 1);
+            rows.push(trial);
         }
         if rows.is_empty() {
             return Err(self.refuse(TrialProblem::NoRows));

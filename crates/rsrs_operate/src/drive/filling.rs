@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use rsrs_core::trials::trial::TrialKind;
 use rsrs_experiment_runner::plan::{Plan, TrialRequest, Unmeasured};
 use rsrs_pipeline::error::with_help;
 use serde::Serialize;
@@ -13,7 +14,7 @@ use super::period_table::PeriodTable;
 use super::placement;
 use super::result::{TrialResult, backend};
 use super::trial_nodes::TrialNodes;
-use super::trial_table::{Kind, Todo, TrialTable};
+use super::trial_table::{Todo, TrialTable};
 use super::{DriveOptions, Ready, TrialOperator, made};
 use crate::run::RunTarget;
 use rsrs_files::quoted;
@@ -86,7 +87,7 @@ pub fn fill_plan(
     enter: impl FnOnce() -> anyhow::Result<RunTarget>,
     operator: &dyn TrialOperator,
 ) -> anyhow::Result<Filled> {
-    let paths = Kind::ALL.map(|kind| folder.join(format!("{}.csv", kind.name())));
+    let paths = TrialKind::MADE.map(|kind| folder.join(kind.file()));
     let tables = paths.iter().filter(|path| path.exists()).map(|path| TrialTable::open(path));
     let tables = tables.collect::<anyhow::Result<Vec<_>>>()?;
     if tables.is_empty() {
@@ -95,7 +96,7 @@ pub fn fill_plan(
             format!("make them: `rsrs measure plan FLEET -o {}`", quoted(folder)),
         ));
     }
-    let periods = folder.join("period.csv");
+    let periods = folder.join(TrialKind::Period.file());
     let periods = periods.exists().then(|| PeriodTable::open(&periods)).transpose()?;
     let bags = options.output.clone().unwrap_or_else(|| folder.join("bags"));
     let limits = limits(&tables)?;
@@ -297,8 +298,7 @@ fn next(filled: &Filled, work: &Work) -> String {
     let table = filled.table.display();
     match (filled.n_left, &work.tables[..]) {
         (0, [one]) => {
-            let option = if one.kind() == Kind::Arc { "arcs" } else { one.kind().name() };
-            format!("rsrs measure fit --{option} {table} … --name NAME")
+            format!("rsrs measure fit --{} {table} … --name NAME", one.kind().name())
         }
         (0, _) => format!("rsrs measure fit --plan {table} --name NAME -o PROFILE.yaml"),
         _ => "the same command again; it goes on with the rows that are left".to_owned(),

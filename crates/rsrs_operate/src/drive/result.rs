@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use rsrs_bags::trajectory::{Needed, RecordedTrajectory, TrajectoryError};
-use rsrs_core::trials::trial::{DrivenTrial, Neighbour, TrialBackend, reduced};
+use rsrs_core::trials::trial::{DrivenTrial, Neighbour, TrialBackend, TrialKind, reduced};
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::Driver;
@@ -15,7 +15,7 @@ use rsrs_pipeline::measure::sensor_readings::Readings;
 use rsrs_pipeline::recorded_run::{self, PosesOfRun};
 use serde::Serialize;
 
-use super::trial_table::{Kind, TrialTable};
+use super::trial_table::{TrialTable, kind_of};
 
 /// What one trial came to.
 #[derive(Clone, Debug, Serialize)]
@@ -114,7 +114,7 @@ pub fn backend(plan: &Plan) -> TrialBackend {
 
 /// Refuses, before anything moves, a table to which the result could not be added.
 pub fn check_table(path: &Path, trial: &Trial, plan: &Plan) -> anyhow::Result<()> {
-    TrialTable::open_for(path, Kind::new(trial))?.check_mixture(backend(plan))
+    TrialTable::open_for(path, kind_of(trial))?.check_mixture(backend(plan))
 }
 
 impl TrialResult {
@@ -173,62 +173,70 @@ impl TrialResult {
     }
 
     /// The row of the table: what was to be done, and what came of it.
-    fn row(&self) -> String {
+    fn row(&self) -> Vec<String> {
+        let written = |number: Option<f64>| number.map(|it| it.to_string()).unwrap_or_default();
         let asked = match self.motion {
-            Motion::Straight { commanded_m_s, .. } => commanded_m_s.to_string(),
-            Motion::Turn { commanded_rad_s, .. } => commanded_rad_s.to_string(),
+            Motion::Straight { commanded_m_s, .. } => vec![commanded_m_s.to_string()],
+            Motion::Turn { commanded_rad_s, .. } => vec![commanded_rad_s.to_string()],
             Motion::Curve { commanded_m_s, commanded_rad_s, .. } => {
-                format!("{commanded_m_s},{commanded_rad_s}")
+                vec![commanded_m_s.to_string(), commanded_rad_s.to_string()]
             }
             Motion::StaticSensorTrial { distance_m, bearing_rad, .. } => {
-                let written = |number: Option<f64>| number.map(|number| number.to_string());
-                let [distance, bearing] = [distance_m, bearing_rad].map(written);
-                format!("{},{}", distance.unwrap_or_default(), bearing.unwrap_or_default())
+                vec![written(distance_m), written(bearing_rad)]
             }
         };
-        format!("{},{asked},{}", self.robot, self.found())
+        std::iter::once(self.robot.clone()).chain(asked).chain(self.found()).collect()
     }
 
     /// The fields of the row with the result of the trial.
-    pub fn found(&self) -> String {
+    pub fn found(&self) -> Vec<String> {
         // Adding 0 makes a positive zero of a negative one.
         let tidy = |number: f64| format!("{:.5}", (number * 1e5).round() / 1e5 + 0.0);
         let optional = |number: Option<f64>| number.map(tidy).unwrap_or_default();
         let paused = self.paused_s.map(|paused_s| format!("{paused_s:.3}")).unwrap_or_default();
-        let backend = self.backend.key();
+        let backend = self.backend.key().to_owned();
         match self.motion {
-            Motion::Straight { distance_m, duration_s, lateral_m, heading_change_rad, .. } => {
-                let (lateral, heading) = (optional(lateral_m), optional(heading_change_rad));
-                format!("{distance_m:.5},{duration_s:.3},{lateral},{heading},{paused},{backend}")
-            }
+            Motion::Straight { distance_m, duration_s, lateral_m, heading_change_rad, .. } => vec![
+                format!("{distance_m:.5}"),
+                format!("{duration_s:.3}"),
+                optional(lateral_m),
+                optional(heading_change_rad),
+                paused,
+                backend,
+            ],
             Motion::Turn { angle_rad, duration_s, .. }
             | Motion::Curve { angle_rad, duration_s, .. } => {
-                format!("{angle_rad:.5},{duration_s:.3},{paused},{backend}")
+                vec![format!("{angle_rad:.5}"), format!("{duration_s:.3}"), paused, backend]
             }
             Motion::StaticSensorTrial { samples, detections, .. } => {
-                format!("{samples},{detections},{backend}")
+                vec![samples.to_string(), detections.to_string(), backend]
             }
         }
     }
 
-    fn kind(&self) -> Kind {
+    fn kind(&self) -> TrialKind {
         match self.motion {
-            Motion::Straight { .. } => Kind::Speed,
-            Motion::Curve { .. } => Kind::Arc,
-            Motion::Turn { .. } => Kind::Turn,
-            Motion::StaticSensorTrial { .. } => Kind::Detection,
+            Motion::Straight { .. } => TrialKind::Speed,
+            Motion::Curve { .. } => TrialKind::Arc,
+            Motion::Turn { .. } => TrialKind::Turn,
+            Motion::StaticSensorTrial { .. } => TrialKind::Detection,
         }
     }
 
     /// Adds the row to a table.
     pub fn append_to(&self, path: &Path) -> anyhow::Result<()> {
-        TrialTable::open_for(path, self.kind())?.append(self.row())
+        TrialTable::open_for(path, self.kind())?.append(&self.row())
     }
 
     /// The result for people: where it is, and the row with its header.
     pub fn text(&self) -> String {
         let paused = self.pause().map(|pause| format!("\n{pause}")).unwrap_or_default();
-        format!("{}:\n{}\n{}{paused}", self.bag.display(), self.kind().header(), self.row())
+        format!(
+            "{}:\n{}\n{}{paused}",
+            self.bag.display(),
+            self.kind().header(),
+            self.row().join(",")
+        )
     }
 
     /// The note on a trial in which commands paused.

@@ -4,81 +4,34 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::robot::controller::ControllerParameters;
-use rsrs_core::trials::plan::{ARC_HEADER, DETECTION_HEADER, SPEED_HEADER, TURN_HEADER};
-use rsrs_core::trials::trial::{Neighbour, SETTLING_TIME_S, TrialBackend};
+use rsrs_core::trials::trial::{
+    Neighbour, SETTLING_TIME_S, TableLines, TrialBackend, TrialKind, TrialProblem,
+};
 use rsrs_experiment_runner::plan::Trial;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::read_text;
 
 use super::table_file::{self, TableLock};
 
-/// What the rows of a table are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Straight runs.
-    Speed,
-    /// Turns in place.
-    Turn,
-    /// Turns while driving.
-    Arc,
-    /// Readings of robots that stand.
-    Detection,
-}
-
-/// The last column; tables of earlier versions do not have it.
-const BACKEND: &str = ",backend";
-/// The column before it of tables of drives; still earlier ones have neither.
-const PAUSED: &str = ",paused_s";
 /// A drive is at least this long, in seconds: with a usual control period, long enough for a gain.
 const SHORTEST_S: f64 = 3.2;
 
-impl Kind {
-    /// All of them, in the order in which they are driven.
-    pub const ALL: [Self; 4] = [Self::Speed, Self::Turn, Self::Arc, Self::Detection];
-
-    /// The kind of a trial.
-    pub fn new(trial: &Trial) -> Self {
-        let command = trial.command();
-        match (trial, command.speed_m_s > 0.0, command.turn_rate_rad_s > 0.0) {
-            (Trial::Stand { .. }, ..) => Self::Detection,
-            (Trial::Drive { .. }, true, false) => Self::Speed,
-            (Trial::Drive { .. }, true, true) => Self::Arc,
-            (Trial::Drive { .. }, false, _) => Self::Turn,
-        }
-    }
-
-    /// The header of its tables, their name in the folder of a plan, and how many columns are of the trial;
-    /// those behind them are of its result.
-    fn row(self) -> (&'static str, &'static str, usize) {
-        match self {
-            Self::Speed => (SPEED_HEADER, "speed", 2),
-            Self::Turn => (TURN_HEADER, "turn", 2),
-            Self::Arc => (ARC_HEADER, "arcs", 3),
-            Self::Detection => (DETECTION_HEADER, "detection", 3),
-        }
-    }
-
-    /// The header of its tables.
-    pub fn header(self) -> &'static str {
-        self.row().0
-    }
-
-    /// Name of its table in the folder of a plan, without the ending.
-    pub fn name(self) -> &'static str {
-        self.row().1
-    }
-
-    /// Columns of the trial.
-    fn n_asked(self) -> usize {
-        self.row().2
+/// The kind of a trial.
+pub fn kind_of(trial: &Trial) -> TrialKind {
+    let command = trial.command();
+    match (trial, command.speed_m_s > 0.0, command.turn_rate_rad_s > 0.0) {
+        (Trial::Stand { .. }, ..) => TrialKind::Detection,
+        (Trial::Drive { .. }, true, false) => TrialKind::Speed,
+        (Trial::Drive { .. }, true, true) => TrialKind::Arc,
+        (Trial::Drive { .. }, false, _) => TrialKind::Turn,
     }
 }
 
 /// A table of trials, some rows of which are still without their result.
 pub struct TrialTable {
     path: PathBuf,
-    kind: Kind,
-    lines: Vec<String>,
+    kind: TrialKind,
+    lines: TableLines,
     /// No other process fills it in meanwhile.
     lock: TableLock,
 }
@@ -115,10 +68,10 @@ impl TrialTable {
     }
 
     /// Reads a table for one more row; one that is not there is empty.
-    pub fn open_for(path: &Path, kind: Kind) -> anyhow::Result<Self> {
+    pub fn open_for(path: &Path, kind: TrialKind) -> anyhow::Result<Self> {
         let lock = TableLock::take(path, table_file::TIMEOUT)?;
         if !path.exists() {
-            let lines = vec![kind.header().to_owned()];
+            let lines = TableLines::empty(kind);
             return Ok(Self { path: path.to_owned(), kind, lines, lock });
         }
         let table = Self::of_text(path, &read_text(path)?, lock)?;
@@ -126,7 +79,7 @@ impl TrialTable {
             bail!(
                 "{}: the header is `{}`, expected `{}`",
                 path.display(),
-                table.lines[0],
+                table.lines.line(1),
                 kind.header()
             );
         }
@@ -134,40 +87,26 @@ impl TrialTable {
     }
 
     fn of_text(path: &Path, text: &str, lock: TableLock) -> anyhow::Result<Self> {
-        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-        let found = lines.first().map_or("", String::as_str);
-        let n_missing = |kind: Kind| {
-            let without = kind.header().strip_suffix(BACKEND);
-            let earliest = without.and_then(|header| header.strip_suffix(PAUSED));
-            let headers = [Some(kind.header()), without, earliest];
-            headers.iter().position(|header| *header == Some(found))
-        };
-        let known = Kind::ALL.into_iter().find_map(|kind| Some((kind, n_missing(kind)?)));
-        let Some((kind, n_missing)) = known else {
-            let headers = Kind::ALL.map(Kind::header);
+        let mut lines = TableLines::parse(text);
+        let known = |kind| Some((kind, lines.n_missing(kind)?));
+        let Some((kind, n_missing)) = TrialKind::MADE.into_iter().find_map(known) else {
+            let headers = TrialKind::MADE.map(TrialKind::header);
             return Err(with_help(
                 format!(
-                    "{}:1: the header is `{found}`, expected one of\n  {}",
+                    "{}:1: the header is `{}`, expected one of\n  {}",
                     path.display(),
+                    lines.line(1),
                     headers.join("\n  ")
                 ),
                 "`rsrs measure plan FLEET -o DIR` makes such tables",
             ));
         };
-        if n_missing > 0 {
-            for (index, line) in lines.iter_mut().enumerate() {
-                match index {
-                    0 => kind.header().clone_into(line),
-                    _ if line.trim().is_empty() => {}
-                    _ => line.push_str(&",".repeat(n_missing)),
-                }
-            }
-        }
+        lines.add_columns(kind, n_missing);
         Ok(Self { path: path.to_owned(), kind, lines, lock })
     }
 
     /// What its rows are.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> TrialKind {
         self.kind
     }
 
@@ -210,34 +149,33 @@ impl TrialTable {
 
     /// All trials of the table, and how far each is.
     pub fn rows(&self) -> anyhow::Result<Vec<(Todo, RowState)>> {
-        let rows = self.lines.iter().enumerate().skip(1);
-        let rows = rows.filter(|(_, row)| !row.trim().is_empty());
-        rows.map(|(index, row)| self.row(index + 1, row)).collect()
+        self.lines.rows().map(|line| self.row(line)).collect()
     }
 
     /// What one row asks for, and how far it is.
-    fn row(&self, line: usize, row: &str) -> anyhow::Result<(Todo, RowState)> {
+    fn row(&self, line: usize) -> anyhow::Result<(Todo, RowState)> {
         let place = format!("{}:{line}", self.path.display());
-        let fields: Vec<&str> = row.split(',').map(str::trim).collect();
-        let expected = self.kind.header().split(',').count();
+        let open_quote = || format!("{place}: {}", TrialProblem::OpenQuote);
+        let fields = self.lines.fields(line).with_context(open_quote)?;
+        let expected = self.kind.columns().count();
         if fields.len() != expected {
             bail!("{place}: the row has {} fields, expected {expected}", fields.len());
         }
         let fields = Fields { kind: self.kind, place: &place, texts: fields };
         let robot = fields.at(0).to_owned();
         let (trial, is_done) = match self.kind {
-            Kind::Detection => (fields.stand()?, !fields.at(4).is_empty()),
+            TrialKind::Detection => (fields.stand()?, !fields.at(4).is_empty()),
             kind => {
                 // Length or angle is planned until the row is filled in, and measured then.
                 let (command, duration) = match kind {
-                    Kind::Speed => ([fields.number(1)?, 0.0], 3),
-                    Kind::Turn => ([0.0, fields.number(1)?], 3),
+                    TrialKind::Speed => ([fields.number(1)?, 0.0], 3),
+                    TrialKind::Turn => ([0.0, fields.number(1)?], 3),
                     _ => ([fields.number(1)?, fields.number(2)?], 4),
                 };
                 let is_done = !fields.at(duration).is_empty() && fields.paused().is_empty();
                 let [speed_m_s, turn_rate_rad_s] = command;
                 let command = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s);
-                let rate = if kind == Kind::Speed { speed_m_s } else { turn_rate_rad_s };
+                let rate = if kind == TrialKind::Speed { speed_m_s } else { turn_rate_rad_s };
                 let lasts_s = if fields.at(duration).is_empty() {
                     fields.number(duration - 1)? / rate
                 } else {
@@ -255,30 +193,32 @@ impl TrialTable {
 
     /// Fills in the fields behind those of the trial, on disk at once: what was measured is kept
     /// whatever comes next.
-    pub fn fill(&mut self, todo: &Todo, found: &str) -> anyhow::Result<()> {
-        let row = &mut self.lines[todo.line - 1];
+    pub fn fill(&mut self, todo: &Todo, found: &[String]) -> anyhow::Result<()> {
+        let open_quote = || format!("{}:{}", self.path.display(), todo.line);
+        let row = self.lines.fields(todo.line).with_context(open_quote)?;
         // Readings that came may be fewer than were planned, so that their number is a result.
-        let kept: Vec<&str> = row.split(',').take(self.kind.n_asked()).collect();
-        *row = format!("{},{found}", kept.join(","));
-        self.write(todo.line - 1)
+        let asked = row.into_iter().take(self.kind.n_asked());
+        let fields: Vec<String> = asked.map(str::to_owned).chain(found.iter().cloned()).collect();
+        self.lines.set(todo.line, &fields);
+        self.write(todo.line)
     }
 
     /// Adds a row, on disk at once.
-    pub fn append(&mut self, row: String) -> anyhow::Result<()> {
+    pub fn append(&mut self, row: &[String]) -> anyhow::Result<()> {
         self.lines.push(row);
-        self.write(self.lines.len() - 1)
+        self.write(self.lines.last())
     }
 
     fn write(&self, changed: usize) -> anyhow::Result<()> {
-        let row = &self.lines[changed];
+        let row = self.lines.line(changed);
         let lost = || format!("the row of this trial is not in the table: `{row}`");
-        self.lock.replace(&(self.lines.join("\n") + "\n")).with_context(lost)
+        self.lock.replace(&self.lines.to_string()).with_context(lost)
     }
 }
 
 /// The fields of a row, with its place for errors.
 struct Fields<'a> {
-    kind: Kind,
+    kind: TrialKind,
     place: &'a str,
     texts: Vec<&'a str>,
 }
@@ -306,7 +246,7 @@ impl Fields<'_> {
 
     fn number(&self, column: usize) -> anyhow::Result<f64> {
         let (field, place) = (self.texts[column], self.place);
-        let name = self.kind.header().split(',').nth(column).unwrap_or_default();
+        let name = self.kind.columns().nth(column).unwrap_or_default();
         field
             .parse::<f64>()
             .ok()
@@ -333,9 +273,11 @@ impl Fields<'_> {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_core::trials::trial::turn_trials;
+
     use super::*;
 
-    fn table(kind: Kind, rows: &str) -> (tempfile::TempDir, PathBuf) {
+    fn table(kind: TrialKind, rows: &str) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(format!("{}.csv", kind.name()));
         std::fs::write(&path, format!("{}\n{rows}", kind.header())).unwrap();
@@ -349,7 +291,7 @@ mod tests {
     #[test]
     fn rows_without_a_count_are_still_to_be_made() {
         let rows = "a,0.3,-0.2,70,,\na,0.4,0,70,12,\n\nb,,,300,,\n";
-        let (_folder, path) = table(Kind::Detection, rows);
+        let (_folder, path) = table(TrialKind::Detection, rows);
 
         let todo = TrialTable::open(&path).unwrap().todo().unwrap();
 
@@ -369,17 +311,17 @@ mod tests {
         };
         for (kind, rows, expected) in [
             (
-                Kind::Speed,
+                TrialKind::Speed,
                 "a,0.1,2,,,,,\na,0.1,1.9,20,,,,sim\na,0.1,1.5,20,0.1,0,0.445,sim\n",
                 [(2, drive(0.1, 0.0, 20.5)), (4, drive(0.1, 0.0, 20.5))],
             ),
             (
-                Kind::Turn,
+                TrialKind::Turn,
                 "a,0.5,6,,,\na,0.5,6,12.4,,\na,2,6.1,3.1,0.4,fleet\n",
                 [(2, drive(0.0, 0.5, 12.5)), (4, drive(0.0, 2.0, 3.6))],
             ),
             (
-                Kind::Arc,
+                TrialKind::Arc,
                 "a,0.1,4,2,,,\na,0.1,0.5,6,12.4,,fleet\na,0.1,2,6.1,3.1,0.4,\n",
                 [(2, drive(0.1, 4.0, 3.2)), (4, drive(0.1, 2.0, 3.6))],
             ),
@@ -397,17 +339,40 @@ mod tests {
     #[test]
     fn a_result_fills_its_row_and_no_other() {
         let rows = "a,0.3,-0.2,70,,\na,0.4,0,70,12,\nb,,,300,,\n";
-        let (_folder, path) = table(Kind::Detection, rows);
+        let (_folder, path) = table(TrialKind::Detection, rows);
         let mut table = TrialTable::open(&path).unwrap();
         let todo = table.todo().unwrap();
 
-        table.fill(&todo[1], "299,21,fleet").unwrap();
+        table.fill(&todo[1], &["299", "21", "fleet"].map(str::to_owned)).unwrap();
         drop(table);
 
         let text = std::fs::read_to_string(&path).unwrap();
         let rows = "a,0.3,-0.2,70,,\na,0.4,0,70,12,\nb,,,299,21,fleet\n";
-        assert_eq!(text, format!("{}\n{rows}", Kind::Detection.header()));
+        assert_eq!(text, format!("{}\n{rows}", TrialKind::Detection.header()));
         assert_eq!(TrialTable::open(&path).unwrap().todo().unwrap(), todo[..1]);
+    }
+
+    #[test]
+    fn a_table_of_a_spreadsheet_is_filled_in_with_its_separators() {
+        for (separator, mark) in [(";", "\u{feff}"), ("\t", "")] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("turn.csv");
+            let rows = "robot,commanded_rad_s,angle_rad,duration_s\r\n\"a\",0.5,6,\r\n,,,\r\n";
+            std::fs::write(&path, format!("{mark}{rows}").replace(',', separator)).unwrap();
+            let mut table = TrialTable::open(&path).unwrap();
+            let todo = table.todo().unwrap();
+
+            table.fill(&todo[0], &["6.1", "12.4", "", "fleet"].map(str::to_owned)).unwrap();
+            drop(table);
+
+            assert_eq!((todo.len(), todo[0].line, todo[0].robot.as_str()), (1, 2, "a"));
+            let text = std::fs::read_to_string(&path).unwrap();
+            let expected = format!("{}\na,0.5,6.1,12.4,,fleet\n,,,\n", TrialKind::Turn.header());
+            assert_eq!(text, expected.replace(',', separator));
+            let table = TrialTable::open(&path).unwrap();
+            assert_eq!(table.rows().unwrap()[0].1, RowState::Done(Some(TrialBackend::Fleet)));
+            assert_eq!(turn_trials("turn.csv", &text).unwrap().rows.len(), 1);
+        }
     }
 
     #[test]
@@ -416,30 +381,53 @@ mod tests {
         let path = folder.path().join("turn.csv");
         std::fs::write(&path, "robot,commanded_rad_s,angle_rad,duration_s\na,0.5,6,12\n").unwrap();
 
-        let mut table = TrialTable::open_for(&path, Kind::Turn).unwrap();
-        table.append("b,0.5,6,12,0.445,sim".to_owned()).unwrap();
+        let mut table = TrialTable::open_for(&path, TrialKind::Turn).unwrap();
+        table.append(&["b", "0.5", "6", "12", "0.445", "sim"].map(str::to_owned)).unwrap();
         drop(table);
 
         let text = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(text, format!("{}\na,0.5,6,12,,\nb,0.5,6,12,0.445,sim\n", Kind::Turn.header()));
+        assert_eq!(
+            text,
+            format!("{}\na,0.5,6,12,,\nb,0.5,6,12,0.445,sim\n", TrialKind::Turn.header())
+        );
         assert_eq!(TrialTable::open(&path).unwrap().todo().unwrap().len(), 1);
     }
 
     #[test]
     fn ambiguous_rows_are_refused_with_their_line() {
         for (kind, row, expected) in [
-            (Kind::Detection, "a,0.3,70,,", "detection.csv:2: the row has 5 fields, expected 6"),
-            (Kind::Detection, "a,near,0,70,,", "csv:2: distance_m is `near`, expected a number"),
-            (Kind::Detection, "a,0.3,,70,,", "csv:2: bearing_rad is ``, expected a number"),
-            (Kind::Detection, "a,0.3,NaN,70,,", "csv:2: bearing_rad is `NaN`, expected a number"),
             (
-                Kind::Detection,
+                TrialKind::Detection,
+                "a,0.3,70,,",
+                "detection.csv:2: the row has 5 fields, expected 6",
+            ),
+            (
+                TrialKind::Detection,
+                "a,near,0,70,,",
+                "csv:2: distance_m is `near`, expected a number",
+            ),
+            (TrialKind::Detection, "a,0.3,,70,,", "csv:2: bearing_rad is ``, expected a number"),
+            (
+                TrialKind::Detection,
+                "a,0.3,NaN,70,,",
+                "csv:2: bearing_rad is `NaN`, expected a number",
+            ),
+            (
+                TrialKind::Detection,
                 "a,0.3,0,0,,",
                 "csv:2: samples is `0`, expected a whole number above",
             ),
-            (Kind::Speed, "a,0.3,,,,,,", "speed.csv:2: distance_m is ``, expected a number"),
-            (Kind::Turn, "a,fast,6,,,", "turn.csv:2: commanded_rad_s is `fast`, expected a number"),
-            (Kind::Turn, "a,0.5,6,12,,floor", "turn.csv:2: backend is `floor`, expected `sim`"),
+            (TrialKind::Speed, "a,0.3,,,,,,", "speed.csv:2: distance_m is ``, expected a number"),
+            (
+                TrialKind::Turn,
+                "a,fast,6,,,",
+                "turn.csv:2: commanded_rad_s is `fast`, expected a number",
+            ),
+            (
+                TrialKind::Turn,
+                "a,0.5,6,12,,floor",
+                "turn.csv:2: backend is `floor`, expected `sim`",
+            ),
         ] {
             let (_folder, path) = table(kind, row);
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rsrs_core::trials::plan::Plan;
+use rsrs_core::trials::trial::TrialKind;
 use rsrs_fleet::fleet_file::FleetFile;
 
 use crate::error::{helped, with_help};
@@ -26,11 +27,11 @@ pub fn write(folder: &Path, plan: &Plan) -> anyhow::Result<()> {
     make_folder(folder)?;
     for (name, text) in [
         ("sheet.txt", plan.text()),
-        ("speed.csv", plan.speed_csv()),
-        ("turn.csv", plan.turn_csv()),
-        ("arcs.csv", plan.arc_csv()),
-        ("detection.csv", plan.detection_csv()),
-        ("period.csv", plan.period_csv()),
+        (TrialKind::Speed.file(), plan.speed_csv()),
+        (TrialKind::Turn.file(), plan.turn_csv()),
+        (TrialKind::Arc.file(), plan.arc_csv()),
+        (TrialKind::Detection.file(), plan.detection_csv()),
+        (TrialKind::Period.file(), plan.period_csv()),
     ] {
         write_file(&folder.join(name), text.as_bytes())?;
     }

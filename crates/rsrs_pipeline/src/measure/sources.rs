@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::trials::fit::Tables;
 use rsrs_core::trials::trial::{
-    ArcTrial, DetectionTrial, DrivenTrial, MovedBy, PeriodTrial, SpeedTrial, Trials, TurnTrial,
-    arc_trials, detection_trials, period_trials, reduced, speed_trials, turn_trials,
+    ArcTrial, DetectionTrial, DrivenTrial, MovedBy, PeriodTrial, SpeedTrial, TrialKind, Trials,
+    TurnTrial, arc_trials, detection_trials, period_trials, reduced, speed_trials, turn_trials,
 };
 
 use crate::error::with_help;
@@ -52,15 +52,15 @@ pub struct Paths {
 impl Paths {
     /// Those in the folder of a plan, filled in.
     pub fn of_plan(folder: &Path) -> anyhow::Result<Self> {
-        let all = |name: &str| Some(folder.join(name));
+        let all = |kind: TrialKind| Some(folder.join(kind.file()));
         // Who needs no arcs or periods deletes those tables.
-        let some = |name: &str| all(name).filter(|path| path.exists());
+        let some = |kind: TrialKind| all(kind).filter(|path| path.exists());
         Ok(Self {
-            speed: all("speed.csv"),
-            turn: all("turn.csv"),
-            arcs: some("arcs.csv"),
-            detection: all("detection.csv"),
-            period: some("period.csv"),
+            speed: all(TrialKind::Speed),
+            turn: all(TrialKind::Turn),
+            arcs: some(TrialKind::Arc),
+            detection: all(TrialKind::Detection),
+            period: some(TrialKind::Period),
             trajectories: Vec::new(),
             bags: drives_in(&folder.join("bags"))?,
         })
@@ -82,7 +82,7 @@ fn drives_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
         let (kind, line) = (parts.next().unwrap_or_default(), parts.next());
         let Some(line) = line.and_then(|line| line.parse().ok()) else { continue };
         let attempt = parts.next().and_then(|attempt| attempt.parse().ok()).unwrap_or(1);
-        if !["speed", "turn", "arcs"].contains(&kind) {
+        if !TrialKind::MADE.iter().any(|it| it.is_drive() && it.name() == kind) {
             continue;
         }
         let place = last.entry((kind.to_owned(), line)).or_default();

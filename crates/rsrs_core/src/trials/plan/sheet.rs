@@ -3,19 +3,7 @@
 use std::fmt::Write as _;
 
 use super::Plan;
-
-/// Header of the table of straight runs.
-pub const SPEED_HEADER: &str =
-    "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad,paused_s,backend";
-/// Header of the table of turns in place.
-pub const TURN_HEADER: &str = "robot,commanded_rad_s,angle_rad,duration_s,paused_s,backend";
-/// Header of the table of turns while driving.
-pub const ARC_HEADER: &str =
-    "robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s,paused_s,backend";
-/// Header of the table of detections.
-pub const DETECTION_HEADER: &str = "robot,distance_m,bearing_rad,samples,detections,backend";
-/// Header of the table of control periods.
-pub const PERIOD_HEADER: &str = "robot,period_s,backend";
+use crate::trials::trial::TrialKind;
 
 /// Time that placing robots by hand and writing down a result take for one trial, in seconds.
 const BY_HAND_S: f64 = 60.0;
@@ -91,14 +79,14 @@ impl Plan {
         let rows = self.repeated(&self.speeds_m_s);
         let rows =
             rows.map(|(robot, speed)| format!("{robot},{speed},{},,,,,\n", self.request.track_m));
-        format!("{SPEED_HEADER}\n{}", rows.collect::<String>())
+        table(TrialKind::Speed, rows)
     }
 
     /// The table of turns in place, to fill in.
     pub fn turn_csv(&self) -> String {
         let rows = self.repeated(&self.turn_rates_rad_s);
         let rows = rows.map(|(robot, rate)| format!("{robot},{rate},6.283185,,,\n"));
-        format!("{TURN_HEADER}\n{}", rows.collect::<String>())
+        table(TrialKind::Turn, rows)
     }
 
     /// The table of turns while driving, to fill in.
@@ -106,7 +94,7 @@ impl Plan {
         let speed = self.arc_speed_m_s;
         let rows = self.repeated(&self.turn_rates_rad_s);
         let rows = rows.map(|(robot, rate)| format!("{robot},{speed},{rate},6.283185,,,\n"));
-        format!("{ARC_HEADER}\n{}", rows.collect::<String>())
+        table(TrialKind::Arc, rows)
     }
 
     /// The table of detections, to fill in; the last rows are without a neighbour.
@@ -119,13 +107,13 @@ impl Plan {
         });
         let n_alone = self.samples_alone;
         let alone = self.robots.iter().map(|robot| format!("{robot},,,{n_alone},,\n"));
-        format!("{DETECTION_HEADER}\n{}", places.chain(alone).collect::<String>())
+        table(TrialKind::Detection, places.chain(alone))
     }
 
     /// The table of control periods, to fill in.
     pub fn period_csv(&self) -> String {
         let rows = self.robots.iter().map(|robot| format!("{robot},,\n").repeat(20));
-        format!("{PERIOD_HEADER}\n{}", rows.collect::<String>())
+        table(TrialKind::Period, rows)
     }
 
     /// Every robot with every command, as often as planned, in the order in which they are driven:
@@ -136,6 +124,12 @@ impl Plan {
                 .flat_map(move |_| commands.iter().map(move |command| (robot.as_str(), *command)))
         })
     }
+}
+
+/// A table with these rows.
+fn table(kind: TrialKind, rows: impl Iterator<Item = String>) -> String {
+    let header = kind.header();
+    std::iter::once(format!("{header}\n")).chain(rows).collect()
 }
 
 /// Degrees in a radian.

@@ -1,14 +1,16 @@
 //! A CSV table, read row by row without keeping any.
 
 use super::error::{TrialError, TrialProblem, unit_of};
-use super::{BACKEND, TrialBackend};
+use super::kind::{BACKEND, PAUSED};
+use super::lines::{Separator, is_blank, lines};
+use super::{TrialBackend, TrialKind};
 use crate::document::nearest;
 
 /// A table whose header was found to be right.
 pub struct Table<'a> {
     file: &'a str,
     lines: Lines<'a>,
-    separator: char,
+    separator: Separator,
     n_fields: usize,
     /// Columns of this kind of table; shape `[n_columns]`.
     columns: Vec<&'static str>,
@@ -34,12 +36,16 @@ impl<'a> Lines<'a> {
         self.rest
             .by_ref()
             .map(|(index, line)| (index as u64 + 1, line))
-            // A spreadsheet leaves rows of separators behind its last one.
-            .find(|(_, line)| !line.chars().all(|letter| " \t,;".contains(letter)))
+            .find(|(_, line)| !is_blank(line))
     }
 }
 
 impl<'a> Table<'a> {
+    /// Reads the header of a table of this kind.
+    pub fn open_kind(file: &'a str, text: &'a str, kind: TrialKind) -> Result<Self, TrialError> {
+        Self::open(file, text, kind.required(), kind.optional())
+    }
+
     /// Reads the header, in which no column may be missing, unknown or there twice.
     pub fn open(
         file: &'a str,
@@ -48,8 +54,7 @@ impl<'a> Table<'a> {
         optional: &[&'static str],
     ) -> Result<Self, TrialError> {
         let columns: Vec<&'static str> = required.iter().chain(optional).copied().collect();
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut lines = Lines { rest: text.lines().enumerate() };
+        let mut lines = Lines { rest: lines(text).enumerate() };
         let named = || columns.iter().map(|column| (*column).to_owned()).collect();
         let (line, header) = lines.next_line().ok_or_else(|| TrialError {
             file: file.to_owned(),
@@ -57,14 +62,9 @@ impl<'a> Table<'a> {
             problem: TrialProblem::Empty { expected: named() },
         })?;
         let refuse = |problem| Err(TrialError { file: file.to_owned(), line, problem });
-        let separator = [',', ';', '\t']
-            .into_iter()
-            .max_by_key(|separator| {
-                (header.matches(*separator).count(), std::cmp::Reverse(*separator))
-            })
-            .expect("there are three");
+        let separator = Separator::from_header(header);
         let mut found = Vec::new();
-        if !split(header, separator, &mut found) {
+        if !separator.split(header, &mut found) {
             return refuse(TrialProblem::OpenQuote);
         }
         let places: Vec<Option<usize>> =
@@ -100,6 +100,11 @@ impl<'a> Table<'a> {
         self.file
     }
 
+    /// The column of pauses, of tables that may have it.
+    pub fn paused(&self) -> Option<usize> {
+        self.columns.iter().position(|column| *column == PAUSED)
+    }
+
     /// Whether an optional column is there.
     pub fn has(&self, column: usize) -> bool {
         self.places[column].is_some()
@@ -109,7 +114,7 @@ impl<'a> Table<'a> {
     pub fn next_row(&mut self) -> Result<Option<Row<'_, 'a>>, TrialError> {
         let Some((line, text)) = self.lines.next_line() else { return Ok(None) };
         let refuse = |problem| Err(TrialError { file: self.file.to_owned(), line, problem });
-        if !split(text, self.separator, &mut self.fields) {
+        if !self.separator.split(text, &mut self.fields) {
             return refuse(TrialProblem::OpenQuote);
         }
         let (found, expected) = (self.fields.len(), self.n_fields);
@@ -123,21 +128,6 @@ impl<'a> Table<'a> {
     pub fn refuse(&self, problem: TrialProblem) -> TrialError {
         TrialError { file: self.file.to_owned(), line: 1, problem }
     }
-}
-
-/// Splits a line at a separator that is not in quotes; false if a quote stays open.
-fn split<'a>(line: &'a str, separator: char, fields: &mut Vec<&'a str>) -> bool {
-    fields.clear();
-    let mut is_quoted = false;
-    let is_split = |letter: char| {
-        is_quoted ^= letter == '"';
-        letter == separator && !is_quoted
-    };
-    fields.extend(line.split(is_split).map(|field| {
-        let field = field.trim();
-        field.strip_prefix('"').and_then(|field| field.strip_suffix('"')).map_or(field, str::trim)
-    }));
-    !is_quoted
 }
 
 impl Row<'_, '_> {
