@@ -9,9 +9,6 @@ use serde::Serialize;
 use crate::metadata::Contents;
 use crate::{Bag, Damage, OfferedQos, Recovery, qos};
 
-/// The attachment that an experiment of ours is recorded in.
-const EXPERIMENT_ATTACHMENT: &str = "experiment.json";
-
 /// What is in a bag.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BagInfo {
@@ -137,7 +134,7 @@ impl Bag {
             duration_s,
             n_messages: self.n_messages(),
             topics: self.topic_summaries(duration_s),
-            has_experiment: self.attachment(EXPERIMENT_ATTACHMENT).is_some()
+            has_experiment: self.attachment(topics::EXPERIMENT_ATTACHMENT).is_some()
                 || self
                     .topics()
                     .iter()

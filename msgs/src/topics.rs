@@ -142,6 +142,9 @@ const fn topic<M: RosMessage>(name: &'static str, qos: Qos) -> Topic {
 /// and the recorder confirms each. A test of `rsrs_sim_node` compares the two.
 const LOCKSTEP_DEPTH: u32 = 200;
 
+/// Name of the attachment of a bag that has the text of [`EXPERIMENT`].
+pub const EXPERIMENT_ATTACHMENT: &str = "experiment.json";
+
 /// Whether the robot sees another one; one sample per control period.
 pub const DETECTION: Topic = topic::<std_msgs::Bool>("detection", Qos::reliable(LOCKSTEP_DEPTH));
 /// A further reading of a robot with several sensors, beside [`DETECTION`]: on [`further_detection`]. In lockstep it is

@@ -2,6 +2,7 @@
 
 pub mod adaptive;
 pub mod choice;
+pub mod folder;
 mod locate;
 pub mod settling;
 pub mod sweep_file;

@@ -16,7 +16,7 @@ use crate::fleet_file::{Driver, FleetRobot, is_name};
 use crate::parameters::GateSettings;
 
 /// Name of the attachment of a bag that holds an [`ExperimentRecord`] as JSON.
-pub const ATTACHMENT: &str = "experiment.json";
+pub const ATTACHMENT: &str = rsrs_msgs::topics::EXPERIMENT_ATTACHMENT;
 
 /// Name of the metadata record of a bag that holds an [`Ending`].
 pub const ENDING: &str = "rsrs_ending";

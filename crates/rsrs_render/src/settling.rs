@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use rsrs_core::diagram::folder::SWEEP;
 use rsrs_core::diagram::settling::Settling;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_pipeline::sweep::settling::Unsettled;
@@ -34,6 +35,6 @@ pub fn warning(
          {} with a longer `duration_s`",
         unsettled.len(),
         worst.cell,
-        folder.join("sweep.yaml").display()
+        folder.join(SWEEP).display()
     ))
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
+use rsrs_core::diagram::folder::CHOICE;
 use rsrs_core::quantity::Cell;
 use serde::Serialize;
 
@@ -152,7 +153,7 @@ fn report_next(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let folder = quoted(&arguments.folder);
     let Some(path) = &arguments.output else {
-        let kept = quoted(arguments.folder.join("choice.json"));
+        let kept = quoted(arguments.folder.join(CHOICE));
         let next =
             format!("next: rsrs choose {folder} -o {kept}   # keeps it, for run and diagram");
         return print_text(next);

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::comparison::{Verdict, decided};
 use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::diagram::folder::CHOICE;
 use rsrs_core::numerals::percent;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::e_value::TestedCell;
@@ -175,7 +176,7 @@ impl DryRun<'_> {
                 return Ok(Outcome::NegativeAnswer);
             }
         };
-        choose::write(&sweep.join("choice.json"), &choice)?;
+        choose::write(&sweep.join(CHOICE), &choice)?;
         self.print(chosen(&choice))?;
 
         let experiments = self.run_experiments(&files, &sweep, &choice)?;

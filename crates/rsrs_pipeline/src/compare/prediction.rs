@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_core::diagram::choice::{AsMeasured, Choice};
+use rsrs_core::diagram::folder::CHOICE;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::statistics::share::Share;
 use rsrs_files::quoted;
@@ -127,7 +128,7 @@ impl<'a> Prediction<'a> {
 
 /// The error of who needs a cell, and neither was one named nor chosen.
 pub fn nothing_chosen(folder: &Path) -> anyhow::Error {
-    let message = format!("{} has no choice.json, and no cell is named", folder.display());
+    let message = format!("{} has no {CHOICE}, and no cell is named", folder.display());
     let help = format!("name one with `--cell AXIS=VALUE,…`, or {}", choose_again(folder));
     with_help(message, help)
 }
@@ -139,5 +140,5 @@ fn choose_again(folder: &Path) -> String {
 
 /// The command that chooses a cell and keeps it where it is looked for.
 pub fn choose_line(folder: &Path) -> String {
-    format!("rsrs choose {} -o {}", quoted(folder), quoted(folder.join("choice.json")))
+    format!("rsrs choose {} -o {}", quoted(folder), quoted(folder.join(CHOICE)))
 }

@@ -13,31 +13,24 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::choice::Choice;
+use rsrs_core::diagram::folder::{CELLS, CHOICE, SWEEP, UnfinishedSweep};
 use rsrs_core::document;
 use rsrs_core::quantity::Cell;
 use rsrs_files::quoted;
 
-use crate::error::with_help;
+use crate::error::{helped, with_help};
 use crate::files::{read_json_if_there, read_text};
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
-
-const SWEEP: &str = "sweep.yaml";
-const CELLS: &str = "cells.csv";
-const CHOICE: &str = "choice.json";
 
 /// Reads the folder of a sweep back; one that is unfinished, or in which a file was changed, is
 /// refused.
 pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
     let source = read_source(folder)?;
     if unfinished::is_unfinished(folder) {
-        return Err(with_help(
-            format!("the sweep in {} is unfinished", folder.display()),
-            format!(
-                "finish it with `{}`, or put shards together with `rsrs merge`",
-                unfinished::command(folder)
-            ),
-        ));
+        let finish = unfinished::command(folder);
+        let folder = folder.display().to_string();
+        return Err(helped(UnfinishedSweep { folder, finish }));
     }
     let path = folder.join(CELLS);
     let text = read_text(&path)?;

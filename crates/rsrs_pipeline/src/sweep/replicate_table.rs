@@ -13,6 +13,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::record::Field;
 use parquet::schema::parser::parse_message_type;
 use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::diagram::folder::REPLICATES;
 use rsrs_core::judge::order::Parameter;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_sim::sweep::ReplicateOutcome;
@@ -29,7 +30,7 @@ pub fn means(
     world: World,
     key: &str,
 ) -> anyhow::Result<Vec<Option<f64>>> {
-    let path = folder.join("replicates.parquet");
+    let path = folder.join(REPLICATES);
     let what = || format!("cannot read {}", path.display());
     let file = File::open(&path).with_context(what)?;
     let reader = SerializedFileReader::new(file).with_context(what)?;

@@ -6,6 +6,7 @@ use anyhow::{Context, bail};
 use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::conditions::operator::{OperatorConditions, controller_values};
 use rsrs_core::diagram::choice::Choice;
+use rsrs_core::diagram::folder::{self, CHOICE, SWEEP, UNFINISHED, UnfinishedSweep};
 use rsrs_core::diagram::sweep_file::{OtherSweep, SweepFile};
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::document;
@@ -14,6 +15,7 @@ use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_files::quoted;
 use serde::Deserialize;
 
 use super::read;
@@ -93,16 +95,21 @@ struct SweepHeader {
 }
 
 impl SweptCell {
-    /// Finds a cell in the folder of a sweep; the chosen one if none is asked for. If it was not
-    /// swept, the nearest one that was is named.
+    /// Finds a cell in the folder of a sweep that is finished; the chosen one if none is asked for. If
+    /// it was not swept, the nearest one that was is named.
     pub fn find(folder: &Path, asked: Option<&Cell>) -> anyhow::Result<Self> {
-        let path = folder.join("sweep.yaml");
+        let path = folder.join(SWEEP);
         if !path.exists() {
             let folder = folder.display();
             bail!(
-                "{folder} is not the folder of a sweep: it has no sweep.yaml; make it with `rsrs sweep \
+                "{folder} is not the folder of a sweep: it has no {SWEEP}; make it with `rsrs sweep \
                  SWEEP.yaml -o {folder}`"
             );
+        }
+        if folder.join(UNFINISHED).exists() {
+            let finish = folder::finish(&quoted(&path), &quoted(folder));
+            let folder = folder.display().to_string();
+            return Err(Helpful::from(UnfinishedSweep { folder, finish }).into());
         }
         let (name, text) = read(&path)?;
         let SweepHeader { sweep, profile } = document::parse(&name, &text)?;
@@ -154,11 +161,11 @@ impl SweptCell {
 }
 
 fn chosen(folder: &Path, sweep: &SweepFile, profile: &RobotProfile) -> anyhow::Result<Cell> {
-    let path = folder.join("choice.json");
+    let path = folder.join(CHOICE);
     if !path.exists() {
         let folder = folder.display();
         bail!(
-            "{folder} has no choice.json; make it with `rsrs choose {folder} -o {}`, or name a cell",
+            "{folder} has no {CHOICE}; make it with `rsrs choose {folder} -o {}`, or name a cell",
             path.display()
         );
     }
@@ -170,4 +177,25 @@ fn chosen(folder: &Path, sweep: &SweepFile, profile: &RobotProfile) -> anyhow::R
         Helpful::from(SweptCellError::OtherSweep { path, folder, source })
     })?;
     Ok(choice.cell)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sweep_that_is_unfinished_predicts_no_run() {
+        let place = tempfile::tempdir().expect("the disk has room");
+        let folder = place.path();
+        std::fs::write(folder.join(SWEEP), "").expect("the disk has room");
+        std::fs::create_dir(folder.join(UNFINISHED)).expect("the disk has room");
+
+        let error = SweptCell::find(folder, None).expect_err("it is unfinished");
+
+        let folder = folder.display();
+        assert_eq!(error.to_string(), format!("the sweep in {folder} is unfinished"));
+        let help =
+            error.downcast_ref::<Helpful>().and_then(Helpful::help).expect("it can be finished");
+        assert!(help.contains(&format!("rsrs sweep {folder}/{SWEEP} -o {folder}`")), "{help}");
+    }
 }

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
+use rsrs_core::diagram::folder::{self, CELLS, REPLICATES, SWEEP, UNFINISHED};
 use rsrs_core::digest::Digest;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_files::quoted;
@@ -20,7 +21,7 @@ use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
 use super::block_file::{BlockId, decode, encode};
 use super::difference::first_difference;
-use super::{CELLS, SWEEP, cells, read_source};
+use super::{cells, read_source};
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
 use crate::files::{make_folder, write_draft, wrote};
@@ -29,13 +30,10 @@ use crate::sweep::replicate_table::ReplicateTable;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
 
-/// The folder of finished blocks.
-const UNFINISHED: &str = "unfinished";
 /// What it is called once its blocks are in the results.
 const DISCARDED: &str = "discarded";
 /// Locked by the process that is at work.
 const LOCK: &str = "lock";
-const REPLICATES: &str = "replicates.parquet";
 /// Where pictures are drawn.
 const PICTURES: &str = "pictures";
 /// The results, in the order in which they take their places; then come pictures.
@@ -48,7 +46,7 @@ pub fn is_unfinished(folder: &Path) -> bool {
 
 /// The command that finishes the sweep of a folder.
 pub fn command(folder: &Path) -> String {
-    format!("rsrs sweep {} -o {}", quoted(folder.join(SWEEP)), quoted(folder))
+    folder::finish(&quoted(folder.join(SWEEP)), &quoted(folder))
 }
 
 /// What there is to do in an output folder.

@@ -1,0 +1,36 @@
+//! The folder of a sweep: how what is in it is called.
+
+use crate::help::Help;
+
+/// What was swept, with all that was left out.
+pub const SWEEP: &str = "sweep.yaml";
+/// How often each cell ended in each phase.
+pub const CELLS: &str = "cells.csv";
+/// Every replicate.
+pub const REPLICATES: &str = "replicates.parquet";
+/// The cell that was chosen.
+pub const CHOICE: &str = "choice.json";
+/// The folder of finished blocks, while a sweep is at work.
+pub const UNFINISHED: &str = "unfinished";
+
+/// A sweep that is at work, or was broken off.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the sweep in {folder} is unfinished")]
+pub struct UnfinishedSweep {
+    /// Its folder.
+    pub folder: String,
+    /// What to type to finish it: [`finish`].
+    pub finish: String,
+}
+
+impl Help for UnfinishedSweep {
+    fn help(&self) -> Option<String> {
+        let finish = &self.finish;
+        Some(format!("finish it with `{finish}`, or put shards together with `rsrs merge`"))
+    }
+}
+
+/// The command that finishes a sweep, by its file and its folder, both quoted for a shell.
+pub fn finish(sweep: &str, folder: &str) -> String {
+    format!("rsrs sweep {sweep} -o {folder}")
+}
