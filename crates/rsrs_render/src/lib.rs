@@ -18,6 +18,7 @@
 
 pub mod agreement;
 pub mod answers;
+pub mod bag_contents;
 pub mod campaign;
 pub mod choice;
 pub mod columns;
@@ -36,6 +37,7 @@ pub mod picture;
 pub mod picture_file;
 pub mod planned_experiments;
 pub mod recorded_run;
+pub mod recovered_bag;
 pub mod replay;
 pub mod report;
 pub mod settling;
