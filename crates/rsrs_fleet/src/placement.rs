@@ -1,8 +1,11 @@
 //! Whether the robots stand on the floor as the experiment wants them to start.
 
 use rsrs_core::conditions::{Conditions, Placement, Sides};
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::tracker::TrackerFrame;
 use rsrs_core::world::{Object, WorldFile};
+use serde::Serialize;
 
 /// Whether start poses are held against the wanted placement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -171,6 +174,53 @@ pub enum Deviation {
         /// Its bearing from the centre, in degrees.
         expected_deg: f64,
     },
+}
+
+/// Where the robots of a run are seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SeenPlaces {
+    /// Where their poses come from.
+    pub pose_source: PoseSource,
+    /// On which topics.
+    pub topics: Vec<String>,
+    /// Where the tracker's frame is on the floor; not there where poses are on the floor as they come.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tracker_frame: Option<TrackerFrame>,
+    /// In the order of the fleet file.
+    pub robots: Vec<SeenRobot>,
+    /// What is not as the experiment wants it to start.
+    pub deviations: Vec<String>,
+    /// What would keep a run from starting, as far as poses are concerned.
+    pub problems: Vec<String>,
+    /// What the operator should know besides.
+    pub notes: Vec<String>,
+    /// What the tracker sees besides the robots of the run, by name.
+    pub others: Vec<String>,
+    /// Whether every robot is seen, and stands where it should start.
+    pub is_as_wanted: bool,
+    /// For how long it has been looked, in seconds.
+    pub looked_for_s: f64,
+}
+
+/// Where a robot is seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SeenRobot {
+    /// Its name.
+    pub robot: String,
+    /// What the tracker calls it, where that is not its name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// Where it is on the floor; `None` as long as it is not seen.
+    pub pose: Option<Pose>,
+    /// The frame that its poses name.
+    pub frame: Option<String>,
+    /// How long ago that was, in seconds.
+    pub age_s: Option<f64>,
+    /// Poses in a second.
+    pub rate_hz: Option<f64>,
+    /// Why its last pose cannot be used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unusable: Option<String>,
 }
 
 /// Everything that is not as wanted, robot by robot: each with its number from 0, its name, and its

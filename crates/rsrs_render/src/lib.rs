@@ -40,6 +40,7 @@ pub mod recorded_run;
 pub mod recovered_bag;
 pub mod replay;
 pub mod report;
+pub mod seen_places;
 pub mod settling;
 pub mod sweep;
 pub mod validation;
