@@ -25,6 +25,7 @@ pub mod columns;
 pub mod comparison;
 pub mod diagnosis;
 pub mod difference;
+pub mod dry_run;
 pub mod episode;
 pub mod explored;
 pub mod factors;

@@ -7,7 +7,6 @@ use anyhow::Context;
 use rsrs_core::comparison::{Verdict, decided};
 use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
 use rsrs_core::diagram::folder::CHOICE;
-use rsrs_core::numerals::percent;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
@@ -24,7 +23,6 @@ use crate::failure::Outcome;
 use crate::notes::print_note;
 use crate::progress::execution;
 use crate::starter_files::StarterFiles;
-use rsrs_files::quoted;
 use rsrs_operate::run::RunSummary;
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_operate::run::side_by_side::{self, Completed, Experiments};
@@ -38,14 +36,13 @@ use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
 use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::sweep_into;
-use rsrs_render::choice::{NoViableCellJson, as_measured, in_fresh_runs, reason};
+use rsrs_render::choice::NoViableCellJson;
 use rsrs_render::comparison::{self, Report as Comparison};
+use rsrs_render::dry_run::{Left, chosen, left, measured_and_harsher, no_viable_cell, swept};
 use rsrs_render::label::toned_phase_of;
 use rsrs_render::picture::{self, DiagramOptions};
 use rsrs_render::picture_file::{PageStyle, write_svg_and_png};
 use rsrs_render::report::html;
-use rsrs_render::settling;
-use rsrs_render::sweep::in_words;
 use rsrs_render::words::Words;
 
 /// Go through the whole loop on this machine: no robots, no LAN.
@@ -168,8 +165,7 @@ impl DryRun<'_> {
         let choice = match choose::choose(&sweep, options)? {
             Chosen::Viable(choice) => choice,
             Chosen::NoViableCell(none) => {
-                let next = format!("rsrs diagnose {}", quoted(&sweep));
-                let printed = format!("no viable cell: {}\nnext: {next}", reason(&none));
+                let printed = no_viable_cell(&none, &sweep);
                 let choice = NoViableCellJson::from(&none);
                 let nothing = NothingToRun { folder, launch_configs, sweep, choice };
                 report(self.arguments.format, &nothing, printed)?;
@@ -202,7 +198,12 @@ impl DryRun<'_> {
         write_file(&report, page.as_bytes())?;
 
         let diagram = self.draw(&result, &choice, &comparison)?;
-        self.print(self.files(&files, &runs.bags))?;
+        self.print(left(&Left {
+            folder: &self.folder,
+            has_starter_files: self.arguments.folder.is_none(),
+            experiment: &files.experiment,
+            bags: &runs.bags,
+        }))?;
         if self.arguments.format == Format::Json {
             let summary = Summary {
                 folder,
@@ -314,35 +315,6 @@ impl DryRun<'_> {
         write_svg_and_png(&self.folder, "diagram", &svg, PageStyle::default())?;
         Ok(self.folder.join("diagram.png"))
     }
-
-    fn files(&self, files: &StarterFiles, bags: &[PathBuf]) -> String {
-        let folder = self.folder.display();
-        let mut lines = vec![String::new()];
-        if self.arguments.folder.is_none() {
-            lines.push(format!(
-                "{folder}/launch_configs   the files behind it: change them and run again"
-            ));
-        }
-        lines.extend([
-            format!("{folder}/sweep            cells.csv, replicates.parquet, choice.json"),
-            format!("{folder}/diagram.png      the phase diagram (also as .svg)"),
-            format!("{folder}/comparison.json"),
-        ]);
-        lines.push(match bags {
-            [] => format!("{folder}/bags             no experiment was completed"),
-            [bag] => format!("{}   its recording", bag.display()),
-            [.., last] => {
-                format!("{folder}/bags             experiment_1 and on, to {}", last.display())
-            }
-        });
-        lines.push(format!(
-            "one experiment again: rsrs run {} --from {}",
-            quoted(&files.experiment),
-            quoted(self.folder.join("sweep"))
-        ));
-        lines.push(format!("all of it to look at: {folder}/report.html"));
-        lines.join("\n")
-    }
 }
 
 /// Whether so many runs in the chosen cell end in a verdict.
@@ -351,37 +323,4 @@ fn is_decided(real: Share, choice: &Choice) -> anyhow::Result<bool> {
     let simulated = Share::milling(&phases);
     let test = PooledTest::new(&[TestedCell { real, simulated, part: CHOSEN }], MARGIN);
     Ok(decided(&test) != Verdict::Undecided)
-}
-
-fn measured_and_harsher(source: &ResolvedSweep) -> anyhow::Result<String> {
-    let measured = &source.profile;
-    let simulated = source.sweep.factors(measured).apply(measured)?;
-    Ok(format!(
-        "profile: {}, as measured; simulated worse: spread of the gains {} to {}, missed detections \
-         {} to {}, false ones {} to {}",
-        measured.name,
-        percent(measured.actuation.speed.robot_sd),
-        percent(simulated.actuation.speed.robot_sd),
-        percent(1.0 - measured.sensing.true_positive),
-        percent(1.0 - simulated.sensing.true_positive),
-        percent(measured.sensing.false_positive),
-        percent(simulated.sensing.false_positive),
-    ))
-}
-
-fn swept(result: &SweepResult) -> String {
-    format!(
-        "sweep: {} cells, {} runs of {} s each in both worlds: {}",
-        result.diagram.cells.len(),
-        result.source.sweep.replicates,
-        result.source.sweep.duration_s,
-        in_words(&result.diagram.majorities())
-    )
-}
-
-fn chosen(choice: &Choice) -> String {
-    let chosen = format!("chosen: {}, which {}", choice.cell, in_fresh_runs(choice));
-    let measured = as_measured(choice);
-    let settling = choice.settling.map(|settling| settling::text(&settling));
-    [Some(chosen), measured, settling].into_iter().flatten().collect::<Vec<_>>().join("\n  ")
 }
