@@ -1,8 +1,6 @@
-//! The reference of all files that people write: JSON Schema for editors, Markdown for people.
+//! The kinds of files that people write, as JSON Schema.
 //!
-//! Both follow from the types that read the files, so they are never out of date.
-
-mod reference;
+//! It follows from the types that read the files, so it is never out of date.
 
 use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::diagram::sweep_file::SweepFile;
@@ -15,8 +13,6 @@ use schemars::{Schema, schema_for};
 use serde_json::Value;
 
 use crate::campaign::file::CampaignFile;
-
-pub use reference::reference;
 
 /// A kind of file that people write.
 #[derive(Clone, Copy, Debug)]

@@ -18,6 +18,7 @@
 
 pub mod agreement;
 pub mod answers;
+pub mod axes;
 pub mod bag_contents;
 pub mod campaign;
 pub mod choice;
@@ -39,6 +40,7 @@ pub mod picture_file;
 pub mod planned_experiments;
 pub mod recorded_run;
 pub mod recovered_bag;
+pub mod reference;
 pub mod replay;
 pub mod report;
 pub mod seen_places;

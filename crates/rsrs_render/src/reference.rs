@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use rsrs_core::judge::order::{Parameter, Prerequisite};
 use rsrs_core::quantity::Axis;
+use rsrs_pipeline::schema::FileKind;
 use serde_json::{Map, Value};
 
-use super::FileKind;
+use crate::axes;
 
 /// The reference of all files and axes, as Markdown.
 pub fn reference() -> String {
@@ -21,7 +22,7 @@ pub fn reference() -> String {
         collect(&schema, &schema, "", &mut rows);
         section(&mut page, kind.key, &once(&rows));
     }
-    axes(&mut page);
+    axes::section(&mut page);
     order_parameters(&mut page);
     page
 }
@@ -73,25 +74,6 @@ fn section(page: &mut String, kind: &str, rows: &[Row]) {
     for Row { path, kind, default, text } in rows {
         line(page, &format!("| `{path}` | {kind} | {default} | {text} |"));
     }
-}
-
-/// The axes, which are the same wherever a file names some.
-fn axes(page: &mut String) {
-    page.push_str(
-        "\n## Axes\n\nThe keys of `axes`, `fixed` and `cell`, also on the command line \
-         (`--cell speed_m_s=0.15,turn_rate_rad_s=0.75`); settings can be set on a real fleet, \
-         capabilities are what robots are.\n\
-         In `fixed` and `cell` an axis has one number, in `axes` a list (`[0.1, 0.2]`) or values at \
-         equal distances, both ends included (`{from: 0.05, to: 0.3, steps: 6}`).\n\n| key | meaning | |\n|---|---|---|\n",
-    );
-    for axis in Axis::ALL {
-        let kind = if axis.is_capability() { "capability" } else { "setting" };
-        writeln!(page, "| `{}` | {} | {kind} |", axis.key(), axis.label())
-            .expect("a text takes whatever is written to it");
-    }
-    page.push_str(
-        "| `controller.NAME` | number `NAME` of the controller's table ([controllers.md](controllers.md)) | setting |\n",
-    );
 }
 
 /// What the rules of a behaviour may look at.

@@ -92,6 +92,30 @@ pub fn text(report: &SweepReport) -> String {
     lines.join("\n")
 }
 
+/// One shard of a sweep.
+#[derive(Clone, Debug, Serialize)]
+pub struct ShardReport {
+    /// Where it is.
+    pub folder: PathBuf,
+    /// Which one it is: `1/2`.
+    pub shard: String,
+    /// Replicates of this shard; `None` where the folder holds the whole sweep.
+    pub runs: Option<u64>,
+}
+
+/// How many replicates it has, and what comes next.
+pub fn of_shard(report: &ShardReport) -> String {
+    let folder = report.folder.display();
+    match report.runs {
+        Some(runs) => format!(
+            "shard {}: {}\nnext, with all shards in one place: rsrs merge {folder} … -o DIR",
+            report.shard,
+            counted(runs, "run")
+        ),
+        None => format!("{folder} holds the whole sweep; no shard was needed"),
+    }
+}
+
 /// How many cells have which phase: `54 stable milling, 3 dispersion`.
 pub fn in_words(phases: &[(Phase, usize)]) -> String {
     let found = phases.iter().filter(|(_, n)| *n > 0);

@@ -4,7 +4,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Command, CommandFactory};
 use rsrs_experiment_runner::causes::{of_bags, of_objects_and_readings};
 use rsrs_fleet::causes;
-use rsrs_pipeline::schema::{FileKind, reference};
+use rsrs_pipeline::schema::FileKind;
+use rsrs_render::reference::reference;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;

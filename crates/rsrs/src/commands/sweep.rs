@@ -5,24 +5,20 @@ use std::path::{Path, PathBuf};
 use rsrs_core::capability::lost_capabilities;
 use rsrs_core::conditions::ClassChanges;
 use rsrs_core::diagram::adaptive::Adaptive;
-use rsrs_core::quantity::Axis;
 use rsrs_core::world::WorldFile;
-use serde::Serialize;
 
 use crate::commands::{Format, print_text, report};
 use crate::failure::Outcome;
 use crate::notes::print_always;
 use crate::progress::execution;
-use rsrs_core::numerals::counted;
 use rsrs_pipeline::execution::Execution;
 use rsrs_pipeline::sweep::ablation::of_barren_sweep;
 use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::shard::Shard;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::{sweep_into, sweep_shard};
-use rsrs_render::columns::columns;
-use rsrs_render::sweep::{SweepReport, text};
-use rsrs_render::{picture, settling as settled};
+use rsrs_render::sweep::{ShardReport, SweepReport, of_shard, text};
+use rsrs_render::{axes, picture, settling as settled};
 
 /// Simulate every cell of a sweep into a phase diagram.
 ///
@@ -73,17 +69,9 @@ pub struct Arguments {
     format: Format,
 }
 
-#[derive(Serialize)]
-struct ShardReport {
-    folder: PathBuf,
-    shard: String,
-    /// Replicates of this shard; `None` where the folder holds the whole sweep.
-    runs: Option<u64>,
-}
-
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let (Some(file), Some(folder)) = (&arguments.sweep, &arguments.output) else {
-        print_text(axes())?;
+        print_text(axes::table())?;
         return Ok(Outcome::Done);
     };
     let name = file.display().to_string();
@@ -108,19 +96,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     summary.factors = of_barren_sweep(&result, execution)?;
     report(arguments.format, &summary, text(&summary))?;
     Ok(Outcome::Done)
-}
-
-/// What can be an axis: key, unit, what it is, and whether a fleet can be set to it.
-fn axes() -> String {
-    let row = |axis: Axis| {
-        let unit = match axis.unit() {
-            "" => "share or factor",
-            unit => unit,
-        };
-        let kind = if axis.is_capability() { "capability of the robots" } else { "setting" };
-        [axis.key(), unit, axis.name(), kind].map(str::to_owned)
-    };
-    columns(&Axis::ALL.map(row))
 }
 
 /// Warns of the capabilities that the factors take away, before anything is simulated.
@@ -149,16 +124,8 @@ fn run_shard(
     execution: Execution<'_>,
 ) -> anyhow::Result<Outcome> {
     let runs = sweep_shard(folder, name, source, shard, execution)?;
-    let text = match runs {
-        Some(runs) => format!(
-            "shard {shard}: {}\nnext, with all shards in one place: rsrs merge {} … -o DIR",
-            counted(runs, "run"),
-            folder.display()
-        ),
-        None => format!("{} holds the whole sweep; no shard was needed", folder.display()),
-    };
     let summary = ShardReport { folder: folder.into(), shard: shard.to_string(), runs };
-    report(format, &summary, &text)?;
+    report(format, &summary, of_shard(&summary))?;
     Ok(Outcome::Done)
 }
 
