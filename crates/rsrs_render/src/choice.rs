@@ -15,7 +15,7 @@ use rsrs_pipeline::choose::{BestSwept, NoViableCell};
 use serde::Serialize;
 
 use crate::settling;
-use crate::wording::shell::{free_beside, sweep_beside};
+use crate::wording::shell::{experiment_beside, free_beside, sweep_beside};
 use crate::words::{Tone, Words};
 
 /// What there was where nothing is viable, as JSON.
@@ -84,6 +84,30 @@ pub fn none_viable(none: &NoViableCell) -> Words {
     let first = Words::toned(Tone::Bad, "no viable cell").then(format!(": {}", reason(none)));
     let others = indented(alternatives(&none.best, none.wanted));
     others.into_iter().fold(first, Words::below)
+}
+
+/// What becomes of the file that a choice was to be written into, and what comes next where no cell is viable.
+pub fn after_none_viable(folder: &Path, output: Option<&Path>) -> Words {
+    let unwritten = output.map(|path| {
+        let path = path.display();
+        format!("{path} was not written, as no cell is viable; a smaller `--viable` asks for less")
+    });
+    let next = format!("next: rsrs diagnose {}   # what would have to be changed", quoted(folder));
+    Words::lines(unwritten.into_iter().chain([next]))
+}
+
+/// How a choice is kept that was not written into a file.
+pub fn to_keep(folder: &Path) -> String {
+    let kept = quoted(folder.join("choice.json"));
+    let folder = quoted(folder);
+    format!("next: rsrs choose {folder} -o {kept}   # keeps it, for run and diagram")
+}
+
+/// What follows from a choice that was written into a file.
+pub fn after_choice(folder: &Path) -> String {
+    let experiment = experiment_beside(folder);
+    let folder = quoted(folder);
+    format!("next: rsrs plan-experiments {folder}\nthen: rsrs run {experiment} --from {folder}")
 }
 
 /// A viable cell, of which a share of `wanted` was wanted: how often its runs show it, and how far it may drift.

@@ -11,7 +11,6 @@ use crate::commands::{Format, print_text, report, report_written};
 use crate::failure::Outcome;
 use crate::progress::execution;
 use crate::setting_arguments::SettingArguments;
-use rsrs_files::quoted;
 use rsrs_pipeline::choose::extension::extensions;
 use rsrs_pipeline::choose::pseudo_realities::{
     Draws, InPseudoRealities, can_be_drawn, pseudo_realities,
@@ -19,9 +18,11 @@ use rsrs_pipeline::choose::pseudo_realities::{
 use rsrs_pipeline::choose::{Chosen, choose, write};
 use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
 use rsrs_pipeline::sweep::folder;
-use rsrs_render::choice::{NoViableCellJson, in_pseudo_realities, none_viable, viable, wider};
+use rsrs_render::choice::{
+    NoViableCellJson, after_choice, after_none_viable, in_pseudo_realities, none_viable, to_keep,
+    viable, wider,
+};
 use rsrs_render::factors;
-use rsrs_render::wording::shell::experiment_beside;
 use rsrs_render::words::Words;
 
 /// Choose the cell that may drift furthest while robots do what is wanted, and confirm it on fresh seeds.
@@ -91,14 +92,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             let answer = NoViableCellJson::from(&none);
             report_with_factors(arguments, &answer, &none.best.cell, none_viable(&none))?;
             if arguments.format == Format::Text {
-                if let Some(path) = &arguments.output {
-                    let path = path.display();
-                    print_text(format!(
-                        "{path} was not written, as no cell is viable; a smaller `--viable` asks for less"
-                    ))?;
-                }
-                let next = format!("next: rsrs diagnose {}", quoted(&arguments.folder));
-                print_text(next + "   # what would have to be changed")?;
+                print_text(after_none_viable(&arguments.folder, arguments.output.as_deref()))?;
             }
             Ok(Outcome::NegativeAnswer)
         }
@@ -151,17 +145,9 @@ fn report_next(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.format == Format::Json {
         return Ok(());
     }
-    let folder = quoted(&arguments.folder);
     let Some(path) = &arguments.output else {
-        let kept = quoted(arguments.folder.join(CHOICE));
-        let next =
-            format!("next: rsrs choose {folder} -o {kept}   # keeps it, for run and diagram");
-        return print_text(next);
+        return print_text(to_keep(&arguments.folder));
     };
     report_written(Format::Text, path)?;
-    let experiment = experiment_beside(&arguments.folder);
-    let next = format!(
-        "next: rsrs plan-experiments {folder}\nthen: rsrs run {experiment} --from {folder}"
-    );
-    print_text(next)
+    print_text(after_choice(&arguments.folder))
 }
