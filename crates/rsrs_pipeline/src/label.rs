@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 use self::human_labels::{HumanLabel, JUDGE};
 use self::implausible::ImplausibleMotion;
 use crate::error::{helped, with_help};
-use crate::recorded_run::{self, PosesBy, PosesOfRun};
+use crate::recorded_run::{self, LossyRecovery, PosesBy, PosesOfRun};
 
 /// A run is a part of one if it is shorter than it was set to be by more than this share of it ...
 const SHORT_SHARE: f64 = 0.02;
@@ -377,6 +377,7 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
             });
         let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
         let lost = ending.as_ref().map_or(&[][..], |ending| &ending.lost);
+        let lossy = LossyRecovery::in_bag(&bag);
         let implausible = implausible::find(&recorded, &bodies, record.as_ref(), lost);
         let misplaced = record.as_ref().map(|record| implausible::misplaced(&recorded, record));
         Ok(Labelled {
@@ -393,8 +394,8 @@ pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
             poses_by: Some(poses.by),
             findings: recorded.findings.clone(),
             labels: labels.clone(),
-            damage: recorded_run::lack_in(&bag),
-            recovery: bag.recovery().filter(|recovery| !recovery.is_complete),
+            damage: lossy.as_ref().map(ToString::to_string),
+            recovery: lossy.map(|LossyRecovery(recovery)| recovery),
             part,
             ending: stopped.map(|ending| ending.kind.key()),
             reason: stopped.map(|ending| ending.reason.clone()),

@@ -1,14 +1,14 @@
 //! The record of a run in its bag: how it was set up, where it breaks off, and how it ended.
 
+mod damage;
 pub mod gaps;
 mod poses;
 
 use std::path::Path;
-use std::time::Duration;
 
 use anyhow::Context;
-use rsrs_bags::{Bag, BagError, Damage, TopicInfo};
-use rsrs_core::numerals::{count, counted, size};
+use rsrs_bags::{Bag, BagError, TopicInfo};
+use rsrs_core::numerals::{counted, size};
 use rsrs_files::quoted;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::cdr;
@@ -16,26 +16,23 @@ use rsrs_msgs::rsrs::{LeaseState, RunLease};
 use rsrs_msgs::std_msgs;
 use rsrs_msgs::topics::{self, Topic};
 
+pub use self::damage::{BrokenRecording, DamagedPlace, LossyRecovery};
 pub use self::poses::{PosesBy, PosesOfRun};
 use crate::error::{helped, with_help};
-
-/// Recorders hand over what they have every second; a file that did not grow for this long is not
-/// recorded any more.
-const STILL_GROWING: Duration = Duration::from_secs(5);
 
 /// Opens a bag whose bytes are those that were written: one that breaks off or is damaged is
 /// refused, by name.
 pub fn open(path: &Path) -> anyhow::Result<Bag> {
     let bag = open_damaged(path)?;
-    let Some(damage) = break_in(&bag) else { return Ok(bag) };
+    let Some(broken) = BrokenRecording::in_bag(&bag) else { return Ok(bag) };
     let name = path.display();
     let recover = format!("save what can be saved: `rsrs bag recover {}`", quoted(path));
-    let help = if is_growing(&bag) {
+    let help = if broken.is_growing {
         format!("wait until it is recorded; if nobody records it any more, {recover}")
     } else {
         recover
     };
-    Err(with_help(format!("{name}: {damage}"), help))
+    Err(with_help(format!("{name}: {broken}"), help))
 }
 
 /// Opens a bag, damaged or not.
@@ -112,42 +109,4 @@ pub fn has_started(bag: &Bag) -> bool {
     let leases = bag.messages_on([topics::LEASE.name]).map_while(Result::ok);
     let mut leases = leases.filter_map(|message| cdr::decode::<RunLease>(&message.bytes).ok());
     leases.any(|lease| lease.state == LeaseState::Running)
-}
-
-/// Where the recording breaks off or is damaged, in words; `None` for a whole bag.
-pub fn break_in(bag: &Bag) -> Option<String> {
-    let damage = bag.damage();
-    let Damage { path, n_messages, last_log_time_ns, at_byte, is_end, reason } = damage.first()?;
-    let messages = counted(*n_messages, "message");
-    let at = last_log_time_ns.map(|time_ns| format!(", at {:.1} s", time_ns as f64 / 1e9));
-    let what = if *is_end { "breaks off" } else { "is damaged" };
-    let doubt = if is_growing(bag) { " (or goes on: the file has just grown)" } else { "" };
-    let place = if *is_end {
-        String::new()
-    } else {
-        let file = path.file_name().unwrap_or_default().to_string_lossy();
-        format!(": {file}, byte {}: {reason}", count(*at_byte))
-    };
-    Some(format!("the recording {what} after {messages}{}{doubt}{place}", at.unwrap_or_default()))
-}
-
-/// Whether the file that breaks off may still be recorded.
-fn is_growing(bag: &Bag) -> bool {
-    let damage = bag.damage();
-    let Some(Damage { path, is_end: true, .. }) = damage.first() else { return false };
-    let age = path.metadata().ok().and_then(|it| it.modified().ok()?.elapsed().ok());
-    age.is_some_and(|age| age < STILL_GROWING)
-}
-
-/// What a recovered bag lacks, in words; `None` for any other bag, and for one that lacks nothing.
-pub fn lack_in(bag: &Bag) -> Option<String> {
-    let recovery = bag.recovery().filter(|recovery| !recovery.is_complete)?;
-    let n_lost = recovery.n_messages_lost;
-    let lost = match (recovery.is_exact, n_lost) {
-        (true, 0) => "no message is missing, but something else".to_owned(),
-        (true, n) => format!("{} missing", counted(n, "message")),
-        (false, 0) => "how many messages are missing is unknown".to_owned(),
-        (false, n) => format!("at least {} missing", counted(n, "message")),
-    };
-    Some(format!("recovered from a damaged bag: {lost}"))
 }

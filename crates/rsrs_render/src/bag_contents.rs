@@ -11,10 +11,11 @@ use rsrs_core::robot::controller::Controller;
 use rsrs_files::quoted;
 use rsrs_fleet::record::{Backend, Ending, ExperimentRecord, LostRobot, OwnProfile, PausedRobot};
 use rsrs_pipeline::label::human_labels::HumanLabel;
-use rsrs_pipeline::recorded_run;
+use rsrs_pipeline::recorded_run::{BrokenRecording, LossyRecovery};
 use serde::Serialize;
 
 use crate::columns::columns;
+use crate::label::human;
 use crate::wording::moment;
 
 /// What is in a bag, with the record of its run and labels by people.
@@ -49,10 +50,10 @@ pub struct BagContents {
     record: Option<ExperimentRecord>,
     /// What it lacks, if it was recovered from a damaged bag.
     #[serde(skip)]
-    lack: Option<String>,
+    lossy: Option<LossyRecovery>,
     /// Where its recording breaks off or is damaged.
     #[serde(skip)]
-    break_off: Option<String>,
+    broken: Option<BrokenRecording>,
 }
 
 impl BagContents {
@@ -77,8 +78,8 @@ impl BagContents {
             reason: ending.map(|ending| ending.reason).filter(|reason| !reason.is_empty()),
             labels,
             record,
-            lack: recorded_run::lack_in(bag),
-            break_off: recorded_run::break_in(bag),
+            lossy: LossyRecovery::in_bag(bag),
+            broken: BrokenRecording::in_bag(bag),
         }
     }
 
@@ -124,7 +125,7 @@ pub fn text(contents: &BagContents) -> String {
     }
     line(format!("written by: {}", writer(info)));
     for label in &contents.labels {
-        line(format!("label: {label}"));
+        line(format!("label: {}", human(label)));
     }
     for damage in &info.damage {
         line(format!("damage: {}: {}", damage.path.display(), damage.reason));
@@ -132,10 +133,10 @@ pub fn text(contents: &BagContents) -> String {
     for fault in &info.summary_faults {
         line(format!("damage: the summary section alone, of which nothing is needed: {fault}"));
     }
-    if let Some(lack) = &contents.lack {
-        line(format!("damage: {lack}"));
+    if let Some(lossy) = &contents.lossy {
+        line(format!("damage: {lossy}"));
     }
-    if let Some(broken) = &contents.break_off {
+    if let Some(broken) = &contents.broken {
         line(format!("damage: {broken}"));
         line(format!("next: rsrs bag recover {}", quoted(&info.path)));
     } else if info.n_messages == 0 {

@@ -6,6 +6,7 @@ use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::JudgeError;
 use rsrs_core::judge::rule::Parameter;
 use rsrs_fleet::record::Backend;
+use rsrs_pipeline::label::human_labels::HumanLabel;
 use rsrs_pipeline::label::{Labelled, NoLabel, RunPart, Settledness};
 
 use crate::words::{Tone, Words};
@@ -51,6 +52,13 @@ fn toned(label: &Labelled) -> Words {
     Words::toned(tone, phase.to_string())
 }
 
+/// What a person saw, who that is, and when it was.
+pub fn human(label: &HumanLabel) -> String {
+    let HumanLabel { phase, by, time, note } = label;
+    let note = note.as_ref().map_or_else(String::new, |note| format!(" ({note})"));
+    format!("{phase} by {by}, {time}{note}")
+}
+
 /// The label, and below it what else is to be known of it.
 pub fn text(label: &Labelled) -> Words {
     let first = Words::from(format!("{}: ", label.bag.display())).then(toned(label));
@@ -77,7 +85,7 @@ pub fn text(label: &Labelled) -> Words {
     }
     for by_hand in &label.labels {
         let differs = if by_hand.phase == label.phase { "" } else { "; differs" };
-        lines.push(format!("  by hand: {by_hand}{differs}").into());
+        lines.push(format!("  by hand: {}{differs}", human(by_hand)).into());
     }
     if !label.controller_only.is_empty() {
         lines

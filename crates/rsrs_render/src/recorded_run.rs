@@ -21,7 +21,7 @@ use rsrs_view::order_over_time::{OrderPicture, RunPicture, svg as run_svg};
 use rsrs_view::theme::Theme;
 use rsrs_view::trajectory::TrajectoryPicture;
 
-use crate::label::{none, phase_of};
+use crate::label::{human, none, phase_of};
 
 /// Radius of robots whose radius is not in the bag, in metres.
 const SOME_RADIUS_M: f64 = 0.05;
@@ -200,7 +200,7 @@ pub fn svg(bag: &Path, options: LabelOptions, theme: Theme) -> anyhow::Result<St
     // The label itself is above the run.
     let mut notes: Vec<String> =
         run.labelled().into_iter().flat_map(|labelled| labelled.why.iter().cloned()).collect();
-    notes.extend(run.run.labels.iter().map(|label| format!("label: {label}")));
+    notes.extend(run.run.labels.iter().map(|label| format!("label: {}", human(label))));
     notes.extend(run.run.lost_robots.iter().map(ToString::to_string));
     let paused = run.labelled().into_iter().flat_map(|labelled| &labelled.paused_robots);
     notes.extend(paused.map(ToString::to_string));

@@ -13,7 +13,7 @@ use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::observation::{Event, Playback, RecordedSwarm};
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_pipeline::error::{in_one_line, with_help};
-use rsrs_pipeline::recorded_run::{self, PosesOfRun};
+use rsrs_pipeline::recorded_run::{self, BrokenRecording, PosesOfRun};
 
 use super::watched_topic::WatchedTopic;
 
@@ -36,7 +36,8 @@ pub struct RecordedFleet {
 pub fn read(path: &Path) -> anyhow::Result<RecordedFleet> {
     let bag = recorded_run::open_damaged(path)?;
     let record = recorded_run::record_in(&bag)?;
-    let mut notes: Vec<String> = recorded_run::break_in(&bag).into_iter().collect();
+    let mut notes: Vec<String> =
+        BrokenRecording::in_bag(&bag).iter().map(ToString::to_string).collect();
     let poses = PosesOfRun::new(&bag, record.as_ref(), None)
         .map_err(|error| notes.push(format!("not judged: {}", in_one_line(&error))))
         .ok();

@@ -19,7 +19,7 @@ use crate::attempt::number_aside;
 use crate::compare::not_counted::NotCountedCause;
 use crate::error::{help_of, in_one_line, with_help};
 use crate::files::folder_of;
-use crate::recorded_run;
+use crate::recorded_run::{self, BrokenRecording, LossyRecovery};
 use crate::sweep::result::SweepResult;
 
 /// A bag of a run that a swept cell stands for.
@@ -290,8 +290,8 @@ impl<'a> RunMatcher<'a> {
 /// Why it is unknown what a whole run was; `None` for a bag that is whole.
 fn incomplete(bag: &Bag) -> Option<String> {
     let recover = || format!("`rsrs bag recover {}` saves what can be saved", quoted(bag.path()));
-    let broken = recorded_run::break_in(bag).map(|broken| format!("{broken}; {}", recover()));
-    broken.or_else(|| recorded_run::lack_in(bag))
+    let broken = BrokenRecording::in_bag(bag).map(|broken| format!("{broken}; {}", recover()));
+    broken.or_else(|| LossyRecovery::in_bag(bag).map(|lossy| lossy.to_string()))
 }
 
 fn single_value(diagram: &PhaseDiagram, axis: Axis) -> anyhow::Result<f64> {

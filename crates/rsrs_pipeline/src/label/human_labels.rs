@@ -73,16 +73,6 @@ impl HumanLabel {
     }
 }
 
-impl fmt::Display for HumanLabel {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{} by {}, {}", self.phase, self.by, self.time)?;
-        match &self.note {
-            Some(note) => write!(formatter, " ({note})"),
-            None => Ok(()),
-        }
-    }
-}
-
 /// Where the labels of a bag are.
 pub fn path_of(bag: &Path) -> PathBuf {
     if bag.is_dir() {

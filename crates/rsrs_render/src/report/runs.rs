@@ -15,7 +15,7 @@ use rsrs_view::trajectory::{ring_of, svg};
 
 use super::samples_at_least;
 use crate::comparison::{ComparedBag, Report as Comparison};
-use crate::label::{order_parameters, phase_of};
+use crate::label::{human, order_parameters, phase_of};
 use crate::recorded_run::DrawnRun;
 use crate::wording::quantity;
 
@@ -119,6 +119,6 @@ fn evidence(judged: &Labelled) -> Vec<String> {
     lines.extend(judged.lost_robots.iter().map(ToString::to_string));
     lines.extend(judged.paused_robots.iter().map(ToString::to_string));
     lines.extend(judged.findings.iter().map(|finding| format!("mended: {finding}")));
-    lines.extend(judged.labels.iter().map(|label| format!("by hand: {label}")));
+    lines.extend(judged.labels.iter().map(|label| format!("by hand: {}", human(label))));
     lines
 }
