@@ -18,7 +18,7 @@ use rsrs_pipeline::measure::sensor_readings;
 
 use crate::run::operator::Operator;
 use crate::run::{RunSummary, RunTarget};
-pub use filling::{Filled, fill_plan, fill_table};
+pub use filling::{fill_plan, fill_table};
 use result::{Motion, Source, TrialResult};
 use rsrs_ros::runtime::runtime;
 use trial_nodes::TrialNodes;

@@ -1,12 +1,10 @@
 //! A bag back on the network, at the pace of its recording.
 
 use std::collections::BTreeMap;
-use std::fmt;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use rsrs_bags::{Bag, BagError};
-use rsrs_core::numerals::{count, counted};
+use rsrs_core::numerals::count;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::rosgraph_msgs::Clock;
@@ -16,9 +14,9 @@ use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::replay::{Selected, Selection};
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Endpoint, EndpointKind, Publisher, RawPublisher, Session, SessionOptions};
-use serde::Serialize;
 
 use crate::run::operator::Operator;
+use rsrs_render::replay::Published;
 
 /// How often `/clock` is published between messages.
 const CLOCK_PERIOD: Duration = Duration::from_millis(25);
@@ -41,23 +39,6 @@ pub struct PublishOptions {
     pub start_s: f64,
     /// How long to wait for subscribers, in seconds.
     pub delay_s: f64,
-}
-
-/// What was published.
-#[derive(Clone, Debug, Serialize)]
-pub struct Published {
-    /// The bag.
-    pub bag: PathBuf,
-    /// Messages that went out.
-    pub n_messages: u64,
-    /// Topics that they went out on.
-    pub n_topics: usize,
-    /// Topics that were left out.
-    pub left_out: Vec<String>,
-    /// How long it took, in seconds.
-    pub took_s: f64,
-    /// How far it fell behind its pace at worst, in seconds.
-    pub late_s: f64,
 }
 
 /// Publishes a bag, to its end or until the operator requests a stop.
@@ -157,20 +138,6 @@ async fn without_living(
         operator.note("the time is not published: there are robots on this network");
     }
     Ok(Allowed { topics: allowed, living, clock: !has_robots })
-}
-
-impl fmt::Display for Published {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            out,
-            "{}: {} on {} in {:.1} s, at most {:.3} s late",
-            self.bag.display(),
-            counted(self.n_messages, "message"),
-            counted(self.n_topics as u64, "topic"),
-            self.took_s,
-            self.late_s
-        )
-    }
 }
 
 /// What came of it.

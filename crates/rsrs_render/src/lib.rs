@@ -26,6 +26,7 @@ pub mod columns;
 pub mod comparison;
 pub mod diagnosis;
 pub mod difference;
+pub mod driven_trials;
 pub mod dry_run;
 pub mod episode;
 pub mod explored;

@@ -1,10 +1,13 @@
-//! Bags that were replayed into today's controller and judge, in words.
+//! Bags that were replayed, into today's controller, into the judge or into a network, in words.
+
+use std::path::PathBuf;
 
 use rsrs_core::judge::order::Parameter;
 use rsrs_core::numerals::{count, counted};
 use rsrs_core::robot::controller::Command;
 use rsrs_pipeline::replay::ControllerReplay;
 use rsrs_pipeline::replay::JudgeReplay;
+use serde::Serialize;
 
 use crate::columns::columns;
 use crate::label::shown;
@@ -73,4 +76,33 @@ pub fn into_judge(replay: &JudgeReplay) -> Words {
     Words::from(format!("{}: ", replay.bag.display()))
         .then_toned(Tone::good_if(replay.is_same), verdict)
         .below(columns(&rows))
+}
+
+/// What was published of a bag.
+#[derive(Clone, Debug, Serialize)]
+pub struct Published {
+    /// The bag.
+    pub bag: PathBuf,
+    /// Messages that went out.
+    pub n_messages: u64,
+    /// Topics that they went out on.
+    pub n_topics: usize,
+    /// Topics that were left out.
+    pub left_out: Vec<String>,
+    /// How long it took, in seconds.
+    pub took_s: f64,
+    /// How far it fell behind its pace at worst, in seconds.
+    pub late_s: f64,
+}
+
+/// How much was published, and how well in time.
+pub fn published(published: &Published) -> String {
+    format!(
+        "{}: {} on {} in {:.1} s, at most {:.3} s late",
+        published.bag.display(),
+        counted(published.n_messages, "message"),
+        counted(published.n_topics as u64, "topic"),
+        published.took_s,
+        published.late_s
+    )
 }

@@ -116,7 +116,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     };
     let published =
         runtime()?.block_on(publish(&bag, &selection, &options, &network, &TerminalOperator))?;
-    report(arguments.format, &published, published.to_string())?;
+    report(arguments.format, &published, render::published(&published))?;
     Ok(Outcome::Done)
 }
 

@@ -1,13 +1,11 @@
 //! All trials of one table or of a plan that are not made yet, one after the other.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::trials::trial::TrialKind;
 use rsrs_experiment_runner::plan::{Plan, TrialRequest, Unmeasured};
 use rsrs_pipeline::error::with_help;
-use serde::Serialize;
 use tokio::runtime::Runtime;
 
 use super::period_table::PeriodTable;
@@ -18,29 +16,12 @@ use super::trial_table::{Todo, TrialTable};
 use super::{DriveOptions, Ready, TrialOperator, made};
 use crate::run::RunTarget;
 use rsrs_files::quoted;
+use rsrs_render::driven_trials::{Filled, pause};
 use rsrs_ros::runtime::runtime;
 
 /// A trial in which commands pause is made again at once, up to this often in all; after that the same
 /// command makes it again.
 const ATTEMPTS: usize = 3;
-
-/// What filling in tables came to.
-#[derive(Clone, Debug, Serialize)]
-pub struct Filled {
-    /// What comes next, in words.
-    #[serde(skip)]
-    next: String,
-    /// The table, or the folder of the plan.
-    pub table: PathBuf,
-    /// Rows that were filled in now.
-    pub n_filled: usize,
-    /// Rows that are still without a result.
-    pub n_left: usize,
-    /// Of those, rows that have one in which commands paused.
-    pub n_paused: usize,
-    /// Messages that the middleware lost.
-    pub n_lost: u64,
-}
 
 /// The tables to fill in, and where their bags go.
 struct Work {
@@ -137,9 +118,19 @@ fn fill(
     {
         table.check_mixture(*backend)?;
     }
-    let (n_left, table) = (jobs.len(), work.given.clone());
-    let mut filled =
-        Filled { next: String::new(), table, n_filled: 0, n_left, n_paused: 0, n_lost: 0 };
+    let only = match &work.tables[..] {
+        [one] => Some(one.kind().name()),
+        _ => None,
+    };
+    let mut filled = Filled {
+        table: work.given.clone(),
+        only,
+        n_filled: 0,
+        n_left: jobs.len(),
+        n_attempts: ATTEMPTS,
+        n_paused: 0,
+        n_lost: 0,
+    };
     if !jobs.is_empty() {
         std::fs::create_dir_all(&work.bags)
             .with_context(|| format!("cannot make {}", work.bags.display()))?;
@@ -152,7 +143,6 @@ fn fill(
             }
         }
     }
-    filled.next = next(&filled, &work);
     Ok(filled)
 }
 
@@ -261,13 +251,14 @@ impl Shift<'_> {
             self.work.tables[*table].fill(todo, &found.found())?;
             filled.n_lost += summary.n_lost;
             self.note_periods(&found)?;
-            let Some(pause) = found.pause() else {
+            let Some(paused_s) = found.paused_s else {
                 filled.n_filled += 1;
                 filled.n_left -= 1;
                 return Ok(true);
             };
             let path = self.work.tables[*table].path().display();
             let next = if attempt < ATTEMPTS { "; it is made again" } else { "" };
+            let pause = pause(paused_s);
             self.operator.operator().note(&format!("{path}:{}: {pause}{next}", todo.line));
         }
         filled.n_paused += 1;
@@ -292,43 +283,6 @@ fn free_name(bags: &Path, name: &str) -> PathBuf {
         .chain(again)
         .find(|bag| !bag.exists())
         .expect("there are more numbers than folders")
-}
-
-fn next(filled: &Filled, work: &Work) -> String {
-    let table = filled.table.display();
-    match (filled.n_left, &work.tables[..]) {
-        (0, [one]) => {
-            format!("rsrs measure fit --{} {table} … --name NAME", one.kind().name())
-        }
-        (0, _) => format!("rsrs measure fit --plan {table} --name NAME -o PROFILE.yaml"),
-        _ => "the same command again; it goes on with the rows that are left".to_owned(),
-    }
-}
-
-impl Filled {
-    /// Whether no trial lost messages, and in none commands paused.
-    pub fn is_whole(&self) -> bool {
-        self.n_lost == 0 && self.n_paused == 0
-    }
-}
-
-impl fmt::Display for Filled {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { next, table, n_filled, n_left, n_paused, n_lost } = self;
-        writeln!(out, "{}: {n_filled} rows filled in, {n_left} left", table.display())?;
-        if *n_paused > 0 {
-            writeln!(
-                out,
-                "in {n_paused} of those left commands paused in {ATTEMPTS} trials one after the \
-                 other: `paused_s` states for how long; give this machine less to do, or the robots \
-                 a better network"
-            )?;
-        }
-        if *n_lost > 0 {
-            writeln!(out, "{n_lost} messages were lost on the way to the bags")?;
-        }
-        write!(out, "next: {next}")
-    }
 }
 
 #[cfg(test)]

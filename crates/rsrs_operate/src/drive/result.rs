@@ -228,24 +228,9 @@ impl TrialResult {
         TrialTable::open_for(path, self.kind())?.append(&self.row())
     }
 
-    /// The result for people: where it is, and the row with its header.
-    pub fn text(&self) -> String {
-        let paused = self.pause().map(|pause| format!("\n{pause}")).unwrap_or_default();
-        format!(
-            "{}:\n{}\n{}{paused}",
-            self.bag.display(),
-            self.kind().header(),
-            self.row().join(",")
-        )
-    }
-
-    /// The note on a trial in which commands paused.
-    pub fn pause(&self) -> Option<String> {
-        let paused_s = self.paused_s?;
-        Some(format!(
-            "commands paused for {paused_s:.3} s, so the trial does not measure a gain; its row is \
-             marked, and `rsrs measure fit` leaves it out"
-        ))
+    /// The row with its header, as a table of its own.
+    pub fn table(&self) -> String {
+        format!("{}\n{}", self.kind().header(), self.row().join(","))
     }
 }
 

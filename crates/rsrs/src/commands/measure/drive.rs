@@ -16,6 +16,7 @@ use crate::commands::{Backend, Format, report};
 use crate::failure::Outcome;
 use crate::fleet_network::{InterfaceArguments, enter};
 use placing::Placing;
+use rsrs_render::driven_trials;
 
 /// Drive one trial, or all trials of a plan, recorded in bags: a robot moves by one constant command,
 /// or stands and senses.
@@ -169,7 +170,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         (None, Some(table)) => Some(fill_table(&options, table, enter, &placing)?),
         (None, None) => None,
     } {
-        report(arguments.format, &filled, filled.to_string())?;
+        report(arguments.format, &filled, driven_trials::filled(&filled))?;
         return Ok(if filled.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer });
     }
     let trial = asked(arguments);
@@ -181,7 +182,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Some((found, summary)) = made else {
         return Ok(Outcome::Done);
     };
-    report(arguments.format, &found, found.text())?;
+    let text = driven_trials::single(&found.bag, &found.table(), found.paused_s);
+    report(arguments.format, &found, text)?;
     let is_whole = summary.n_lost == 0 && found.paused_s.is_none();
     Ok(if is_whole { Outcome::Done } else { Outcome::NegativeAnswer })
 }
