@@ -46,6 +46,7 @@ pub mod replay;
 pub mod report;
 pub mod seen_places;
 pub mod settling;
+pub mod start_poses;
 pub mod sweep;
 pub mod validation;
 mod why_a_range_ends;

@@ -5,11 +5,9 @@ mod check;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::robot::other_profile::OtherProfile;
-use rsrs_core::robot::unicycle::Pose;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::Backend;
-use rsrs_view::placement::PlacementPicture;
 
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
@@ -20,8 +18,9 @@ use crate::experiment_arguments::ExperimentArguments;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::page_arguments::PageArguments;
-use rsrs_operate::run::start_poses::{StartPose, StartPoses};
+use rsrs_operate::run::start_poses::start_poses;
 use rsrs_render::picture_file::PictureFile;
+use rsrs_render::start_poses::{self, StartPoses};
 
 /// Print start poses for the floor, as a table and a picture.
 ///
@@ -89,38 +88,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let until = if is_once { Until::AllAreSeen } else { Until::Stopped };
         return check::check(&plan, &network, (until, arguments.format));
     }
-    let poses = StartPoses::new(&plan)?;
+    let starts = start_poses(&plan)?;
     if let Some(picture) = picture {
-        draw(picture, &arguments.setup.experiment, &poses)?;
+        draw(picture, &arguments.setup.experiment, &starts)?;
     }
-    report(arguments.format, &poses, poses.to_string())?;
+    report(arguments.format, &starts, start_poses::text(&starts))?;
     if let Some(picture) = picture {
         report_written(arguments.format, picture.path())?;
     }
     Ok(Outcome::Done)
 }
 
-fn draw(picture: PictureFile<'_>, experiment: &Path, poses: &StartPoses) -> anyhow::Result<()> {
-    let robots: Vec<(String, Pose)> = poses
-        .robots
-        .iter()
-        .map(|StartPose { robot, x_m, y_m, heading_rad, .. }| {
-            (robot.clone(), Pose { x_m: *x_m, y_m: *y_m, heading_rad: *heading_rad })
-        })
-        .collect();
-    let objects: Vec<(String, [f64; 2])> =
-        poses.objects.iter().map(|it| (it.object.clone(), [it.x_m, it.y_m])).collect();
+fn draw(picture: PictureFile<'_>, experiment: &Path, starts: &StartPoses) -> anyhow::Result<()> {
     let stem = experiment.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
-    let svg = rsrs_view::placement::svg(&PlacementPicture {
-        robots: &robots,
-        area: poses.drawn_area,
-        radius_m: poses.body_radius_m,
-        objects: &objects,
-        world: &poses.world,
-        walls_m: poses.walls_m,
-        title: format!("Start of {stem}"),
-        subtitle: format!("{} robots {}, seed {}", robots.len(), poses.area, poses.seed),
-        theme: picture.style().theme,
-    });
-    picture.write(&svg)
+    picture.write(&start_poses::picture(starts, &stem, picture.style().theme))
 }

@@ -21,7 +21,7 @@ use rsrs_files::quoted;
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_operate::run::place_command;
 use rsrs_operate::run::simulated_fleet::SimulatedFleet;
-use rsrs_operate::run::start_poses::StartPoses;
+use rsrs_operate::run::start_poses::{start_poses, wanted};
 use rsrs_operate::run::{NOT_STANDING, RunSummary, RunTarget, on_simulated_fleet, watched};
 use rsrs_pipeline::error::with_help;
 use rsrs_render::gaps;
@@ -115,7 +115,7 @@ async fn on_fleet(
     place_command: Option<&str>,
 ) -> anyhow::Result<RunSummary> {
     if let Some(program) = place_command {
-        let wanted = StartPoses::new(plan)?.wanted(plan.bag.display().to_string());
+        let wanted = wanted(&start_poses(plan)?, plan.bag.display().to_string());
         place_command::place(program, &wanted, &TerminalOperator).await?;
     }
     watched(plan, network, asked_to_stop(), &TerminalOperator).await

@@ -11,13 +11,13 @@ use rsrs_pipeline::campaign::{BAG, CampaignFolder, Finished, Item, Manifest};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::Settledness;
-use rsrs_render::{gaps, label};
+use rsrs_render::{gaps, label, start_poses};
 
 use super::plan_now;
 use crate::run::operator::Operator;
 use crate::run::place_command::WantedPlacement;
 use crate::run::simulated_fleet::SimulatedFleet;
-use crate::run::start_poses::StartPoses;
+use crate::run::start_poses::{start_poses, wanted};
 use crate::run::{RunSummary, RunTarget, on_simulated_fleet, watched};
 
 /// Whoever places the robots of a fleet before each run.
@@ -222,15 +222,15 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
                 _ => format!("{value} {}", axis.unit()),
             })
             .collect();
-        let starts = StartPoses::new(plan)?;
+        let starts = start_poses(plan)?;
         let what = format!(
             "\n{}: {}, for {} s\nplace the robots:\n{}",
             item.experiment.folder,
             settings.join(", "),
             plan.record.duration_s,
-            starts
+            start_poses::text(&starts)
         );
-        let wanted = starts.wanted(item.experiment.folder.clone());
+        let wanted = wanted(&starts, item.experiment.folder.clone());
         self.placer.place(&what, &wanted).await
     }
 
