@@ -30,6 +30,7 @@ pub mod trajectory;
 pub mod page;
 pub mod palette;
 pub mod pdf;
+pub mod quantity;
 pub mod raster;
 pub mod replay;
 pub mod report;

@@ -6,6 +6,7 @@ use rsrs_core::quantity::Axis;
 
 use crate::cell_values::{CellValues, ValueScale};
 use crate::palette::{Colour, INK, NOT_SWEPT, shade};
+use crate::quantity::named;
 use crate::scale::{Scale, label, widest_px};
 use crate::slice::Slice;
 use crate::svg::{Element, line_of_text, number, rectangle};
@@ -265,15 +266,9 @@ fn tooltip(plot: &Plot, column: usize, row: usize) -> String {
     format!("{place}\n{total} {plural}: {}", endings.join(", "))
 }
 
-/// A value with its axis's name and unit: `speed 0.15 m/s`, `9 robots`.
+/// A value with the name and the unit of its axis, in as many digits as tell it from others of a grid.
 pub fn quantity(axis: Axis, value: f64) -> String {
-    let value = label(value);
-    if axis == Axis::Robots {
-        return format!("{value} robots");
-    }
-    let unit = axis.unit();
-    let name = axis.name();
-    if unit.is_empty() { format!("{name} {value}") } else { format!("{name} {value} {unit}") }
+    named(axis, value, &label(value))
 }
 
 /// Frames the cells that are to be framed.

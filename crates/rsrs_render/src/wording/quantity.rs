@@ -1,31 +1,21 @@
 //! Axes and their values in words.
 
 use rsrs_core::quantity::{Axis, Cell};
+use rsrs_view::quantity;
 
 /// A value in the unit of files and pictures, an angle in degrees beside it: `0.2 rad (11.5°)`.
 pub fn quantity(axis: Axis, value: f64) -> String {
-    let text = as_on_an_axis(axis, value);
-    if is_angle(axis) { format!("{text} ({:.1}°)", value.to_degrees()) } else { text }
-}
-
-fn is_angle(axis: Axis) -> bool {
-    axis.unit() == "rad"
+    quantity::with_degrees(axis, value, &digits(value))
 }
 
 /// A value in the unit of its axis, as beside the ticks of a picture.
 pub fn as_on_an_axis(axis: Axis, value: f64) -> String {
-    match axis {
-        Axis::LatencySteps if (value - 1.0).abs() < 1e-9 => "1 step".to_owned(),
-        Axis::Robots if (value - 1.0).abs() < 1e-9 => "1 robot".to_owned(),
-        _ if axis.unit().is_empty() => digits(value),
-        _ => format!("{} {}", digits(value), axis.unit()),
-    }
+    quantity::with_unit(axis, value, &digits(value))
 }
 
 /// A value with the name of its axis: `speed 0.15 m/s`, `9 robots`.
 pub fn named(axis: Axis, value: f64) -> String {
-    let value = quantity(axis, value);
-    if axis == Axis::Robots { value } else { format!("{} {value}", axis.name()) }
+    quantity::named(axis, value, &digits(value))
 }
 
 /// A cell in words: `speed 0.15 m/s, turning rate 0.75 rad/s`.
@@ -37,7 +27,7 @@ pub fn of_cell(cell: &Cell) -> String {
 /// Two values with their unit once: `0.14 to 0.26 m/s`.
 pub fn span(axis: Axis, low: f64, high: f64) -> String {
     let text = span_on_an_axis(axis, low, high);
-    if is_angle(axis) {
+    if quantity::is_angle(axis) {
         format!("{text} ({:.1} to {:.1}°)", low.to_degrees(), high.to_degrees())
     } else {
         text
