@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rsrs_core::diagram::choice::{Choice, DenserStart, Margin, OtherNumber};
+use rsrs_core::diagram::folder::CHOICE;
 use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::numerals::{count, counted, percent, percents};
 use rsrs_core::quantity::{Axis, Cell};
@@ -98,7 +99,7 @@ pub fn after_none_viable(folder: &Path, output: Option<&Path>) -> Words {
 
 /// How a choice is kept that was not written into a file.
 pub fn to_keep(folder: &Path) -> String {
-    let kept = quoted(folder.join("choice.json"));
+    let kept = quoted(folder.join(CHOICE));
     let folder = quoted(folder);
     format!("next: rsrs choose {folder} -o {kept}   # keeps it, for run and diagram")
 }

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
-use rsrs_core::diagram::folder::CHOICE;
 use rsrs_core::quantity::Cell;
 use serde::Serialize;
 
