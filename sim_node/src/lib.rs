@@ -21,22 +21,20 @@ mod virtual_pose_publisher;
 
 pub use parameters::NODE;
 
-use rsrs_ros::node_arguments::{AFTER_HELP, NodeFlags, Part, Program, run};
+use rsrs_ros::node_arguments::{NodeFlags, Part, Program, run};
 use rsrs_ros::ros_args::TopicRules;
 
-/// Is the world behind the topics of a fleet, in lockstep or in real time.
-#[derive(clap::Parser)]
-#[command(name = "sim_node", max_term_width = 100, after_help = AFTER_HELP)]
-struct Flags {
+/// The world behind the topics of a fleet, in lockstep or in real time.
+#[derive(Clone, Debug, clap::Parser)]
+pub struct Flags {
     #[command(flatten)]
     node: NodeFlags,
 }
 
-/// Runs the node until SIGINT or SIGTERM, by the arguments of the process, without its name:
-/// `[--interface NAME|IP] --robots NAME,… [--ros-args …]`.
-pub fn main(arguments: &[String]) -> anyhow::Result<()> {
+/// Runs the node until SIGINT or SIGTERM.
+pub fn main(flags: Flags) -> anyhow::Result<()> {
     let program = Program { nodes: &[NODE], topics: TopicRules::Refused, part: Part::Simulator };
-    run(program, arguments, |Flags { node }| node, event_loop::run)
+    run(program, flags.node, event_loop::run)
 }
 
 #[cfg(test)]

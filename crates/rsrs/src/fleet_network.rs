@@ -50,7 +50,7 @@ pub fn enter(backend: Backend, interfaces: &[String]) -> anyhow::Result<RunTarge
 /// this program on this machine, or whether it is secured.
 pub fn chosen_network(interfaces: &[String], member: Member<'_>) -> anyhow::Result<SessionOptions> {
     let environment = Environment::of_this_process();
-    let (mut ros, _) = RosArgs::parse(&[], &environment)?;
+    let mut ros = RosArgs::parse(&[], &environment)?;
     let network = ros.network(interfaces, &environment, member).map_err(|error| {
         let is_typed = matches!(error, NetworkError::Interface(_));
         let error = helped(error);

@@ -91,7 +91,7 @@ mod tests {
         let network = |variables: &[(&str, &str)], flags: &[&str]| {
             let flags: Vec<String> = flags.iter().map(|flag| (*flag).to_owned()).collect();
             let environment = Environment::new(variables, |_| Err(io::ErrorKind::NotFound.into()));
-            let (mut args, _) = RosArgs::parse(&[], &environment).unwrap();
+            let mut args = RosArgs::parse(&[], &environment).unwrap();
             let network = args.network(&flags, &environment, Member::Runner).unwrap();
             let notes: Vec<String> = args.notes.iter().map(ToString::to_string).collect();
             (network.interfaces, notes)
@@ -122,7 +122,7 @@ mod tests {
             ("ROS_SECURITY_KEYSTORE", "no-such-keystore"),
         ];
         let environment = Environment::new(&variables, |_| Err(io::ErrorKind::NotFound.into()));
-        let (mut args, _) = RosArgs::parse(&[], &environment).unwrap();
+        let mut args = RosArgs::parse(&[], &environment).unwrap();
 
         let network = args.network(&[], &environment, Member::Runner);
 

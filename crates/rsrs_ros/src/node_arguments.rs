@@ -1,14 +1,11 @@
 //! Arguments of a node's process: where it publishes, and for which robots.
 
-use std::io;
-
-use clap::{CommandFactory, Parser};
 use rsrs_core::help::Help;
 
 use crate::environment::Environment;
 use crate::logging::Level;
 use crate::network::NetworkError;
-use crate::ros_args::{RosArgs, RosArgsError, START, TopicRules};
+use crate::ros_args::{RosArgs, RosArgsError, TopicRules};
 use crate::runtime::runtime;
 use crate::security::{Member, PermissiveStrategy};
 use crate::session::SessionOptions;
@@ -45,9 +42,6 @@ pub enum NodeArgumentsError {
     /// No interface is chosen or it does not exist, or what is to be secured cannot be.
     #[error("{}", .0.text_with_help())]
     Network(#[from] NetworkError),
-    /// A flag that the node does not have, or a value that it cannot have.
-    #[error("{0}")]
-    Flags(String),
     /// No robot is named.
     #[error("no robot: give `--robots robot_1,robot_2` or a namespace, `-r __ns:=/robot_1`")]
     NoRobot,
@@ -73,76 +67,54 @@ pub enum Part {
     Simulator,
 }
 
-/// Flags that all nodes have.
+/// Flags of whoever joins a network.
 #[derive(Clone, Debug, clap::Args)]
-pub struct NodeFlags {
+#[command(after_help = "\
+ROS_DOMAIN_ID, ROS_SECURITY_ENABLE, ROS_SECURITY_KEYSTORE, ROS_SECURITY_STRATEGY, \
+ROS_SECURITY_ENCLAVE_OVERRIDE and -e NAME (--enclave) mean what they mean in ROS 2 (docs/security.md), and so \
+does ROS_AUTOMATIC_DISCOVERY_RANGE except OFF, which is not supported; LOCALHOST stays on the loopback \
+interface, whatever interface is chosen.")]
+pub struct NetworkFlags {
     /// Network interface to use, more than once for several (or `RSRS_INTERFACE`, with commas between
     /// them); there is no default, so that nothing is published on a LAN by accident.
     #[arg(long, value_name = "NAME|IP")]
     pub interface: Vec<String>,
+    /// As in ROS 2, up to `--` or the end: -r NAME:=NAME, -p NAME:=VALUE, --params-file FILE, --log-level
+    /// LEVEL, --disable-rosout-logs, -e NAME; nodes keep their names.
+    #[arg(
+        long,
+        value_name = "ARGUMENTS",
+        num_args = 0..,
+        allow_hyphen_values = true,
+        value_terminator = "--"
+    )]
+    pub ros_args: Vec<String>,
+}
+
+/// Flags that all nodes of robots have.
+#[derive(Clone, Debug, clap::Args)]
+pub struct NodeFlags {
+    #[command(flatten)]
+    network: NetworkFlags,
     /// Robots that the process stands for; without it the namespace (`-r __ns:=/robot_1`) names one.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
-    pub robots: Vec<String>,
+    robots: Vec<String>,
     /// Run although `ROS_SECURITY_STRATEGY` is not Enforce: without its enclave, a robot obeys anybody.
     #[arg(long)]
-    pub permissive_security: bool,
+    permissive_security: bool,
 }
 
-/// The end of every node's help.
-pub const AFTER_HELP: &str = "\
-Behind `--ros-args`, as in ROS 2: -r NAME:=NAME, -p NAME:=VALUE, --params-file FILE, --log-level LEVEL, \
---disable-rosout-logs; nodes keep their names.
-
-ROS_DOMAIN_ID, ROS_SECURITY_ENABLE, ROS_SECURITY_KEYSTORE, ROS_SECURITY_STRATEGY, \
-ROS_SECURITY_ENCLAVE_OVERRIDE and -e NAME (--enclave) mean what they mean in ROS 2 (docs/security.md), and so \
-does ROS_AUTOMATIC_DISCOVERY_RANGE except OFF, which is not supported; LOCALHOST stays on the loopback \
-interface, whatever interface is chosen.";
-
-/// Prints a node's help, if the arguments (without the name of the process) ask for it, and says
-/// whether they do: then there is nothing else to do.
-pub fn has_helped<F: CommandFactory>(arguments: &[String]) -> io::Result<bool> {
-    let mut own = arguments.iter().take_while(|argument| *argument != START);
-    let is_asked = own.any(|argument| argument == "-h" || argument == "--help");
-    if is_asked {
-        F::command().print_long_help()?;
-    }
-    Ok(is_asked)
-}
-
-/// Separates a node's own flags from those for ROS 2.
-pub fn split<F: Parser>(
-    arguments: &[String],
-    environment: &Environment,
-) -> Result<(F, RosArgs), NodeArgumentsError> {
-    let (ros, own) = RosArgs::parse(arguments, environment)?;
-    let name = F::command().get_name().to_owned();
-    let flags = F::try_parse_from(std::iter::once(name).chain(own)).map_err(|error| {
-        let text = error.render().to_string();
-        NodeArgumentsError::Flags(text.trim_start_matches("error: ").trim_end().to_owned())
-    })?;
-    Ok((flags, ros))
-}
-
-/// Runs the program of a node, which has the flags of all nodes and no others.
-///
-/// `arguments` are those of the process, without its name, and `node` takes the flags of all nodes
-/// out of the program's own, whose documentation is its help.
+/// Runs a program that has the flags of all nodes and no others.
 ///
 /// # Errors
 ///
 /// If the arguments are wrong, no interface is chosen, or `serve` fails.
-pub fn run<F: Parser, S: Future<Output = anyhow::Result<()>>>(
+pub fn run<S: Future<Output = anyhow::Result<()>>>(
     program: Program<'_>,
-    arguments: &[String],
-    node: impl FnOnce(F) -> NodeFlags,
+    flags: NodeFlags,
     serve: impl FnOnce(NodeArguments) -> S,
 ) -> anyhow::Result<()> {
-    if has_helped::<F>(arguments)? {
-        return Ok(());
-    }
-    let environment = Environment::of_this_process();
-    let (flags, ros) = split(arguments, &environment)?;
-    let options = NodeArguments::new(node(flags), ros, &environment, program)?;
+    let options = NodeArguments::new(flags, &Environment::of_this_process(), program)?;
     options.ros.start_logging(options.log_level);
     runtime()?.block_on(serve(options))
 }
@@ -156,12 +128,12 @@ impl NodeArguments {
     /// If the program has no nodes.
     pub fn new(
         flags: NodeFlags,
-        mut ros: RosArgs,
         environment: &Environment,
         program: Program<'_>,
     ) -> Result<Self, NodeArgumentsError> {
         let Program { nodes, topics, part } = program;
-        let NodeFlags { interface, mut robots, permissive_security } = flags;
+        let NodeFlags { network, mut robots, permissive_security } = flags;
+        let mut ros = RosArgs::parse(&network.ros_args, environment)?;
         ros.check_rules(nodes, topics)?;
         let node = *nodes.first().expect("every program has a node");
         let (namespace, _) = ros.node("/", node);
@@ -185,7 +157,7 @@ impl NodeArguments {
             Part::Simulator => Member::Simulator,
         };
         Ok(Self {
-            session: ros.network(&interface, environment, member)?,
+            session: ros.network(&network.interface, environment, member)?,
             robots,
             log_level: ros.log_level(node),
             ros,
@@ -195,33 +167,37 @@ impl NodeArguments {
 
 #[cfg(test)]
 mod tests {
+    use std::io;
+
+    use clap::Parser;
+
     use super::*;
     use crate::interfaces::InterfaceError;
     use crate::parameters::ParameterValue;
 
     fn parse(arguments: &[&str]) -> Result<NodeArguments, NodeArgumentsError> {
-        let arguments: Vec<String> = arguments.iter().map(|text| (*text).to_owned()).collect();
-        let environment = Environment::new(&[("RSRS_INTERFACE", "127.0.0.1")], |_| {
-            Err(io::ErrorKind::NotFound.into())
-        });
-        understood(&arguments, &environment)
+        understood(arguments, &[("RSRS_INTERFACE", "127.0.0.1")])
     }
 
-    /// A node without flags of its own.
-    #[derive(Parser)]
+    #[derive(Debug, Parser)]
     struct Flags {
         #[command(flatten)]
         node: NodeFlags,
     }
 
+    fn flags(arguments: &[&str]) -> Result<NodeFlags, clap::Error> {
+        let line = ["node"].iter().chain(arguments);
+        Flags::try_parse_from(line).map(|Flags { node }| node)
+    }
+
     fn understood(
-        arguments: &[String],
-        environment: &Environment,
+        arguments: &[&str],
+        variables: &[(&str, &str)],
     ) -> Result<NodeArguments, NodeArgumentsError> {
-        let (Flags { node }, ros) = split(arguments, environment)?;
+        let environment = Environment::new(variables, |_| Err(io::ErrorKind::NotFound.into()));
         let program =
             Program { nodes: &["controller"], topics: TopicRules::Followed, part: Part::Robot };
-        NodeArguments::new(node, ros, environment, program)
+        NodeArguments::new(flags(arguments).unwrap(), &environment, program)
     }
 
     #[test]
@@ -246,8 +222,7 @@ mod tests {
             assert!(error.to_string().starts_with(expected), "{error}");
         }
         assert!(matches!(parse(&[]), Err(NodeArgumentsError::NoRobot)));
-        let unknown = parse(&["--robot", "robot_1"]).unwrap_err().to_string();
-        assert!(unknown.contains("unexpected argument '--robot'"), "{unknown}");
+        assert!(flags(&["--robot", "robot_1"]).is_err());
         let same = ["__node:=controller", "__ns:=/robot_1", "cmd_vel:=/base/cmd_vel"];
         for rule in same {
             parse(&["--robots", "robot_1", "--ros-args", "-r", rule]).unwrap();
@@ -255,22 +230,31 @@ mod tests {
     }
 
     #[test]
-    fn help_is_asked_for_by_the_nodes_own_arguments_alone() {
-        let ask = |arguments: &[&str]| {
-            let arguments: Vec<String> = arguments.iter().map(|text| (*text).to_owned()).collect();
-            has_helped::<Flags>(&arguments).unwrap()
-        };
+    fn what_is_meant_for_ros_is_no_flag_of_the_node() {
+        let line = [
+            "--ros-args",
+            "-h",
+            "-r",
+            "a:=b",
+            "--robots",
+            "--",
+            "--robots",
+            "robot_1",
+            "--ros-args",
+            "-p",
+        ];
 
-        assert!(ask(&["--help"]) && ask(&["--robots", "robot_1", "-h"]));
-        assert!(!ask(&["--robots", "robot_1"]) && !ask(&["--ros-args", "-h"]));
+        let NodeFlags { network, robots, .. } = flags(&line).unwrap();
+
+        assert_eq!(network.ros_args, ["-h", "-r", "a:=b", "--robots", "-p"]);
+        assert_eq!(robots, ["robot_1"]);
+        let help = flags(&["--robots", "robot_1", "-h"]).unwrap_err();
+        assert_eq!(help.kind(), clap::error::ErrorKind::DisplayHelp);
     }
 
     #[test]
     fn the_lan_is_not_used_by_accident() {
-        let nobody_chose = Environment::new(&[], |_| Err(io::ErrorKind::NotFound.into()));
-        let arguments = ["--robots".to_owned(), "robot_1".to_owned()];
-
-        let error = understood(&arguments, &nobody_chose).unwrap_err();
+        let error = understood(&["--robots", "robot_1"], &[]).unwrap_err();
 
         let is_none_chosen = |error: &NodeArgumentsError| {
             let NodeArgumentsError::Network(error) = error else { return false };

@@ -25,10 +25,8 @@ use overrides::Overrides;
 use remap::Remaps;
 pub use remap::TopicRules;
 
-/// Starts the arguments that are meant for ROS 2.
-pub(crate) const START: &str = "--ros-args";
-/// Ends them.
-const END: &str = "--";
+/// Starts the arguments that are meant for ROS 2; a second start among them is allowed there, too.
+const START: &str = "--ros-args";
 
 /// Flags with a value that ROS 2 programs take and that mean nothing here.
 const WITHOUT_EFFECT: [(&str, &str); 2] = [
@@ -57,12 +55,8 @@ pub struct RosArgs {
 }
 
 impl RosArgs {
-    /// Understands the arguments of a process, without its name, and its environment. Arguments
-    /// that are not meant for ROS are given back.
-    pub fn parse(
-        arguments: &[String],
-        environment: &Environment,
-    ) -> Result<(Self, Vec<String>), RosArgsError> {
+    /// Understands what stands between `--ros-args` and `--` on a command line, and the environment.
+    pub fn parse(arguments: &[String], environment: &Environment) -> Result<Self, RosArgsError> {
         environment.check()?;
         let discovery = discovery::read(environment)?;
         let mut parsed = Self {
@@ -76,20 +70,13 @@ impl RosArgs {
             overrides: Overrides::default(),
             log_levels: Vec::new(),
         };
-        let mut rest = Vec::new();
-        let mut for_ros = false;
-        let mut arguments = arguments.iter();
-        while let Some(argument) = arguments.next() {
-            match (for_ros, argument.as_str()) {
-                // A second start within the arguments for ROS 2 is allowed there, too.
-                (_, START) => for_ros = true,
-                (true, END) => for_ros = false,
-                (true, flag) if parsed.take_switch(flag) => {}
-                (true, flag) => parsed.take_flag(flag, arguments.next(), environment)?,
-                (false, other) => rest.push(other.to_owned()),
+        let mut arguments = arguments.iter().filter(|argument| *argument != START);
+        while let Some(flag) = arguments.next() {
+            if !parsed.take_switch(flag) {
+                parsed.take_flag(flag, arguments.next(), environment)?;
             }
         }
-        Ok((parsed, rest))
+        Ok(parsed)
     }
 
     /// Takes a flag that has no value; `false` if it is none.
@@ -119,7 +106,7 @@ impl RosArgs {
             return Err(RosArgsError::UnknownFlag { flag: flag.to_owned() });
         }
         let missing = || RosArgsError::MissingValue { flag: flag.to_owned() };
-        let value = value.filter(|value| *value != END).ok_or_else(missing)?;
+        let value = value.ok_or_else(missing)?;
         if let Some((flag, reason)) = without_effect {
             self.notes.push(Note::WithoutEffect { flag: format!("{flag} {value}"), reason });
             return Ok(());
@@ -205,7 +192,7 @@ mod tests {
 
     use super::*;
 
-    fn parse(line: &str) -> Result<(RosArgs, Vec<String>), RosArgsError> {
+    fn parse(line: &str) -> Result<RosArgs, RosArgsError> {
         let arguments: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
         let environment = Environment::new(&[], |path| match path.to_str() {
             Some("fleet.yaml") => Ok("/**: {ros__parameters: {speed: 0.2}}".to_owned()),
@@ -215,23 +202,21 @@ mod tests {
     }
 
     #[test]
-    fn arguments_outside_the_brackets_are_left_alone() {
-        let line = "node -r --ros-args -r __ns:=/robot_3 -- -p x --ros-args -p speed:=0.1";
-        let (args, rest) = parse(line).unwrap();
+    fn a_second_start_is_none() {
+        let args = parse("-r __ns:=/robot_3 --ros-args -p speed:=0.1").unwrap();
 
-        assert_eq!(rest, ["node", "-r", "-p", "x"]);
         assert_eq!(args.node("/", "controller"), ("/robot_3".into(), "controller".into()));
         assert_eq!(args.parameters("/a")["speed"], ParameterValue::Double(0.1));
     }
 
     #[test]
     fn what_cannot_be_understood_is_named() {
-        let unknown = parse("--ros-args --use-sim-time").unwrap_err();
+        let unknown = parse("--use-sim-time").unwrap_err();
         assert_eq!(unknown.to_string(), "unknown flag `--use-sim-time` after --ros-args");
         assert!(unknown.help().is_some());
-        let missing = parse("--ros-args --params-file missing.yaml").unwrap_err();
+        let missing = parse("--params-file missing.yaml").unwrap_err();
         assert_eq!(missing.to_string(), "parameter file `missing.yaml` cannot be read");
-        for line in ["--ros-args -r", "--ros-args --params-file --"] {
+        for line in ["-r", "--disable-rosout-logs --params-file"] {
             let error = parse(line).unwrap_err();
             assert!(matches!(error, RosArgsError::MissingValue { .. }), "{line}: {error}");
         }
@@ -239,13 +224,12 @@ mod tests {
 
     #[test]
     fn what_launch_passes_along_is_understood_or_named() {
-        let line = "--ros-args --enclave /robot -e /other --log-config-file log.yaml \
+        let line = "--enclave /robot -e /other --log-config-file log.yaml \
             --disable-rosout-logs --disable-external-lib-logs --disable-stdout-logs \
             --enable-stdout-logs";
 
-        let (args, rest) = parse(line).unwrap();
+        let args = parse(line).unwrap();
 
-        assert_eq!(rest, [""; 0]);
         assert!(!args.to_rosout && args.to_stderr);
         assert_eq!(args.enclave.as_deref(), Some("/other"));
         let notes: Vec<String> = args.notes.iter().map(ToString::to_string).collect();
@@ -258,8 +242,8 @@ mod tests {
 
     #[test]
     fn the_last_parameter_counts_whether_from_a_file_or_not() {
-        let (file_last, _) = parse("--ros-args -p speed:=0.1 --params-file fleet.yaml").unwrap();
-        let (flag_last, _) = parse("--ros-args --params-file fleet.yaml -p speed:=0.1").unwrap();
+        let file_last = parse("-p speed:=0.1 --params-file fleet.yaml").unwrap();
+        let flag_last = parse("--params-file fleet.yaml -p speed:=0.1").unwrap();
 
         assert_eq!(file_last.parameters("/a")["speed"], ParameterValue::Double(0.2));
         assert_eq!(flag_last.parameters("/a")["speed"], ParameterValue::Double(0.1));
@@ -267,12 +251,12 @@ mod tests {
 
     #[test]
     fn a_level_of_one_logger_goes_before_that_of_all() {
-        let line = "--ros-args --log-level warn --log-level robot_3.controller:=debug";
-        let (args, _) = parse(line).unwrap();
+        let line = "--log-level warn --log-level robot_3.controller:=debug";
+        let args = parse(line).unwrap();
 
         assert_eq!(args.log_level("robot_3.controller"), Some(Level::Debug));
         assert_eq!(args.log_level("robot_4.controller"), Some(Level::Warn));
-        assert_eq!(parse("").unwrap().0.log_level("any"), None);
-        assert!(matches!(parse("--ros-args --log-level loud"), Err(RosArgsError::Level { .. })));
+        assert_eq!(parse("").unwrap().log_level("any"), None);
+        assert!(matches!(parse("--log-level loud"), Err(RosArgsError::Level { .. })));
     }
 }

@@ -6,6 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
+use clap::Parser;
 use rsrs_ros::confine;
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{Session, SessionOptions};
@@ -100,19 +101,37 @@ pub fn session() -> Session {
         .expect("the loopback interface is there")
 }
 
+/// The test in which a node's process is one, by [`run_node`].
+const NODE: &str = "node";
+/// Stands before the arguments of the node.
+const START: &str = "--";
+
+/// Runs a node by its `main` if this is a process of [`NodeProcess`], and nothing otherwise.
+///
+/// A binary of tests with such processes has a test `node` at its root that calls this and nothing else.
+pub fn run_node<F: Parser, E: std::fmt::Debug>(main: impl FnOnce(F) -> Result<(), E>) {
+    let mut arguments = std::env::args().skip_while(|argument| argument != START).peekable();
+    if arguments.peek().is_some() {
+        main(F::parse_from(arguments)).expect("the node ends as it was asked to");
+    }
+}
+
 /// A node's process, ended with the test whatever happens.
 pub struct NodeProcess(pub Child);
 
 impl NodeProcess {
-    /// Starts a node of these robots, separated by commas, where [`session`] finds it.
-    pub fn start(program: &str, robots: &str, arguments: &[&str]) -> Self {
+    /// Starts a node of these robots, separated by commas, where [`session`] finds it: this program again, as
+    /// [`run_node`].
+    pub fn start(robots: &str, arguments: &[&str]) -> Self {
+        let program = std::env::current_exe().expect("a running test has an executable");
         let child = Command::new(program)
+            .args(["--exact", NODE, "--nocapture", "--test-threads=1", START])
             .args(["--interface", "127.0.0.1", "--robots", robots])
             .args(arguments)
             .env("ROS_DOMAIN_ID", "42")
             .stdout(Stdio::null())
             .spawn()
-            .expect("the node was built for this test");
+            .expect("this program can be started again");
         Self(child)
     }
 }

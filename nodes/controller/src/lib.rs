@@ -13,25 +13,21 @@ pub use event_loop::{Hosting, serve};
 pub use parameters::names;
 pub use rsrs_fleet::parameters::controller::NODE;
 
-use rsrs_ros::node_arguments::{AFTER_HELP, NodeFlags, Part, Program, run};
+use rsrs_ros::node_arguments::{NodeFlags, Part, Program, run};
 use rsrs_ros::ros_args::TopicRules;
 
-/// Decides what a robot does: detections in, velocity commands out.
+/// Detections in, velocity commands out.
 ///
 /// For robots that have no gate of ours in front of their wheels, `-p lease:=controller` (behind
 /// `--ros-args`): the controller holds the lease, and publishes zero when it ends.
-#[derive(clap::Parser)]
-#[command(name = "controller_node", max_term_width = 100, after_help = AFTER_HELP)]
-struct Flags {
+#[derive(Clone, Debug, clap::Parser)]
+pub struct Flags {
     #[command(flatten)]
     node: NodeFlags,
 }
 
-/// Runs the node until SIGINT or SIGTERM, by the arguments of the process, without its name:
-/// `[--interface NAME|IP] [--robots NAME,…] [--ros-args …]`.
-///
-/// Without `--robots` the namespace (`-r __ns:=/robot_1`) names the one robot.
-pub fn main(arguments: &[String]) -> anyhow::Result<()> {
+/// Runs the node until SIGINT or SIGTERM.
+pub fn main(flags: Flags) -> anyhow::Result<()> {
     let program = Program { nodes: &[NODE], topics: TopicRules::Followed, part: Part::Robot };
-    run(program, arguments, |Flags { node }| node, event_loop::run)
+    run(program, flags.node, event_loop::run)
 }

@@ -8,17 +8,23 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
-use rsrs_testing::network::{NodeProcess, TIMEOUT, eventually, in_own_network, session};
+use rsrs_testing::network::{NodeProcess, TIMEOUT, eventually, in_own_network, run_node, session};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 const SEEN: Bool = Bool { data: true };
 const NOT_SEEN: Bool = Bool { data: false };
 const CONTROLLER: &str = "/robot_2/controller";
 
+/// The node, where it is a process of its own.
+#[test]
+fn node() {
+    run_node(rsrs_controller_node::main);
+}
+
 fn start_with(more_for_ros: &[&str]) -> NodeProcess {
     let arguments = ["--ros-args", "-p", "speed:=0.15", "-p", "turn_rate:=0.75"];
     let arguments = [&arguments[..], more_for_ros].concat();
-    NodeProcess::start(env!("CARGO_BIN_EXE_controller_node"), "robot_1,robot_2", &arguments)
+    NodeProcess::start("robot_1,robot_2", &arguments)
 }
 
 #[test]

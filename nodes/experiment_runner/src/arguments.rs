@@ -8,7 +8,7 @@ use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::Backend;
 use rsrs_ros::environment::Environment;
 use rsrs_ros::logging::Level;
-use rsrs_ros::node_arguments::{AFTER_HELP, NodeArgumentsError, split};
+use rsrs_ros::node_arguments::{NetworkFlags, NodeArgumentsError};
 use rsrs_ros::ros_args::{RosArgs, TopicRules};
 use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
@@ -45,9 +45,8 @@ pub enum RunnerArgumentsError {
     },
 }
 
-/// Runs one experiment, from preflight to the closed bag, and ends.
-#[derive(clap::Parser)]
-#[command(name = "experiment_runner", max_term_width = 100, after_help = AFTER_HELP)]
+/// One experiment: preflight, parameters, leases and the bag.
+#[derive(Clone, Debug, clap::Parser)]
 pub struct Flags {
     /// The experiment file.
     #[arg(long, value_name = "FILE")]
@@ -64,13 +63,11 @@ pub struct Flags {
     /// What moves the robots.
     #[arg(long, default_value = "fleet")]
     backend: Moved,
-    /// Network interface to use, more than once for several (or `RSRS_INTERFACE`, with commas between
-    /// them); there is no default, so that nothing is published on a LAN by accident.
-    #[arg(long, value_name = "NAME|IP")]
-    interface: Vec<String>,
+    #[command(flatten)]
+    network: NetworkFlags,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum Moved {
     /// The simulator.
     Sim,
@@ -79,18 +76,16 @@ enum Moved {
 }
 
 impl RunnerArguments {
-    /// Understands the arguments of the process.
-    pub fn parse(
-        arguments: &[String],
-        environment: &Environment,
-    ) -> Result<Self, RunnerArgumentsError> {
-        let (flags, mut ros) = split::<Flags>(arguments, environment)?;
+    /// What a process does as its flags and ROS 2 have it.
+    pub fn new(flags: Flags, environment: &Environment) -> Result<Self, RunnerArgumentsError> {
+        let mut ros = RosArgs::parse(&flags.network.ros_args, environment)
+            .map_err(NodeArgumentsError::from)?;
         ros.check_rules(&[NODE], TopicRules::Refused).map_err(NodeArgumentsError::from)?;
         let (namespace, _) = ros.node("/", NODE);
         if namespace != "/" {
             return Err(RunnerArgumentsError::Namespace { namespace });
         }
-        let network = ros.network(&flags.interface, environment, Member::Runner);
+        let network = ros.network(&flags.network.interface, environment, Member::Runner);
         Ok(Self {
             request: Request {
                 experiment: flags.experiment,
@@ -114,14 +109,16 @@ impl RunnerArguments {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
 
     fn parse(arguments: &[&str]) -> Result<RunnerArguments, RunnerArgumentsError> {
-        let arguments: Vec<String> = arguments.iter().map(|text| (*text).to_owned()).collect();
+        let flags = Flags::try_parse_from(["runner"].iter().chain(arguments)).unwrap();
         let environment = Environment::new(&[("RSRS_INTERFACE", "127.0.0.1")], |_| {
             Err(std::io::ErrorKind::NotFound.into())
         });
-        RunnerArguments::parse(&arguments, &environment)
+        RunnerArguments::new(flags, &environment)
     }
 
     #[test]
@@ -134,7 +131,8 @@ mod tests {
         assert_eq!(options.request.cell, Some(cell.parse().unwrap()));
         assert_eq!(options.request.backend, Backend::Simulator);
         assert_eq!(parse(&["--experiment", "e.yaml"]).unwrap().request.backend, Backend::Fleet);
-        assert!(parse(&["--experiment", "e.yaml", "--backend", "gazebo"]).is_err());
+        let gazebo = ["runner", "--experiment", "e.yaml", "--backend", "gazebo"];
+        assert!(Flags::try_parse_from(gazebo).is_err());
     }
 
     #[test]
@@ -148,7 +146,7 @@ mod tests {
 
     #[test]
     fn nothing_runs_without_an_experiment() {
-        let error = parse(&[]).unwrap_err().to_string();
+        let error = Flags::try_parse_from(["runner"]).unwrap_err().to_string();
         assert!(error.contains("--experiment <FILE>"), "{error}");
     }
 }

@@ -27,23 +27,18 @@ pub use report::{Progress, RunReport};
 use anyhow::bail;
 use rsrs_fleet::record::{Ending, EndingKind};
 use rsrs_ros::environment::Environment;
-use rsrs_ros::node_arguments::has_helped;
 use rsrs_ros::runtime::runtime;
 use rsrs_ros::shutdown;
 
-use arguments::{Flags, RunnerArguments};
+pub use arguments::Flags;
+use arguments::RunnerArguments;
 use plan::Plan;
 
-/// Runs the node (one experiment, then it ends) by the arguments of the process, without its name:
-/// `--experiment FILE [--from DIR] [--cell CELL] [--output BAG] [--backend sim|fleet] [--interface
-/// NAME|IP] [--ros-args …]`.
+/// Runs the node: one experiment, then it ends.
 ///
 /// A run that was not completed is an error.
-pub fn main(arguments: &[String]) -> anyhow::Result<()> {
-    if has_helped::<Flags>(arguments)? {
-        return Ok(());
-    }
-    let options = RunnerArguments::parse(arguments, &Environment::of_this_process())?;
+pub fn main(flags: Flags) -> anyhow::Result<()> {
+    let options = RunnerArguments::new(flags, &Environment::of_this_process())?;
     options.ros.start_logging(options.log_level);
     options.ros.log_notes(NODE);
     let plan = Plan::read(&options.request)?;

@@ -12,9 +12,7 @@ use rsrs_fleet::parameters::gate::{
 };
 use rsrs_fleet::parameters::{Value, of_gate};
 use rsrs_ros::environment::Environment;
-use rsrs_ros::node_arguments::{
-    AFTER_HELP, NodeArguments, NodeArgumentsError, NodeFlags, Part, Program, split,
-};
+use rsrs_ros::node_arguments::{NodeArguments, NodeArgumentsError, NodeFlags, Part, Program};
 use rsrs_ros::parameters::ParameterValue;
 use rsrs_ros::ros_args::TopicRules;
 
@@ -108,9 +106,8 @@ pub enum ArgumentsError {
 
 const NODES: [&str; 2] = [NODE, rsrs_controller_node::NODE];
 
-/// Is a robot: its sensor, its wheels behind the final gate, and its controller.
-#[derive(Debug, clap::Parser)]
-#[command(name = "robot_node", max_term_width = 100, after_help = AFTER_HELP)]
+/// A robot: its sensor, its wheels behind the final gate, and its controller.
+#[derive(Clone, Debug, clap::Parser)]
 pub struct Flags {
     #[command(flatten)]
     node: NodeFlags,
@@ -132,15 +129,12 @@ pub struct Flags {
 }
 
 impl RobotArguments {
-    /// Understands the arguments of the process.
-    ///
     /// What is set closer to the robot goes first: `-p` and parameter files, then flags, then the
     /// fleet file, then the profile that it names.
-    pub fn parse(arguments: &[String], environment: &Environment) -> Result<Self, ArgumentsError> {
-        let (flags, ros) = split::<Flags>(arguments, environment)?;
+    pub fn new(flags: Flags, environment: &Environment) -> Result<Self, ArgumentsError> {
         let topics = TopicRules::Followed;
         let program = Program { nodes: &NODES, topics, part: Part::Robot };
-        let node = NodeArguments::new(flags.node, ros, environment, program)?;
+        let node = NodeArguments::new(flags.node, environment, program)?;
         let [robot] = &node.robots[..] else {
             return Err(ArgumentsError::Robots { found: node.robots.len() });
         };
@@ -254,14 +248,16 @@ fn start_value(value: Value) -> ParameterValue {
 mod tests {
     use std::fs;
 
+    use clap::Parser;
+
     use super::*;
 
     fn parse(arguments: &[&str]) -> Result<RobotArguments, ArgumentsError> {
-        let arguments: Vec<String> = arguments.iter().map(|text| (*text).to_owned()).collect();
+        let flags = Flags::try_parse_from(["robot"].iter().chain(arguments)).unwrap();
         let environment = Environment::new(&[("RSRS_INTERFACE", "127.0.0.1")], |_| {
             Err(io::ErrorKind::NotFound.into())
         });
-        RobotArguments::parse(&arguments, &environment)
+        RobotArguments::new(flags, &environment)
     }
 
     #[test]
@@ -333,9 +329,6 @@ mod tests {
         for (arguments, expected) in [
             (&["--robots", "a"][..], "no driver: give"),
             (&["--robots", "a,b", "--driver", "ros"], "2 robots, expected 1"),
-            (&["--robots", "a", "--driver", "usb"], "driver `usb`, expected serial, ros"),
-            (&["--robots", "a", "--driver"], "a value is required for '--driver"),
-            (&["--robots", "a", "--baud", "fast"], "invalid value 'fast' for '--baud <N>'"),
             (
                 &["--robots", "a", "--driver", "ros", "--ros-args", "-p", "sped:=1.0"],
                 "neither /a/robot nor its controller has a parameter `sped`",
@@ -349,5 +342,7 @@ mod tests {
 
             assert!(error.contains(expected), "{error}");
         }
+        let driver = Flags::try_parse_from(["robot", "--driver", "usb"]).unwrap_err().to_string();
+        assert!(driver.contains("driver `usb`, expected serial, ros"), "{driver}");
     }
 }

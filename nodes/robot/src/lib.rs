@@ -20,27 +20,17 @@ mod node;
 mod parameters;
 mod publishers;
 
-pub use arguments::{ArgumentsError, RobotArguments};
+pub use arguments::{ArgumentsError, Flags, RobotArguments};
 pub use rsrs_fleet::parameters::gate::NODE;
 
-use arguments::Flags;
 use rsrs_ros::environment::Environment;
-use rsrs_ros::node_arguments::has_helped;
 use rsrs_ros::runtime::runtime;
 
 /// Runs the node until SIGINT or SIGTERM; the wheels stop first.
 ///
-/// The arguments are those of the process, without its name: `[--interface NAME|IP] [--robots NAME]
-/// [--config FLEET.yaml] [--driver serial|ros|virtual] [--port PATH] [--baud N]
-/// [--without-controller] [--ros-args …]`. Without `--robots` the namespace (`-r __ns:=/robot_1`)
-/// names the robot.
-///
 /// Hardware that does not answer is no error: the node logs it and keeps trying.
-pub fn main(arguments: &[String]) -> anyhow::Result<()> {
-    if has_helped::<Flags>(arguments)? {
-        return Ok(());
-    }
-    let options = RobotArguments::parse(arguments, &Environment::of_this_process())?;
+pub fn main(flags: Flags) -> anyhow::Result<()> {
+    let options = RobotArguments::new(flags, &Environment::of_this_process())?;
     options.node.ros.start_logging(options.node.log_level);
     runtime()?.block_on(node::run(options))
 }

@@ -5,16 +5,18 @@
 //! cargo run --release -p rsrs_sim_node --example scale -- 300 lockstep 60
 //! ```
 //! The last number is seconds: wall-clock in real time, simulated in lockstep; a path after it names
-//! another `sim_node`, to hold one build against another. Everything happens in a network of its
+//! another build of this program, whose simulator is used instead. Everything happens in a network of its
 //! own, with this process as every controller, the runner and the recorder.
 
 mod conductor;
 
 use std::io::Write;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
+use clap::Parser;
 use conductor::{Conductor, Report, TimeMode, conditions, names};
 use rsrs_ros::confine;
 use rsrs_ros::interfaces::LOOPBACK;
@@ -31,13 +33,11 @@ const WARM_UP: Duration = Duration::from_secs(3);
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    if let [role, rest @ ..] = arguments.as_slice()
-        && role == "simulator"
-    {
-        return rsrs_sim_node::main(rest);
+    if arguments.first().is_some_and(|role| role == "simulator") {
+        return rsrs_sim_node::main(rsrs_sim_node::Flags::parse_from(arguments));
     }
     let [n_robots, pace, seconds, other @ ..] = arguments.as_slice() else {
-        bail!("expected: ROBOTS real_time|lockstep SECONDS [SIM_NODE]");
+        bail!("expected: ROBOTS real_time|lockstep SECONDS [PROGRAM]");
     };
     let n_robots: usize = n_robots.parse().context("the number of robots")?;
     let seconds: f64 = seconds.parse().context("the number of seconds")?;
@@ -128,14 +128,9 @@ fn print_report(
 
 /// The simulator, as a process of its own in this network.
 fn simulator(n_robots: usize, other: Option<&str>) -> anyhow::Result<Child> {
-    let mut command = if let Some(program) = other {
-        Command::new(program)
-    } else {
-        let mut command = Command::new(std::env::current_exe()?);
-        command.arg("simulator");
-        command
-    };
-    command
+    let this = std::env::current_exe()?;
+    Command::new(other.map_or(this.as_path(), Path::new))
+        .arg("simulator")
         .args(["--interface", "127.0.0.1", "--robots", &names(n_robots).join(",")])
         .env("ROS_DOMAIN_ID", DOMAIN.to_string())
         .stdout(Stdio::null())

@@ -28,7 +28,7 @@ pub fn start() -> NodeProcess {
 }
 
 pub fn start_with(robots: &str) -> NodeProcess {
-    NodeProcess::start(env!("CARGO_BIN_EXE_sim_node"), robots, &[])
+    NodeProcess::start(robots, &[])
 }
 
 /// Three Flockbots as measured.

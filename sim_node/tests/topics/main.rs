@@ -12,3 +12,9 @@ mod real_time;
 mod scale;
 mod status;
 mod viewers;
+
+/// The simulator's node, where it is a process of its own.
+#[test]
+fn node() {
+    rsrs_testing::network::run_node(rsrs_sim_node::main);
+}

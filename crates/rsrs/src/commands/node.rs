@@ -3,9 +3,6 @@
 use crate::failure::Outcome;
 
 /// Run a ROS 2 node until SIGINT or SIGTERM.
-///
-/// Nodes take `--interface NAME|IP` (or `RSRS_INTERFACE`), `--robots NAME,…`, and `--ros-args` as in
-/// ROS 2.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -22,28 +19,12 @@ pub struct Arguments {
     node: Node,
 }
 
-// The nodes answer `--help` themselves, as they do when ROS 2 starts them.
-#[derive(clap::Subcommand)]
+#[derive(Clone, clap::Subcommand)]
 enum Node {
-    /// A robot: its sensor, its wheels behind the final gate, and its controller.
-    #[command(disable_help_flag = true)]
-    Robot(Rest),
-    /// Detections in, velocity commands out.
-    #[command(disable_help_flag = true)]
-    Controller(Rest),
-    /// The world behind the topics of a fleet.
-    #[command(disable_help_flag = true)]
-    Sim(Rest),
-    /// One experiment: preflight, parameters, leases and the bag.
-    #[command(disable_help_flag = true)]
-    Runner(Rest),
-}
-
-#[derive(clap::Args)]
-struct Rest {
-    /// Its arguments: see `--help` of the node.
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
-    arguments: Vec<String>,
+    Robot(rsrs_robot_node::Flags),
+    Controller(rsrs_controller_node::Flags),
+    Sim(rsrs_sim_node::Flags),
+    Runner(rsrs_experiment_runner::Flags),
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
@@ -54,11 +35,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if !matches!(arguments.node, Node::Runner(_)) {
         rsrs_ros::session::start_again_after_deadlock();
     }
-    match &arguments.node {
-        Node::Robot(rest) => rsrs_robot_node::main(&rest.arguments)?,
-        Node::Controller(rest) => rsrs_controller_node::main(&rest.arguments)?,
-        Node::Sim(rest) => rsrs_sim_node::main(&rest.arguments)?,
-        Node::Runner(rest) => rsrs_experiment_runner::main(&rest.arguments)?,
+    match arguments.node.clone() {
+        Node::Robot(flags) => rsrs_robot_node::main(flags)?,
+        Node::Controller(flags) => rsrs_controller_node::main(flags)?,
+        Node::Sim(flags) => rsrs_sim_node::main(flags)?,
+        Node::Runner(flags) => rsrs_experiment_runner::main(flags)?,
     }
     Ok(Outcome::Done)
 }

@@ -17,6 +17,7 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use base::{Base, Followed};
+use clap::Parser;
 use rsrs_ros::confine;
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{Session, SessionOptions};
@@ -39,8 +40,12 @@ impl Drop for Node {
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.as_slice() {
-        [role, rest @ ..] if role == "robot" => rsrs_robot_node::main(rest),
-        [role, rest @ ..] if role == "controller" => rsrs_controller_node::main(rest),
+        [role, ..] if role == "robot" => {
+            rsrs_robot_node::main(rsrs_robot_node::Flags::parse_from(arguments))
+        }
+        [role, ..] if role == "controller" => {
+            rsrs_controller_node::main(rsrs_controller_node::Flags::parse_from(arguments))
+        }
         [seconds] => {
             let seconds: f64 = seconds.parse().context("the number of seconds")?;
             let duration = Duration::try_from_secs_f64(seconds).context("the number of seconds")?;

@@ -26,7 +26,7 @@ pub struct Node(NodeProcess);
 
 impl Node {
     pub fn start(arguments: &[&str]) -> Self {
-        Self(NodeProcess::start(env!("CARGO_BIN_EXE_robot_node"), ROBOT, arguments))
+        Self(NodeProcess::start(ROBOT, arguments))
     }
 
     pub fn id(&self) -> u32 {

@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// As ROS 2 reads it.
 fn domain_of_the_environment() -> anyhow::Result<u16> {
     let environment = rsrs_ros::environment::Environment::of_this_process();
-    let (ros, _) = rsrs_ros::ros_args::RosArgs::parse(&[], &environment).map_err(helped)?;
+    let ros = rsrs_ros::ros_args::RosArgs::parse(&[], &environment).map_err(helped)?;
     Ok(ros.domain_id)
 }
 
