@@ -32,9 +32,10 @@ use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_ros::shutdown;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
+use crate::NODE;
 use crate::display::Display;
 use crate::mixed::RealRobots;
-use crate::parameters::{self, NODE};
+use crate::parameters;
 use crate::placed_world::{PlacedWorld, Sensed};
 use crate::robots::VirtualRobot;
 use crate::services;

@@ -19,7 +19,7 @@ mod steering;
 mod subscriptions;
 mod virtual_pose_publisher;
 
-pub use parameters::NODE;
+pub use rsrs_fleet::parameters::simulator::NODE;
 
 use rsrs_ros::node_arguments::{NodeFlags, Part, Program, run};
 use rsrs_ros::ros_args::TopicRules;

@@ -10,8 +10,8 @@ use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::sensor::FurtherReadings;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::parameters::simulator::{
-    CONDITIONS, FULL_NAME, HARDWARE_ONLY, LOCKSTEP, ODOM, POSE, REAL_TIME, REPLICATE, ROBOTS, SEED,
-    STEPS, TIME, TRACKED_BY,
+    CONDITIONS, FULL_NAME, HARDWARE_ONLY, LOCKSTEP, NODE, ODOM, POSE, REAL_TIME, REPLICATE, ROBOTS,
+    SEED, STEPS, TIME, TRACKED_BY,
 };
 use rsrs_fleet::simulator::{Gates, Placed, placement_digest};
 use rsrs_ros::parameters::{
@@ -26,9 +26,6 @@ use crate::mixed::TrackedBy;
 use crate::rows::{Rows, RowsError};
 use by_hand::{CELL, CellRefused};
 pub use by_hand::{profile, take_cell};
-
-/// Name of the simulator's node.
-pub const NODE: &str = "simulator";
 
 /// Where poses of real robots come from, as the parameter spells it.
 const TRACKERS: [(&str, TrackedBy); 2] = [(ODOM, TrackedBy::Odom), (POSE, TrackedBy::Pose)];

@@ -10,6 +10,7 @@ use indexmap::IndexMap;
 use rsrs_core::document;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::Tracker;
+use rsrs_msgs::node_names::CONTROLLER;
 use rsrs_msgs::topics::{self, Topic};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 
@@ -454,7 +455,7 @@ pub(crate) fn is_name(name: &str) -> bool {
     let last = name.rsplit_once('/').map(|(_, last)| last);
     topics::is_namespace(name)
         && !name.split('/').any(is_hidden)
-        && !matches!(last, Some("controller" | "hardware"))
+        && !matches!(last, Some(CONTROLLER | "hardware"))
 }
 
 /// Refuses a robot in whose namespace another one is: its topics would be taken for that one's.

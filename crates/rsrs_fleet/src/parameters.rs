@@ -17,7 +17,7 @@ pub mod controller {
     use rsrs_core::robot::controller::{Command, Controller, ControllerParameters};
 
     /// Name of the node in its robot's namespace.
-    pub const NODE: &str = "controller";
+    pub use rsrs_msgs::node_names::CONTROLLER as NODE;
 
     /// Forward speed where something is detected, in m/s.
     pub const SPEED: &str = "speed";
@@ -78,7 +78,7 @@ pub mod controller {
 /// The parameters of the gate in front of a robot's wheels.
 pub mod gate {
     /// Name of the node in its robot's namespace.
-    pub const NODE: &str = "robot";
+    pub use rsrs_msgs::node_names::GATE as NODE;
 
     /// Greatest safe speed, in m/s.
     pub const SPEED_MAX: &str = "speed_max";
@@ -160,8 +160,7 @@ pub mod gate {
 
 /// The parameters of the simulator.
 pub mod simulator {
-    /// Full name of the node: it stands for no robot, so it has no namespace.
-    pub const FULL_NAME: &str = "/simulator";
+    pub use rsrs_msgs::node_names::{SIMULATOR as NODE, SIMULATOR_FULL_NAME as FULL_NAME};
 
     /// The conditions of an experiment, as JSON.
     pub const CONDITIONS: &str = "conditions";

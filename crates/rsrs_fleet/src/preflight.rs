@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_core::document;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_msgs::topics;
+use rsrs_msgs::{node_names, topics};
 
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
@@ -376,14 +376,14 @@ pub(crate) fn battery(
 
 /// Programs that look at what robots are commanded and drive none: command-line tools have hidden names.
 const ONLOOKERS: [&str; 9] = [
-    "experiment_runner",
+    node_names::RUNNER,
     "foxglove_bridge",
     "lichtblick_bridge",
     "plotjuggler",
     "rosbag2_recorder",
     "rosbridge_websocket",
-    "rsrs_stop",
-    "rsrs_watch",
+    node_names::STOP,
+    node_names::WATCH,
     "rviz2",
 ];
 

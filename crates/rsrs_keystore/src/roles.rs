@@ -1,5 +1,6 @@
 //! Who may publish and receive what in a secured fleet, from the table of topics.
 
+use rsrs_msgs::node_names::{CONTROLLER, RUNNER, SIMULATOR_FULL_NAME, STOP};
 use rsrs_msgs::topics::{self, Topic};
 
 /// A member of a fleet: one enclave.
@@ -113,7 +114,7 @@ impl Role {
     pub fn all_of(robots: &[String]) -> Vec<Self> {
         let others = EVERYBODY.iter().filter(|kind| **kind != Kind::Robot);
         let of_robots = robots.iter().map(|name| Self::of_robot(name));
-        of_robots.chain(others.map(|kind| Self { kind: *kind, robot: None })).collect()
+        of_robots.chain(others.map(|kind| Self::on_no_robot(*kind))).collect()
     }
 
     /// Whether a robot of this name would have rights of another member: its enclave's name, or the
@@ -132,6 +133,16 @@ impl Role {
     /// The member on this robot.
     pub fn of_robot(name: &str) -> Self {
         Self { kind: Kind::Robot, robot: Some(name.to_owned()) }
+    }
+
+    /// The member of a kind that is on no robot.
+    ///
+    /// # Panics
+    ///
+    /// For [`Kind::Robot`], whose members have names: [`Role::of_robot`].
+    pub fn on_no_robot(kind: Kind) -> Self {
+        assert_ne!(kind, Kind::Robot, "a robot's member has its name");
+        Self { kind, robot: None }
     }
 
     /// The name of its enclave, such as `/robot_3`.
@@ -225,14 +236,14 @@ impl Role {
         let of_robots = |node: &str| robots.iter().map(|name| format!("/{name}{node}")).collect();
         match self.kind {
             Kind::Robot => vec![format!("/{}", self.robot_name())],
-            Kind::Controllers => of_robots("/controller"),
+            Kind::Controllers => of_robots(&format!("/{CONTROLLER}")),
             Kind::Simulator => {
                 let mut all: Vec<String> = of_robots("");
-                all.push("/simulator".to_owned());
+                all.push(SIMULATOR_FULL_NAME.to_owned());
                 all
             }
-            Kind::Runner => vec!["/experiment_runner".to_owned()],
-            Kind::Stop => vec!["/rsrs_stop".to_owned()],
+            Kind::Runner => vec![format!("/{RUNNER}")],
+            Kind::Stop => vec![format!("/{STOP}")],
             Kind::Tracker | Kind::Viewer => Vec::new(),
         }
     }

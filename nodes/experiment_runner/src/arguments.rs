@@ -13,7 +13,7 @@ use rsrs_ros::ros_args::{RosArgs, TopicRules};
 use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 
-use crate::event_loop::NODE;
+use crate::NODE;
 use crate::plan::Request;
 
 /// Arguments of the runner.

@@ -5,13 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use rsrs_fleet::fleet_file::CmdVel;
 use rsrs_fleet::parameters::gate::ROS_CMD_VEL_TYPE;
 use rsrs_fleet::preflight::{UnfitTopic, commands_as};
+use rsrs_msgs::node_names::SIMULATOR_FULL_NAME;
 use rsrs_msgs::topics::{self, Durability, Qos, Reliability, Topic};
 use rsrs_ros::session::{Endpoint, EndpointKind};
 
 /// Who publishes or subscribes, where nothing names it.
 const UNNAMED: &str = "a program without a name";
 /// The simulator, in which virtual robots are.
-const SIMULATOR: &str = "/simulator";
 /// Bytes of an identity that name the participant.
 const PARTICIPANT: usize = 12;
 /// How identities begin in our middleware, whose reliable subscriptions receive best-effort
@@ -147,7 +147,7 @@ fn why_silent(
 ) -> Option<String> {
     // One that has not been named yet may be anybody's: the run waits until it is.
     let node = reader.node.as_deref().unwrap_or(UNNAMED);
-    if is_tool(node) || node == SIMULATOR {
+    if is_tool(node) || node == SIMULATOR_FULL_NAME {
         return None;
     }
     let writer = *writers.first()?;

@@ -24,6 +24,7 @@ use rsrs_fleet::runner::{Action, Event, Runner, Target};
 use rsrs_fleet::timing::{CONFIGURE_TIMEOUT, NODE_TIMEOUT, TICK};
 use rsrs_fleet::wire;
 use rsrs_msgs::cdr;
+use rsrs_msgs::node_names::RUNNER as NODE;
 use rsrs_msgs::rsrs::{Recorded, RunLease};
 use rsrs_msgs::std_msgs::{self, Bool};
 use rsrs_msgs::topics::{self, Topic};
@@ -48,9 +49,6 @@ use crate::report::{Progress, RunReport, Times};
 use crate::sample_events;
 use crate::tracked::{Sighting, Tracked};
 use early::Early;
-
-/// Name of the runner's node.
-pub const NODE: &str = "experiment_runner";
 
 /// A runner that has not looked for so long has been stopped itself, or its machine is very busy.
 const STOOD_STILL: Duration = Duration::from_millis(500);

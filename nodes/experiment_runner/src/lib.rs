@@ -20,9 +20,10 @@ mod sample_events;
 pub mod stop;
 pub mod tracked;
 
-pub use event_loop::{NODE, run};
+pub use event_loop::run;
 pub use recorder::RecorderError;
 pub use report::{Progress, RunReport};
+pub use rsrs_msgs::node_names::RUNNER as NODE;
 
 use anyhow::bail;
 use rsrs_fleet::record::{Ending, EndingKind};

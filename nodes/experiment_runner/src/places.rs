@@ -12,6 +12,7 @@ use rsrs_fleet::observation::Rate;
 use rsrs_fleet::placement::{SeenPlaces, SeenRobot, WantedStart, deviations};
 use rsrs_fleet::preflight::{self, Expected, ExpectedTopic, Graph, Problem, Publishers, Seen};
 use rsrs_msgs::cdr;
+use rsrs_msgs::node_names::PLACE as NODE;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics;
 use rsrs_ros::runtime::beat;
@@ -23,7 +24,6 @@ use crate::plan::Plan;
 use crate::recorded_topics::{RecordedTopic, Role};
 use crate::tracked::{SeenPose, Sighting, Tracked};
 
-const NODE: &str = "rsrs_place";
 /// A pose that is older than this shows where the robot was.
 const FRESH: Duration = Duration::from_secs(1);
 /// Notes that are kept.

@@ -12,6 +12,7 @@ use rsrs_fleet::stopper::{
 };
 use rsrs_fleet::timing::TICK;
 use rsrs_fleet::wire;
+use rsrs_msgs::node_names::STOP as NODE;
 use rsrs_msgs::rsrs::{EStopLocks, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
@@ -22,8 +23,6 @@ use rsrs_ros::session::{
     EndpointKind, NodeHandle, Publisher, Session, SessionError, SessionOptions, Subscription,
 };
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
-
-const NODE: &str = "rsrs_stop";
 
 /// How often the discovery database is looked at.
 const POLL_PERIOD: Duration = Duration::from_millis(50);

@@ -11,6 +11,7 @@ use rsrs_core::robot::sensor::MOST_READINGS;
 use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::observation::{Event, Observation};
 use rsrs_fleet::stopper::MOST_ROBOTS;
+use rsrs_msgs::node_names::WATCH as NODE;
 use rsrs_msgs::topics::{self, Durability, Qos, Topic};
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{EndpointKind, Session, SessionOptions, Subscription};
@@ -19,7 +20,6 @@ use tokio::sync::oneshot;
 use super::watched_topic::{OF_SWARM, WatchedTopic};
 use rsrs_ros::runtime::{beat, runtime};
 
-const NODE: &str = "rsrs_watch";
 /// How often the discovery database is looked at.
 const POLL_PERIOD: Duration = Duration::from_millis(250);
 /// Messages that wait for who looks; more are let go.

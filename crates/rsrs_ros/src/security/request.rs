@@ -6,6 +6,7 @@ use std::time::Duration;
 use rsrs_keystore::check::{ENDS_SOON, ends_at, problems_of};
 use rsrs_keystore::layout::ENCLAVES;
 use rsrs_keystore::problem::{EnclaveProblem, cures};
+use rsrs_keystore::roles::{Kind, Role};
 use rsrs_msgs::topics::is_token;
 
 use super::{Enclave, IS_BUILT_IN, SecurityError};
@@ -48,14 +49,15 @@ pub enum Member<'a> {
 impl Member<'_> {
     /// The enclave that `rsrs keystore create` makes for it.
     fn enclave(self) -> String {
-        match self {
-            Self::Robots([robot], _) => format!("/{robot}"),
-            Self::Robots(..) => "/controllers".to_owned(),
-            Self::Simulator => "/simulator".to_owned(),
-            Self::Runner => "/runner".to_owned(),
-            Self::Stop => "/stop".to_owned(),
-            Self::Viewer => "/viewer".to_owned(),
-        }
+        let kind = match self {
+            Self::Robots([robot], _) => return Role::of_robot(robot).enclave(),
+            Self::Robots(..) => Kind::Controllers,
+            Self::Simulator => Kind::Simulator,
+            Self::Runner => Kind::Runner,
+            Self::Stop => Kind::Stop,
+            Self::Viewer => Kind::Viewer,
+        };
+        Role::on_no_robot(kind).enclave()
     }
 }
 
