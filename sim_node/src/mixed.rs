@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::geometry_msgs::{self, PoseStamped};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -21,15 +22,6 @@ const SILENCE: Duration = Duration::from_secs(1);
 
 /// Where a robot stands until it is first reported: out of everybody's sight, in metres.
 const NOWHERE_M: f64 = 1e6;
-
-/// Where the poses of real robots come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TrackedBy {
-    /// Their own `odom`, in the frame of the world.
-    Odom,
-    /// A tracker's `pose`.
-    Pose,
-}
 
 /// A real robot, as the world follows it.
 #[derive(Clone, Debug)]
@@ -120,12 +112,13 @@ pub struct RealRobots {
 }
 
 impl RealRobots {
-    /// Receives the poses of real robots, and publishes to their controllers.
+    /// Receives the poses of real robots, from their own odometry in the frame of the world or from a
+    /// tracker, and publishes to their controllers.
     pub fn follow(
         session: &Session,
         node: &NodeHandle,
         names: &[String],
-        by: TrackedBy,
+        by: PoseSource,
         received: &UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
         let mut all = Self::default();
@@ -140,21 +133,19 @@ impl RealRobots {
                 Some(pose) => drop(received.send(Input::Pose { robot: index, header, pose })),
                 None => speaker.log(Level::Warn, &format!("{name_of}: a pose is no pose")),
             };
-            all.poses.push(match by {
-                TrackedBy::Odom => {
-                    let (name, qos) = (topics::ODOM.for_robot(name), topics::ODOM.qos);
-                    session.subscribe(node, &name, qos, move |sample| {
-                        let odometry: Odometry = sample.message;
-                        receive(odometry.header, &odometry.pose.pose);
-                    })?
-                }
-                TrackedBy::Pose => {
-                    let (name, qos) = (topics::POSE.for_robot(name), topics::POSE.qos);
-                    session.subscribe(node, &name, qos, move |sample| {
-                        let tracked: PoseStamped = sample.message;
-                        receive(tracked.header, &tracked.pose);
-                    })?
-                }
+            // The parameter allows these two.
+            all.poses.push(if by == PoseSource::Odom {
+                let (name, qos) = (topics::ODOM.for_robot(name), topics::ODOM.qos);
+                session.subscribe(node, &name, qos, move |sample| {
+                    let odometry: Odometry = sample.message;
+                    receive(odometry.header, &odometry.pose.pose);
+                })?
+            } else {
+                let (name, qos) = (topics::POSE.for_robot(name), topics::POSE.qos);
+                session.subscribe(node, &name, qos, move |sample| {
+                    let tracked: PoseStamped = sample.message;
+                    receive(tracked.header, &tracked.pose);
+                })?
             });
         }
         Ok(all)

@@ -6,12 +6,13 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rsrs_core::conditions::{Conditions, Impossible};
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::sensor::FurtherReadings;
 use rsrs_fleet::experiment::Time;
+use rsrs_fleet::parameters::one_of;
 use rsrs_fleet::parameters::simulator::{
-    CONDITIONS, FULL_NAME, HARDWARE_ONLY, LOCKSTEP, NODE, ODOM, POSE, REAL_TIME, REPLICATE, ROBOTS,
-    SEED, STEPS, TIME, TRACKED_BY,
+    CONDITIONS, FULL_NAME, HARDWARE_ONLY, NODE, REPLICATE, ROBOTS, SEED, STEPS, TIME, TRACKED_BY,
 };
 use rsrs_fleet::simulator::{Gates, Placed, placement_digest};
 use rsrs_ros::parameters::{
@@ -22,16 +23,12 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::placement::PlacementError;
 use rsrs_sim::world::World;
 
-use crate::mixed::TrackedBy;
 use crate::rows::{Rows, RowsError};
 use by_hand::{CELL, CellRefused};
 pub use by_hand::{profile, take_cell};
 
-/// Where poses of real robots come from, as the parameter spells it.
-const TRACKERS: [(&str, TrackedBy); 2] = [(ODOM, TrackedBy::Odom), (POSE, TrackedBy::Pose)];
-
-/// The paces, as the parameter spells them.
-const TIMES: [(&str, Time); 2] = [(LOCKSTEP, Time::Lockstep), (REAL_TIME, Time::RealTime)];
+/// Where the poses of real robots may come from, the usual one first.
+const TRACKERS: [PoseSource; 2] = [PoseSource::Odom, PoseSource::Pose];
 
 /// The end of ROS's time, whose seconds have 32 bits.
 const END: Duration = Duration::from_secs(i32::MAX.unsigned_abs() as u64);
@@ -69,18 +66,22 @@ pub enum WorldError {
     Rows(#[from] RowsError),
     /// Real robots do not wait.
     #[error(
-        "`{TIME}` is `lockstep` and {name} is none of this simulator's robots, expected \
-         `real_time` for a world with real robots"
+        "`{TIME}` is `{}` and {name} is none of this simulator's robots, expected `{}` for a world with \
+         real robots",
+        Time::Lockstep.key(), Time::RealTime.key()
     )]
     MixedLockstep {
         /// A real robot.
         name: String,
     },
     /// Robot nodes do not wait for the simulator's clock.
-    #[error("`{TIME}` is `lockstep` and `{HARDWARE_ONLY}` is true, expected `real_time`")]
+    #[error(
+        "`{TIME}` is `{}` and `{HARDWARE_ONLY}` is true, expected `{}`",
+        Time::Lockstep.key(), Time::RealTime.key()
+    )]
     HardwareLockstep,
     /// Poses come from nowhere else.
-    #[error("`{TRACKED_BY}` is `{found}`, expected `odom` or `pose`")]
+    #[error("`{TRACKED_BY}` is `{found}`, expected {}", one_of(&TRACKERS.map(PoseSource::key)))]
     TrackedBy {
         /// The value.
         found: String,
@@ -96,7 +97,7 @@ pub enum WorldError {
         period_s: f64,
     },
     /// There is no such pace.
-    #[error("`{TIME}` is `{found}`, expected `lockstep` or `real_time`")]
+    #[error("`{TIME}` is `{found}`, expected {}", one_of(&Time::ALL.map(Time::key)))]
     Time {
         /// The value.
         found: String,
@@ -148,9 +149,15 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
         count(SEED, "Seed of the world, below 2^63.", i64::MAX as f64),
         count(REPLICATE, "Number of the replicate, from 0.", i64::MAX as f64),
         count(STEPS, "Steps to make in lockstep.", f64::from(u32::MAX)),
-        (time.limited_to("lockstep or real_time"), ParameterValue::String(TIMES[0].0.to_owned())),
+        (
+            time.limited_to(&one_of(&Time::ALL.map(Time::key))),
+            ParameterValue::String(Time::default().key().to_owned()),
+        ),
         (robots, ParameterValue::StringArray(Vec::new())),
-        (tracked_by.limited_to("odom or pose"), ParameterValue::String(TRACKERS[0].0.to_owned())),
+        (
+            tracked_by.limited_to(&one_of(&TRACKERS.map(PoseSource::key))),
+            ParameterValue::String(TRACKERS[0].key().to_owned()),
+        ),
         (hardware_only(), ParameterValue::Bool(false)),
     ];
     parameters.extend(by_hand::declared());
@@ -242,7 +249,7 @@ pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Want
 }
 
 /// Where the poses of real robots come from.
-pub fn tracked_by(server: &ParameterServer) -> Result<TrackedBy, WorldError> {
+pub fn tracked_by(server: &ParameterServer) -> Result<PoseSource, WorldError> {
     read_tracker(&server.text(FULL_NAME, TRACKED_BY))
 }
 
@@ -286,10 +293,10 @@ fn check_mixed(rows: &Rows, time: Time) -> Result<(), WorldError> {
     }
 }
 
-fn read_tracker(text: &str) -> Result<TrackedBy, WorldError> {
+fn read_tracker(text: &str) -> Result<PoseSource, WorldError> {
     TRACKERS
         .into_iter()
-        .find_map(|(name, tracker)| (name == text).then_some(tracker))
+        .find(|tracker| tracker.key() == text)
         .ok_or_else(|| WorldError::TrackedBy { found: text.to_owned() })
 }
 
@@ -303,10 +310,7 @@ fn check_length(conditions: &Conditions, steps: u64) -> Result<(), WorldError> {
 }
 
 fn read_time(text: &str) -> Result<Time, WorldError> {
-    TIMES
-        .into_iter()
-        .find_map(|(name, time)| (name == text).then_some(time))
-        .ok_or_else(|| WorldError::Time { found: text.to_owned() })
+    Time::from_key(text).ok_or_else(|| WorldError::Time { found: text.to_owned() })
 }
 
 #[cfg(test)]

@@ -114,6 +114,24 @@ pub enum Time {
     RealTime,
 }
 
+impl Time {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Lockstep, Self::RealTime];
+
+    /// What files and parameters call it.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Lockstep => "lockstep",
+            Self::RealTime => "real_time",
+        }
+    }
+
+    /// The one that files and parameters call so; `None` if there is none.
+    pub fn from_key(key: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|it| it.key() == key)
+    }
+}
+
 /// Which robots the simulated backend moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]

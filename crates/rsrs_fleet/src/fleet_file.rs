@@ -94,7 +94,8 @@ pub enum CmdVel {
 }
 
 impl CmdVel {
-    const ALL: [Self; 2] = [Self::TwistStamped, Self::Twist];
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::TwistStamped, Self::Twist];
 
     /// What files and parameters call it, the topic of a robot that is commanded so, and that of its
     /// base driver.
@@ -145,6 +146,9 @@ pub enum LeaseHolder {
 }
 
 impl LeaseHolder {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Gate, Self::Controller];
+
     /// What files and parameters call it.
     pub fn key(self) -> &'static str {
         match self {

@@ -11,6 +11,42 @@ use serde::{Deserialize, Serialize};
 
 use crate::fleet_file::FleetRobot;
 
+/// A parameter that is a number, as a node declares it.
+#[derive(Clone, Copy, Debug)]
+pub struct Number {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is.
+    pub what: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What there is to say beside, from its punctuation on.
+    pub more: &'static str,
+    /// The least value, and the greatest.
+    pub range: [f64; 2],
+    /// Its value where nothing else is given.
+    pub usual: f64,
+    /// Whether it is set at the start and stays.
+    pub read_only: bool,
+}
+
+impl Number {
+    /// A sentence with its unit.
+    pub fn description(&self) -> String {
+        format!("{}, in {}{}.", self.what, self.unit, self.more)
+    }
+}
+
+/// The words that a parameter may be, for a sentence: `serial, ros or virtual`.
+pub fn one_of(words: &[&str]) -> String {
+    match words {
+        [all_but_last @ .., last] if !all_but_last.is_empty() => {
+            format!("{} or {last}", all_but_last.join(", "))
+        }
+        _ => words.concat(),
+    }
+}
+
 /// The parameters of a robot's controller.
 pub mod controller {
     use rsrs_core::robot::controller::state_machine::StateMachine;
@@ -77,6 +113,12 @@ pub mod controller {
 
 /// The parameters of the gate in front of a robot's wheels.
 pub mod gate {
+    use std::f64::consts::PI;
+
+    use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
+
+    use super::Number;
+
     /// Name of the node in its robot's namespace.
     pub use rsrs_msgs::node_names::GATE as NODE;
 
@@ -120,17 +162,105 @@ pub mod gate {
     /// Type of the commands to the base.
     pub const ROS_CMD_VEL_TYPE: &str = "ros.cmd_vel_type";
 
-    /// All of them; those of other drivers than its own are not there.
-    pub const ALL: [&str; 19] = [
-        SPEED_MAX,
-        TURN_RATE_MAX,
-        WHEEL_BASE,
-        WHEEL_SPEED_MAX,
-        PERIOD,
-        ACCELERATION_MAX,
-        TURN_ACCELERATION_MAX,
-        DETECTION_THRESHOLD,
-        SENSOR_TIMEOUT,
+    /// The numbers of every robot. The ranges end where the serial line's numbers do; the values are
+    /// those of the Flockbot.
+    pub const NUMBERS: [Number; 9] = [
+        Number {
+            name: SPEED_MAX,
+            what: "Greatest safe speed",
+            unit: "m/s",
+            more: "; faster commands are refused",
+            range: [0.0, 30.0],
+            usual: 0.3,
+            read_only: true,
+        },
+        Number {
+            name: TURN_RATE_MAX,
+            what: "Greatest safe turning rate",
+            unit: "rad/s",
+            more: "; faster commands are refused",
+            range: [0.0, 30.0],
+            usual: 2.5,
+            read_only: true,
+        },
+        Number {
+            name: WHEEL_BASE,
+            what: "Distance of the two wheels",
+            unit: "m",
+            more: "; 0 where wheels have no limit of their own",
+            range: [0.0, 10.0],
+            usual: 0.0,
+            read_only: true,
+        },
+        Number {
+            name: WHEEL_SPEED_MAX,
+            what: "Greatest speed of a wheel",
+            unit: "m/s",
+            more: "; commands that ask more of one are refused",
+            range: [0.0, 100.0],
+            usual: 0.0,
+            read_only: true,
+        },
+        Number {
+            name: PERIOD,
+            what: "Interval of detections",
+            unit: "s",
+            more: "",
+            range: PERIOD_BOUNDS_S,
+            usual: 0.13,
+            read_only: true,
+        },
+        Number {
+            name: ACCELERATION_MAX,
+            what: "Greatest growth of the speed",
+            unit: "m/s²",
+            more: "",
+            range: [0.01, 100.0],
+            usual: 1.0,
+            read_only: false,
+        },
+        Number {
+            name: TURN_ACCELERATION_MAX,
+            what: "Greatest growth of the turning rate",
+            unit: "rad/s²",
+            more: "",
+            range: [0.1, 1000.0],
+            usual: 20.0,
+            read_only: false,
+        },
+        Number {
+            name: DETECTION_THRESHOLD,
+            what: "What the range sensor measures at most so far away is seen",
+            unit: "m",
+            more: "",
+            range: [0.0, 100.0],
+            usual: 0.75,
+            read_only: false,
+        },
+        Number {
+            name: SENSOR_TIMEOUT,
+            what: "So long after its last reading, the sensor has failed",
+            unit: "s",
+            more: "",
+            range: [0.05, 10.0],
+            usual: 0.5,
+            read_only: false,
+        },
+    ];
+
+    /// The number of a robot whose base driver is somebody else's, and whose sensor scans.
+    pub const SECTOR: Number = Number {
+        name: ROS_SECTOR,
+        what: "Half of the sector of a scan that is looked at, about straight ahead",
+        unit: "rad",
+        more: "",
+        range: [0.0, PI],
+        usual: 0.2,
+        read_only: true,
+    };
+
+    /// Those that are no numbers with a unit.
+    const OTHERS: [&str; 9] = [
         DEBOUNCE,
         CMD_VEL_TYPE,
         DRIVER,
@@ -139,22 +269,26 @@ pub mod gate {
         SERIAL_BAUD,
         ROS_SENSOR_TYPE,
         ROS_SENSOR_TOPIC,
-        ROS_SECTOR,
         ROS_CMD_VEL_TYPE,
     ];
 
-    /// The unit of a parameter that is a number with one.
-    pub(super) fn unit(name: &str) -> Option<&'static str> {
-        Some(match name {
-            SPEED_MAX | WHEEL_SPEED_MAX => "m/s",
-            TURN_RATE_MAX => "rad/s",
-            PERIOD | SENSOR_TIMEOUT => "s",
-            ACCELERATION_MAX => "m/s²",
-            TURN_ACCELERATION_MAX => "rad/s²",
-            DETECTION_THRESHOLD | WHEEL_BASE => "m",
-            ROS_SECTOR => "rad",
-            _ => return None,
-        })
+    /// The number with this name; `None` if there is none.
+    pub fn number(name: &str) -> Option<Number> {
+        NUMBERS.into_iter().chain([SECTOR]).find(|number| number.name == name)
+    }
+
+    /// The usual value of a number.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such number.
+    pub fn usual(name: &str) -> f64 {
+        number(name).expect("it is a name of this table").usual
+    }
+
+    /// The names of all parameters; those of other drivers than its own are not there.
+    pub fn names() -> Vec<&'static str> {
+        NUMBERS.iter().chain([&SECTOR]).map(|number| number.name).chain(OTHERS).collect()
     }
 }
 
@@ -170,20 +304,12 @@ pub mod simulator {
     pub const REPLICATE: &str = "replicate";
     /// Steps of the run.
     pub const STEPS: &str = "steps";
-    /// The pace: [`LOCKSTEP`] or [`REAL_TIME`].
+    /// The pace: a [`Time`](crate::experiment::Time).
     pub const TIME: &str = "time";
-    /// The world waits for its robots.
-    pub const LOCKSTEP: &str = "lockstep";
-    /// The world follows the clock of the wall.
-    pub const REAL_TIME: &str = "real_time";
     /// Names of the robots, in the order of the world's rows.
     pub const ROBOTS: &str = "robots";
-    /// Where poses of real robots come from: [`ODOM`] or [`POSE`].
+    /// Where poses of real robots come from: a [`PoseSource`](rsrs_core::robot::pose_source::PoseSource) of each robot.
     pub const TRACKED_BY: &str = "tracked_by";
-    /// Their own odometry.
-    pub const ODOM: &str = "odom";
-    /// A tracker.
-    pub const POSE: &str = "pose";
     /// Whether robot nodes stand in front of its robots' wheels.
     pub const HARDWARE_ONLY: &str = "hardware_only";
 }
@@ -271,7 +397,7 @@ pub struct Deviation {
 impl fmt::Display for Deviation {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { parameter, found, expected } = self;
-        let unit = gate::unit(parameter).map(|unit| format!(" {unit}")).unwrap_or_default();
+        let unit = gate::number(parameter).map(|it| format!(" {}", it.unit)).unwrap_or_default();
         write!(formatter, "`{parameter}` is {found}{unit}, expected {expected}{unit}")
     }
 }
@@ -295,7 +421,8 @@ pub fn deviations(expected: &GateSettings, found: &GateSettings) -> Vec<Deviatio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fleet_file::FleetFile;
+    use crate::experiment::Time;
+    use crate::fleet_file::{CmdVel, FleetFile, LeaseHolder};
 
     use rsrs_testing::conditions::flockbot;
 
@@ -306,6 +433,22 @@ mod tests {
         );
         let fleet = FleetFile::parse("fleet.yaml", &fleet).unwrap();
         of_gate(&fleet.robots[0], Some(&flockbot()))
+    }
+
+    #[test]
+    fn words_are_what_files_have() {
+        assert_eq!(one_of(&["serial", "ros", "virtual"]), "serial, ros or virtual");
+        assert_eq!(one_of(&["gate", "controller"]), "gate or controller");
+        for time in Time::ALL {
+            assert_eq!(serde_json::to_value(time).unwrap(), time.key());
+            assert_eq!(Time::from_key(time.key()), Some(time));
+        }
+        for holder in LeaseHolder::ALL {
+            assert_eq!(serde_json::from_value::<LeaseHolder>(holder.key().into()).unwrap(), holder);
+        }
+        for cmd_vel in CmdVel::ALL {
+            assert_eq!(serde_json::from_value::<CmdVel>(cmd_vel.key().into()).unwrap(), cmd_vel);
+        }
     }
 
     #[test]

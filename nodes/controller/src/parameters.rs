@@ -12,13 +12,12 @@ use rsrs_fleet::parameters::controller::{
     STAMP_FROM_CLOCK, TABLE, TRANSITION_KEY, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED,
     UNDETECTED_TURN_RATE, of_values,
 };
+use rsrs_fleet::parameters::gate::usual;
+use rsrs_fleet::parameters::one_of;
 use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind as Kind, ParameterServer, ParameterValue as Value,
 };
-
-/// Greatest safe values where no start value is given: those of the Flockbot.
-const LIMITS: [(&str, f64); 2] = [(SPEED_MAX, 0.30), (TURN_RATE_MAX, 2.5)];
 
 /// A start value that does not fit its parameter.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -62,7 +61,7 @@ pub fn declare(
             Err(StartValueError::NotAllowed { robot, name, found, expected })
         };
     let mut parameters = Vec::new();
-    for ((limit, usual), commanded) in LIMITS.into_iter().zip([
+    for (limit, commanded) in [SPEED_MAX, TURN_RATE_MAX].into_iter().zip([
         [
             (SPEED, "Forward speed v where something is detected, in m/s."),
             (UNDETECTED_SPEED, "Forward speed where nothing is, in m/s, unless mirrored."),
@@ -74,6 +73,7 @@ pub fn declare(
     ]) {
         let is_limit =
             |it: &_| matches!(it, Value::Double(most) if (0.0..=f64::MAX).contains(most));
+        let usual = usual(limit);
         let limit = Descriptor::new(limit, Kind::Double, "Greatest safe value, same unit.");
         let limit =
             take(limit.read_only(), Value::Double(usual), &is_limit, "a double, 0 or more")?;
@@ -98,17 +98,15 @@ pub fn declare(
     let stamp = "Whether commands carry the simulator's clock, one message of it for each detection \
                  (lockstep), or the wall's.";
     let stamp = Descriptor::new(STAMP_FROM_CLOCK, Kind::Bool, stamp);
-    let cmd_vel = "Type of cmd_vel: twist_stamped, or twist for Humble's drivers.";
+    let cmd_vel = "Type of cmd_vel; drivers of Humble take twist.";
     let cmd_vel = Descriptor::new(CMD_VEL_TYPE, Kind::String, cmd_vel).read_only();
-    let is_cmd_vel =
-        |it: &_| [CmdVel::Twist, CmdVel::TwistStamped].map(|it| text(it.key())).contains(it);
+    let is_cmd_vel = |it: &_| CmdVel::ALL.map(|it| text(it.key())).contains(it);
     let constant = "Whether it turns counterclockwise whatever is detected: for measuring robots.";
     let constant = Descriptor::new(CONSTANT, Kind::Bool, constant).read_only();
     let lease = "Who holds the lease: the gate in front of the robot's wheels, or, if it has none, \
                  this controller, which then sends zero without one.";
     let lease = Descriptor::new(LEASE, Kind::String, lease).read_only();
-    let is_lease =
-        |it: &_| [LeaseHolder::Gate, LeaseHolder::Controller].map(|it| text(it.key())).contains(it);
+    let is_lease = |it: &_| LeaseHolder::ALL.map(|it| text(it.key())).contains(it);
     let period = "Interval of the robot's detections, in s; without one for 2.5 of them, and at \
                   least 0.3 s, a controller that holds the lease sends zero.";
     let period = Descriptor::new(PERIOD, Kind::Double, period).read_only();
@@ -123,10 +121,20 @@ pub fn declare(
     parameters.extend([
         take(mirrored, Value::Bool(true), &is_bool, "true or false")?,
         take(stamp, Value::Bool(false), &is_bool, "true or false")?,
-        take(cmd_vel, text(CmdVel::default().key()), &is_cmd_vel, "`twist` or `twist_stamped`")?,
+        take(
+            cmd_vel,
+            text(CmdVel::default().key()),
+            &is_cmd_vel,
+            &one_of(&CmdVel::ALL.map(CmdVel::key)),
+        )?,
         take(constant, Value::Bool(false), &is_bool, "true or false")?,
-        take(lease, text(LeaseHolder::default().key()), &is_lease, "`gate` or `controller`")?,
-        take(period, Value::Double(0.13), &is_period, &range_s)?,
+        take(
+            lease,
+            text(LeaseHolder::default().key()),
+            &is_lease,
+            &one_of(&LeaseHolder::ALL.map(LeaseHolder::key)),
+        )?,
+        take(period, Value::Double(usual(PERIOD)), &is_period, &range_s)?,
         take(table, text(""), &|it| *it == text(""), none_yet)?,
         take(key, Value::Integer(0), &is_integer, "an integer")?,
         take(class, text(""), &is_text, "a name")?,
@@ -246,7 +254,7 @@ mod tests {
             ("speed", Value::Double(0.5), "expected a double from -0.3 to 0.3"),
             ("speed", Value::Integer(0), "speed"),
             ("sped", Value::Double(0.1), "/robot_1/controller has no parameter `sped`"),
-            ("lease", text("nobody"), "expected `gate` or `controller`"),
+            ("lease", text("nobody"), "expected gate or controller"),
             ("cmd_vel_type", text("ackermann"), "cmd_vel_type"),
         ] {
             let error = declare("robot_1", given(name, value)).unwrap_err().to_string();

@@ -116,10 +116,11 @@ pub async fn read_gate(client: &ParameterClient<'_>, robot: &str) -> Option<Gate
         }
         tokio::time::sleep(POLL_PERIOD).await;
     }
-    let values = client.get_known(&node, &gate::ALL).await.ok()?;
-    let known = gate::ALL.iter().zip(values);
+    let names = gate::names();
+    let values = client.get_known(&node, &names).await.ok()?;
+    let known = names.into_iter().zip(values);
     let settings: GateSettings =
-        known.filter_map(|(name, found)| Some(((*name).to_owned(), value(found?)))).collect();
+        known.filter_map(|(name, found)| Some((name.to_owned(), value(found?)))).collect();
     settings.contains_key(gate::DETECTION_THRESHOLD).then_some(settings)
 }
 
@@ -219,17 +220,13 @@ fn of_controller(plan: &Plan, robot: &str) -> Vec<(String, ParameterValue)> {
 fn of_simulator(plan: &Plan) -> Vec<(String, ParameterValue)> {
     let record = &plan.record;
     let conditions = serde_json::to_string(&record.conditions).expect("conditions are plain data");
-    let time = match record.time {
-        Time::Lockstep => simulator::LOCKSTEP,
-        Time::RealTime => simulator::REAL_TIME,
-    };
     let integer = |value: u64| ParameterValue::Integer(value.cast_signed());
     vec![
         (simulator::CONDITIONS.to_owned(), ParameterValue::String(conditions)),
         (simulator::SEED.to_owned(), integer(record.seed)),
         (simulator::REPLICATE.to_owned(), integer(record.replicate)),
         (simulator::STEPS.to_owned(), integer(plan.steps())),
-        (simulator::TIME.to_owned(), ParameterValue::String(time.to_owned())),
+        (simulator::TIME.to_owned(), ParameterValue::String(record.time.key().to_owned())),
         (simulator::ROBOTS.to_owned(), ParameterValue::StringArray(record.robots.clone())),
         (
             simulator::TRACKED_BY.to_owned(),

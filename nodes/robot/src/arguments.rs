@@ -8,7 +8,7 @@ use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use rsrs_fleet::fleet_file::{self, FleetFile, FleetFileError, FleetRobot, LeaseHolder};
 use rsrs_fleet::parameters::controller::LEASE;
 use rsrs_fleet::parameters::gate::{
-    DETECTION_THRESHOLD, NODE, SERIAL_BAUD as BAUD, SERIAL_PORT as PORT,
+    DETECTION_THRESHOLD, NODE, SERIAL_BAUD as BAUD, SERIAL_PORT as PORT, usual,
 };
 use rsrs_fleet::parameters::{Value, of_gate};
 use rsrs_ros::environment::Environment;
@@ -68,7 +68,7 @@ pub enum ArgumentsError {
     #[error(
         "`{}` has a polygon and no cone: set `detection_threshold_m` in the fleet file, or \
          `-p {}:=…`, to the distance in metres with which the robot was measured, {} unless it was set",
-        path.display(), DETECTION_THRESHOLD, parameters::DEFAULT_THRESHOLD_M
+        path.display(), DETECTION_THRESHOLD, usual(DETECTION_THRESHOLD)
     )]
     NoDetectionThreshold {
         /// The profile.

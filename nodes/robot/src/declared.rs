@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use rsrs_fleet::fleet_file::CmdVel;
+use rsrs_fleet::parameters::one_of;
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterServer, ParameterValue};
 
 /// A text that is set for good; `words` states what it may be.
@@ -15,9 +16,15 @@ pub fn choice(
     (descriptor.limited_to(words).read_only(), ParameterValue::String(value.to_owned()))
 }
 
+/// A type of velocity commands that is set for good.
+pub fn cmd_vel(name: &str, description: &str, usual: CmdVel) -> (Descriptor, ParameterValue) {
+    choice(name, description, &one_of(&CmdVel::ALL.map(CmdVel::key)), usual.key())
+}
+
 /// The type of commands that a parameter of a node names.
 pub fn cmd_vel_type(server: &ParameterServer, node: &str, name: &str) -> anyhow::Result<CmdVel> {
     let found = server.text(node, name);
+    let expected = || one_of(&CmdVel::ALL.map(CmdVel::key));
     CmdVel::from_key(&found)
-        .with_context(|| format!("`{name}` is `{found}`, expected twist_stamped or twist"))
+        .with_context(|| format!("`{name}` is `{found}`, expected {}", expected()))
 }

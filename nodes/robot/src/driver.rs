@@ -11,6 +11,7 @@ pub mod virtual_robot;
 use std::str::FromStr;
 
 use rsrs_core::robot::controller::Command;
+use rsrs_fleet::parameters::one_of;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_ros::parameters::{Descriptor, ParameterServer, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Session};
@@ -29,7 +30,7 @@ pub enum DriverKind {
 
 /// A driver that there is not.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("driver `{found}`, expected serial, ros or virtual")]
+#[error("driver `{found}`, expected {}", DriverKind::words())]
 pub struct NoSuchDriver {
     /// What was given.
     pub found: String,
@@ -39,7 +40,7 @@ impl FromStr for DriverKind {
     type Err = NoSuchDriver;
 
     fn from_str(text: &str) -> Result<Self, NoSuchDriver> {
-        [Self::Serial, Self::Ros, Self::Virtual]
+        Self::ALL
             .into_iter()
             .find(|kind| kind.name() == text)
             .ok_or_else(|| NoSuchDriver { found: text.to_owned() })
@@ -47,6 +48,14 @@ impl FromStr for DriverKind {
 }
 
 impl DriverKind {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Serial, Self::Ros, Self::Virtual];
+
+    /// Their names, for a sentence.
+    pub fn words() -> String {
+        one_of(&Self::ALL.map(Self::name))
+    }
+
     /// As the fleet file spells it.
     pub fn name(self) -> &'static str {
         match self {

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rsrs_core::bounds::Bounds;
 use rsrs_core::robot::wheels::Wheels;
+use rsrs_fleet::fleet_file::CmdVel;
+use rsrs_fleet::parameters::Number;
 use rsrs_fleet::parameters::gate::{
-    ACCELERATION_MAX, CMD_VEL_TYPE, DEBOUNCE, DETECTION_THRESHOLD, DRIVER, NODE, PERIOD,
+    ACCELERATION_MAX, CMD_VEL_TYPE, DEBOUNCE, DETECTION_THRESHOLD, DRIVER, NODE, NUMBERS,
     PROFILE_DIGEST, SENSOR_TIMEOUT, SPEED_MAX, TURN_ACCELERATION_MAX, TURN_RATE_MAX, WHEEL_BASE,
     WHEEL_SPEED_MAX,
 };
@@ -16,88 +17,8 @@ use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
 };
 
-use crate::declared::choice;
+use crate::declared::{choice, cmd_vel};
 use crate::driver::DriverKind;
-
-/// Where neither the fleet file, nor a profile, nor a parameter has it, in metres.
-pub const DEFAULT_THRESHOLD_M: f64 = 0.75;
-
-/// A parameter that is a number.
-struct Number {
-    name: &'static str,
-    description: &'static str,
-    range: (f64, f64),
-    value: f64,
-    read_only: bool,
-}
-
-/// Those of every robot. The ranges end where the serial line's numbers do; the values are those of
-/// the Flockbot.
-const NUMBERS: [Number; 9] = [
-    Number {
-        name: SPEED_MAX,
-        description: "Greatest safe speed, in m/s; faster commands are refused.",
-        range: (0.0, 30.0),
-        value: 0.3,
-        read_only: true,
-    },
-    Number {
-        name: TURN_RATE_MAX,
-        description: "Greatest safe turning rate, in rad/s; faster commands are refused.",
-        range: (0.0, 30.0),
-        value: 2.5,
-        read_only: true,
-    },
-    Number {
-        name: WHEEL_BASE,
-        description: "Distance of the two wheels, in m; 0 where wheels have no limit of their own.",
-        range: (0.0, 10.0),
-        value: 0.0,
-        read_only: true,
-    },
-    Number {
-        name: WHEEL_SPEED_MAX,
-        description: "Greatest speed of a wheel, in m/s; commands that ask more of one are refused.",
-        range: (0.0, 100.0),
-        value: 0.0,
-        read_only: true,
-    },
-    Number {
-        name: PERIOD,
-        description: "Interval of detections, in s.",
-        range: (Bounds::PERIOD.least, Bounds::PERIOD.most),
-        value: 0.13,
-        read_only: true,
-    },
-    Number {
-        name: ACCELERATION_MAX,
-        description: "Greatest growth of the speed, in m/s^2.",
-        range: (0.01, 100.0),
-        value: 1.0,
-        read_only: false,
-    },
-    Number {
-        name: TURN_ACCELERATION_MAX,
-        description: "Greatest growth of the turning rate, in rad/s^2.",
-        range: (0.1, 1000.0),
-        value: 20.0,
-        read_only: false,
-    },
-    Number {
-        name: DETECTION_THRESHOLD,
-        description: "What the range sensor measures at most so far away is seen, in m.",
-        range: (0.0, 100.0),
-        value: DEFAULT_THRESHOLD_M,
-        read_only: false,
-    },
-    Number {
-        name: SENSOR_TIMEOUT,
-        description: "So long after its last reading, the sensor has failed, in s.",
-        range: (0.05, 10.0),
-        value: 0.5,
-        read_only: false,
-    },
-];
 
 /// The sensor's timeout of a virtual robot, in seconds.
 ///
@@ -105,29 +26,27 @@ const NUMBERS: [Number; 9] = [
 /// half a second is over in every second run of 100 s of nine robots.
 const VIRTUAL_TIMEOUT_S: f64 = 1.0;
 
-impl Number {
-    fn declared(self) -> (Descriptor, ParameterValue) {
-        let Self { name, description, range: (lowest, highest), value, read_only } = self;
-        let descriptor = Descriptor::new(name, ParameterKind::Double, description);
-        let descriptor = Descriptor { read_only, ..descriptor.within(lowest, highest) };
-        (descriptor, ParameterValue::Double(value))
-    }
+/// A number as a node declares it.
+pub fn number(it: Number) -> (Descriptor, ParameterValue) {
+    let [lowest, highest] = it.range;
+    let descriptor = Descriptor::new(it.name, ParameterKind::Double, &it.description());
+    let descriptor = Descriptor { read_only: it.read_only, ..descriptor.within(lowest, highest) };
+    (descriptor, ParameterValue::Double(it.usual))
 }
 
 /// All parameters of a robot with this driver, with the values that they have where none is given.
 fn declared(driver: DriverKind) -> Vec<(Descriptor, ParameterValue)> {
     let debounce = "So many readings in a row must agree before the detection changes.";
     let debounce = Descriptor::new(DEBOUNCE, ParameterKind::Integer, debounce).within(1.0, 100.0);
-    let usual = |number: Number| match (number.name, driver) {
-        (SENSOR_TIMEOUT, DriverKind::Virtual) => Number { value: VIRTUAL_TIMEOUT_S, ..number },
-        _ => number,
+    let usual = |it: Number| match (it.name, driver) {
+        (SENSOR_TIMEOUT, DriverKind::Virtual) => Number { usual: VIRTUAL_TIMEOUT_S, ..it },
+        _ => it,
     };
-    let mut parameters: Vec<_> =
-        NUMBERS.into_iter().map(|number| usual(number).declared()).collect();
+    let mut parameters: Vec<_> = NUMBERS.into_iter().map(|it| number(usual(it))).collect();
     parameters.extend([
         (debounce, ParameterValue::Integer(1)),
-        choice(CMD_VEL_TYPE, "Type of cmd_vel.", "twist_stamped or twist", "twist_stamped"),
-        choice(DRIVER, "What moves the robot.", "serial, ros or virtual", driver.name()),
+        cmd_vel(CMD_VEL_TYPE, "Type of cmd_vel.", CmdVel::default()),
+        choice(DRIVER, "What moves the robot.", &DriverKind::words(), driver.name()),
         choice(
             PROFILE_DIGEST,
             "Digest of the profile that the fleet file names.",
@@ -198,13 +117,11 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
 
 #[cfg(test)]
 mod tests {
-    use rsrs_fleet::parameters::gate::ALL;
-
     use super::*;
 
     #[test]
     fn every_parameter_has_a_description_and_every_number_its_range() {
-        for driver in [DriverKind::Serial, DriverKind::Ros, DriverKind::Virtual] {
+        for driver in DriverKind::ALL {
             for (descriptor, value) in declared(driver) {
                 assert!(descriptor.description.ends_with('.'), "{}", descriptor.name);
                 let is_number =
@@ -216,9 +133,10 @@ mod tests {
 
     #[test]
     fn the_runner_reads_every_parameter_that_a_gate_may_have() {
-        for driver in [DriverKind::Serial, DriverKind::Ros, DriverKind::Virtual] {
+        let known = rsrs_fleet::parameters::gate::names();
+        for driver in DriverKind::ALL {
             for (descriptor, _) in declared(driver) {
-                assert!(ALL.contains(&descriptor.name.as_str()), "{}", descriptor.name);
+                assert!(known.contains(&descriptor.name.as_str()), "{}", descriptor.name);
             }
         }
     }

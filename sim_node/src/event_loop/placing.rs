@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::sensor::{ReadingNames, Readings};
 use rsrs_core::world::WorldFile;
 use rsrs_fleet::robot;
@@ -10,7 +11,7 @@ use rsrs_msgs::topics;
 use rsrs_ros::logging::Level;
 
 use super::{Simulation, Step, step_response};
-use crate::mixed::{RealRobots, TrackedBy};
+use crate::mixed::RealRobots;
 use crate::parameters;
 use crate::placed_world::PlacedWorld;
 use crate::rows::Rows;
@@ -78,7 +79,7 @@ impl Simulation<'_> {
         if !names.is_empty() {
             let by = parameters::tracked_by(&self.server)?;
             self.real = RealRobots::follow(self.session, &self.node, &names, by, &self.to_me)?;
-            if by == TrackedBy::Pose {
+            if by == PoseSource::Pose {
                 let virtual_robots = &self.hosted[..rows.ours.len()];
                 self.virtual_pose_publisher = Some(VirtualPosePublisher::new(
                     self.session,

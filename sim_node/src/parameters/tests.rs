@@ -83,10 +83,7 @@ fn a_world_with_real_robots_is_taken_in_real_time_alone() {
         "`time` is `lockstep` and real is none of this simulator's robots, expected `real_time` \
          for a world with real robots"
     );
-    assert_eq!(
-        refusal(&[text(TRACKED_BY, "tf")]),
-        "`tracked_by` is `tf`, expected `odom` or `pose`"
-    );
+    assert_eq!(refusal(&[text(TRACKED_BY, "tf")]), "`tracked_by` is `tf`, expected odom or pose");
 }
 
 #[test]

@@ -14,15 +14,16 @@ use rsrs_msgs::sensor_msgs::{LaserScan, Range};
 use rsrs_msgs::{RosMessage, std_msgs, topics};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::cmd_vel::CmdVelPublisher;
-use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
+use rsrs_ros::parameters::{Descriptor, ParameterValue};
 use rsrs_ros::session::{Received, Subscription};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::{Driver, DriverContext, Report, Sensed, next_of};
-use crate::declared::{choice, cmd_vel_type};
+use crate::declared::{choice, cmd_vel, cmd_vel_type};
+use crate::parameters::number;
 use rsrs_fleet::parameters::gate::{
-    ROS_CMD_VEL_TYPE as CMD_VEL_TYPE, ROS_SECTOR as SECTOR, ROS_SENSOR_TOPIC as SENSOR_TOPIC,
-    ROS_SENSOR_TYPE as SENSOR_TYPE,
+    ROS_CMD_VEL_TYPE as CMD_VEL_TYPE, ROS_SENSOR_TOPIC as SENSOR_TOPIC,
+    ROS_SENSOR_TYPE as SENSOR_TYPE, SECTOR,
 };
 
 /// A command that a subscriber does not take within this time is late.
@@ -71,14 +72,11 @@ impl Driver for RosDriver {
         let sensor_topic =
             "Topic of the sensor; hardware/range, hardware/scan or hardware/detection if empty.";
         let topics = "absolute, or relative to the robot's namespace";
-        let sector =
-            "Half of the sector of a scan that is looked at, about straight ahead, in rad.";
-        let sector = Descriptor::new(SECTOR, ParameterKind::Double, sector);
         vec![
             choice(SENSOR_TYPE, sensor_type, "range, laser_scan or bool", "range"),
             choice(SENSOR_TOPIC, sensor_topic, topics, ""),
-            (sector.within(0.0, std::f64::consts::PI).read_only(), ParameterValue::Double(0.2)),
-            choice(CMD_VEL_TYPE, "Type of hardware/cmd_vel.", "twist or twist_stamped", "twist"),
+            number(SECTOR),
+            cmd_vel(CMD_VEL_TYPE, "Type of hardware/cmd_vel.", CmdVel::Twist),
         ]
     }
 
@@ -93,7 +91,7 @@ impl Driver for RosDriver {
                 Self::follow(place, cmd_vel, (&given, topics::HARDWARE_RANGE), reading)
             }
             "laser_scan" => {
-                let half_angle_rad = place.server.double(place.node.full_name(), SECTOR);
+                let half_angle_rad = place.server.double(place.node.full_name(), SECTOR.name);
                 let reading = move |scan: LaserScan| Sensed {
                     range: Some(nearest(&scan, half_angle_rad)),
                     ..Sensed::default()
