@@ -37,49 +37,9 @@ use std::path::Path;
 use anyhow::Context;
 use clap::ValueEnum;
 use rsrs_core::printable::lines;
-use rsrs_fleet::{placement, record};
 use serde::Serialize;
 
 use rsrs_render::words::Words;
-
-/// What moves the robots.
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Backend {
-    /// The simulator, in a network of its own.
-    Sim,
-    /// The robots.
-    Fleet,
-}
-
-impl From<Backend> for record::Backend {
-    fn from(backend: Backend) -> Self {
-        match backend {
-            Backend::Sim => Self::Simulator,
-            Backend::Fleet => Self::Fleet,
-        }
-    }
-}
-
-/// What to do about robots of a fleet that do not stand where they should start.
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum PlaceCheck {
-    /// Report them, and let the robots move all the same.
-    On,
-    /// Neither arm nor move any robot.
-    Require,
-    /// Do not compare them with the poses that robots should start from.
-    Off,
-}
-
-impl From<PlaceCheck> for placement::PlaceCheck {
-    fn from(check: PlaceCheck) -> Self {
-        match check {
-            PlaceCheck::On => Self::On,
-            PlaceCheck::Require => Self::Require,
-            PlaceCheck::Off => Self::Off,
-        }
-    }
-}
 
 /// How a command reports its result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -19,6 +19,17 @@ pub enum PlaceCheck {
     Off,
 }
 
+impl PlaceCheck {
+    /// What the command line calls it.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::On => "on",
+            Self::Require => "require",
+            Self::Off => "off",
+        }
+    }
+}
+
 /// How the robots are to start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WantedStart {

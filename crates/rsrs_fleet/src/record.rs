@@ -9,6 +9,7 @@ use rsrs_core::conditions::{Conditions, Impossible, MOST_DURATION_S};
 use rsrs_core::program;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::Tracker;
+use rsrs_core::trials::trial::TrialBackend;
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{RobotLost, Time};
@@ -108,6 +109,15 @@ pub enum Backend {
     /// Some of the robots, and the simulator in place of the others: it is no evidence about
     /// reality.
     Mixed,
+}
+
+impl From<TrialBackend> for Backend {
+    fn from(asked_for: TrialBackend) -> Self {
+        match asked_for {
+            TrialBackend::Simulator => Self::Simulator,
+            TrialBackend::Fleet => Self::Fleet,
+        }
+    }
 }
 
 impl Backend {

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use rsrs_core::quantity::Cell;
 use rsrs_core::robot::other_profile::OtherProfile;
+use rsrs_core::trials::trial::TrialBackend;
 use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::Backend;
 use rsrs_ros::environment::Environment;
@@ -61,18 +63,41 @@ pub struct Flags {
     #[arg(long)]
     cell: Option<Cell>,
     /// What moves the robots.
-    #[arg(long, default_value = "fleet")]
-    backend: Moved,
+    #[arg(long, value_parser = backends(), default_value = "fleet")]
+    backend: Backend,
     #[command(flatten)]
     network: NetworkFlags,
 }
 
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Moved {
-    /// The simulator.
-    Sim,
-    /// The robots.
-    Fleet,
+/// What `--backend` may be: the words are those of tables of trials.
+pub fn backends() -> impl TypedValueParser<Value = Backend> {
+    choice(TrialBackend::ALL.map(|backend| {
+        let help = match backend {
+            TrialBackend::Simulator => "The simulator",
+            TrialBackend::Fleet => "The robots",
+        };
+        (backend.into(), backend.key(), help)
+    }))
+}
+
+/// What `--place-check` may be.
+pub fn place_checks() -> impl TypedValueParser<Value = PlaceCheck> {
+    let rows = [
+        (PlaceCheck::On, "Report them, and let the robots move all the same"),
+        (PlaceCheck::Require, "Neither arm nor move any robot"),
+        (PlaceCheck::Off, "Do not compare them with the poses that robots should start from"),
+    ];
+    choice(rows.map(|(check, help)| (check, check.key(), help)))
+}
+
+fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
+    rows: [(T, &'static str, &'static str); N],
+) -> impl TypedValueParser<Value = T> {
+    let words = rows.map(|(_, word, help)| PossibleValue::new(word).help(help));
+    PossibleValuesParser::new(words).map(move |found| {
+        let (value, ..) = rows.iter().find(|row| row.1 == found).expect("it is one of the words");
+        *value
+    })
 }
 
 impl RunnerArguments {
@@ -91,10 +116,7 @@ impl RunnerArguments {
                 experiment: flags.experiment,
                 cell: flags.cell,
                 from: flags.from,
-                backend: match flags.backend {
-                    Moved::Sim => Backend::Simulator,
-                    Moved::Fleet => Backend::Fleet,
-                },
+                backend: flags.backend,
                 bag: flags.output,
                 seed: None,
                 place_check: PlaceCheck::On,

@@ -31,8 +31,8 @@ use rsrs_ros::environment::Environment;
 use rsrs_ros::runtime::runtime;
 use rsrs_ros::shutdown;
 
-pub use arguments::Flags;
 use arguments::RunnerArguments;
+pub use arguments::{Flags, backends, place_checks};
 use plan::Plan;
 
 /// Runs the node: one experiment, then it ends.

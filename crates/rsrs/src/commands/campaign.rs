@@ -6,8 +6,11 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::robot::other_profile::OtherProfile;
+use rsrs_experiment_runner::{backends, place_checks};
+use rsrs_fleet::placement::PlaceCheck;
+use rsrs_fleet::record::Backend;
 
-use crate::commands::{Backend, Format, PlaceCheck, report};
+use crate::commands::{Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::{InterfaceArguments, enter};
@@ -48,7 +51,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// What moves the robots (default: sim).
-    #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
+    #[arg(long, value_parser = backends(), default_value = "sim", hide_default_value = true)]
     backend: Backend,
     #[command(flatten)]
     network: InterfaceArguments,
@@ -62,7 +65,7 @@ pub struct Arguments {
     place_command: Option<String>,
     /// What to do, before robots of a fleet move, about those that do not stand where they should
     /// (default: on).
-    #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
+    #[arg(long, value_parser = place_checks(), default_value = "on", hide_default_value = true)]
     place_check: PlaceCheck,
     /// How often to try an experiment again at once if its run gave no result, for a cause that was known
     /// before: void, failed before the robots moved, not judged, or a robot lost before the time that is
@@ -77,14 +80,14 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let backend = arguments.backend.into();
+    let backend = arguments.backend;
     let Campaign { text, mut items } =
         campaign::read(&arguments.campaign, backend, arguments.other.profile())?;
     for differ in items.iter().filter_map(|item| item.other_profile.as_ref()).take(1) {
         print_note(format!("note: {differ}"));
     }
     for item in &mut items {
-        item.place_check = arguments.place_check.into();
+        item.place_check = arguments.place_check;
     }
     let is_asked = !arguments.yes && arguments.place_command.is_none();
     let asks = arguments.backend == Backend::Fleet && is_asked;
@@ -95,7 +98,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
              `--yes` where nobody has to place them",
         ));
     }
-    let target = enter(arguments.backend.into(), &arguments.network.interface)?;
+    let target = enter(arguments.backend, &arguments.network.interface)?;
     let folder = CampaignFolder::open(&arguments.output, &text, &items)?;
     // Threads begin here, behind the network.
     let ended = runtime()?.block_on(async {
@@ -133,10 +136,8 @@ fn command(arguments: &Arguments) -> String {
     if let Some(program) = &arguments.place_command {
         words.push(format!("--place-command {}", quoted(program)));
     }
-    match arguments.place_check {
-        PlaceCheck::On => {}
-        PlaceCheck::Require => words.push("--place-check require".to_owned()),
-        PlaceCheck::Off => words.push("--place-check off".to_owned()),
+    if arguments.place_check != PlaceCheck::default() {
+        words.push(format!("--place-check {}", arguments.place_check.key()));
     }
     words.extend(arguments.retry.map(|retry| format!("--retry {retry}")));
     words.join(" ")

@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use rsrs_core::judge::behaviour::window::Window;
 use rsrs_experiment_runner::plan::{Plan, Request};
+use rsrs_experiment_runner::{backends, place_checks};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::E_STOP_REASON;
-use rsrs_fleet::record::{self, EndingKind, ExperimentRecord};
+use rsrs_fleet::placement::PlaceCheck;
+use rsrs_fleet::record::{Backend, EndingKind, ExperimentRecord};
 use rsrs_ros::session::SessionOptions;
 
-use crate::commands::{Backend, Format, PlaceCheck, report};
+use crate::commands::{Format, report};
 use crate::experiment_arguments::ExperimentArguments;
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
@@ -46,7 +48,7 @@ pub struct Arguments {
     #[command(flatten)]
     setup: ExperimentArguments,
     /// What moves the robots (default: sim).
-    #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
+    #[arg(long, value_parser = backends(), default_value = "sim", hide_default_value = true)]
     backend: Backend,
     #[command(flatten)]
     network: InterfaceArguments,
@@ -58,7 +60,7 @@ pub struct Arguments {
     #[arg(long, value_name = "PROGRAM")]
     place_command: Option<String>,
     /// What to do, before a fleet moves, about robots that do not stand where they should (default: on).
-    #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
+    #[arg(long, value_parser = place_checks(), default_value = "on", hide_default_value = true)]
     place_check: PlaceCheck,
     #[command(flatten)]
     other: ProfileArguments,
@@ -75,21 +77,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         experiment: arguments.setup.experiment.clone(),
         cell: arguments.setup.cell.clone(),
         from: arguments.setup.from.clone(),
-        backend: arguments.backend.into(),
+        backend: arguments.backend,
         bag: arguments.output.clone(),
         seed: arguments.seed,
-        place_check: arguments.place_check.into(),
+        place_check: arguments.place_check,
         other_profile: arguments.other.profile(),
     })?;
     let place_command = arguments.place_command.as_deref();
-    if arguments.backend == Backend::Sim && place_command.is_some() {
+    if arguments.backend == Backend::Simulator && place_command.is_some() {
         return Err(with_help(
             "`--place-command` places the robots of a fleet, and this run is one in the simulator, \
              which places its own",
             "for the fleet: `--backend fleet --interface NAME`; else leave it out",
         ));
     }
-    let target = enter(arguments.backend.into(), &arguments.network.interface)?;
+    let target = enter(arguments.backend, &arguments.network.interface)?;
     let summary = runtime()?.block_on(async {
         match &target {
             RunTarget::Simulator(network) => simulated(&plan, network).await,
@@ -123,7 +125,7 @@ async fn on_fleet(
 
 /// That another such run is the same one again: in lockstep, of one seed.
 fn same_again(record: &ExperimentRecord, given: Option<u64>) -> Option<String> {
-    let is_same = record.backend == record::Backend::Simulator && record.time == Time::Lockstep;
+    let is_same = record.backend == Backend::Simulator && record.time == Time::Lockstep;
     let seed = record.seed;
     (is_same && given.is_none()).then(|| {
         format!(
@@ -258,7 +260,7 @@ mod tests {
     fn that_a_run_without_a_seed_would_be_the_same_again_is_said_in_the_simulator() {
         let fleet = record(RobotLost::Note);
         let simulated = ExperimentRecord {
-            backend: record::Backend::Simulator,
+            backend: Backend::Simulator,
             time: Time::Lockstep,
             seed: 4,
             ..fleet.clone()

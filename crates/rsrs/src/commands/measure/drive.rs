@@ -9,10 +9,12 @@ use std::path::PathBuf;
 use rsrs_core::bounds::Bounds;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::trials::trial::Neighbour;
+use rsrs_experiment_runner::backends;
 use rsrs_experiment_runner::plan::Trial;
+use rsrs_fleet::record::Backend;
 use rsrs_operate::drive::{DriveOptions, SingleTrial, drive, fill_plan, fill_table};
 
-use crate::commands::{Backend, Format, report};
+use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::fleet_network::{InterfaceArguments, enter};
 use placing::Placing;
@@ -117,7 +119,7 @@ pub struct Arguments {
     period: Option<f64>,
     /// What moves the robot (default: sim). It must be given if results go into tables, each row
     /// of which states it.
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = backends())]
     backend: Option<Backend>,
     #[command(flatten)]
     network: InterfaceArguments,
@@ -151,19 +153,19 @@ fn period(text: &str) -> Result<f64, String> {
 
 impl Arguments {
     fn backend(&self) -> Backend {
-        self.backend.unwrap_or(Backend::Sim)
+        self.backend.unwrap_or(Backend::Simulator)
     }
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = DriveOptions {
         fleet: arguments.fleet.clone(),
-        backend: arguments.backend().into(),
+        backend: arguments.backend(),
         output: arguments.output.clone(),
         seed: arguments.seed,
         period_s: arguments.period,
     };
-    let enter = || enter(arguments.backend().into(), &arguments.network.interface);
+    let enter = || enter(arguments.backend(), &arguments.network.interface);
     let placing = Placing::new(arguments)?;
     if let Some(filled) = match (&arguments.plan, &arguments.template) {
         (Some(folder), _) => Some(fill_plan(&options, folder, enter, &placing)?),

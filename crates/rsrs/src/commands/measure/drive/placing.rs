@@ -1,10 +1,10 @@
 //! Whoever sees to it that robots stand where a trial wants them.
 
 use rsrs_experiment_runner::plan::{Plan, Trial};
+use rsrs_fleet::record::Backend;
 
 use super::Arguments;
 use super::operator;
-use crate::commands::Backend;
 use crate::experiment_bar::TerminalOperator;
 use rsrs_operate::drive::placement::{wanted, words};
 use rsrs_operate::drive::result::Motion;
@@ -34,7 +34,7 @@ pub enum Placing {
 impl Placing {
     /// Who does it, by the command line.
     pub fn new(arguments: &Arguments) -> anyhow::Result<Self> {
-        if arguments.backend() == Backend::Sim {
+        if arguments.backend() == Backend::Simulator {
             return Ok(Self::Simulator);
         }
         let Some(program) = &arguments.place_command else {
