@@ -115,7 +115,7 @@ pub mod controller {
 pub mod gate {
     use std::f64::consts::PI;
 
-    use rsrs_core::robot::profile::PERIOD_BOUNDS_S;
+    use rsrs_core::bounds::Bounds;
 
     use super::Number;
 
@@ -206,7 +206,7 @@ pub mod gate {
             what: "Interval of detections",
             unit: "s",
             more: "",
-            range: PERIOD_BOUNDS_S,
+            range: [Bounds::PERIOD.least, Bounds::PERIOD.most],
             usual: 0.13,
             read_only: true,
         },
