@@ -99,13 +99,17 @@ pub fn declare(
                  (lockstep), or the wall's.";
     let stamp = Descriptor::new(STAMP_FROM_CLOCK, Kind::Bool, stamp);
     let cmd_vel = "Type of cmd_vel; drivers of Humble take twist.";
-    let cmd_vel = Descriptor::new(CMD_VEL_TYPE, Kind::String, cmd_vel).read_only();
+    let cmd_vel = Descriptor::new(CMD_VEL_TYPE, Kind::String, cmd_vel)
+        .limited_to(&one_of(&CmdVel::ALL.map(CmdVel::key)))
+        .read_only();
     let is_cmd_vel = |it: &_| CmdVel::ALL.map(|it| text(it.key())).contains(it);
     let constant = "Whether it turns counterclockwise whatever is detected: for measuring robots.";
     let constant = Descriptor::new(CONSTANT, Kind::Bool, constant).read_only();
     let lease = "Who holds the lease: the gate in front of the robot's wheels, or, if it has none, \
                  this controller, which then sends zero without one.";
-    let lease = Descriptor::new(LEASE, Kind::String, lease).read_only();
+    let lease = Descriptor::new(LEASE, Kind::String, lease)
+        .limited_to(&one_of(&LeaseHolder::ALL.map(LeaseHolder::key)))
+        .read_only();
     let is_lease = |it: &_| LeaseHolder::ALL.map(|it| text(it.key())).contains(it);
     let period = "Interval of the robot's detections, in s; without one for 2.5 of them, and at \
                   least 0.3 s, a controller that holds the lease sends zero.";

@@ -63,17 +63,17 @@ pub struct Flags {
     #[arg(long)]
     cell: Option<Cell>,
     /// What moves the robots.
-    #[arg(long, value_parser = backends(), default_value = "fleet")]
+    #[arg(long, value_parser = backends("The simulator"), default_value = "fleet")]
     backend: Backend,
     #[command(flatten)]
     network: NetworkFlags,
 }
 
-/// What `--backend` may be: the words are those of tables of trials.
-pub fn backends() -> impl TypedValueParser<Value = Backend> {
+/// What `--backend` may be, and what that of the simulator is; the words are those of tables of trials.
+pub fn backends(simulator: &'static str) -> impl TypedValueParser<Value = Backend> {
     choice(TrialBackend::ALL.map(|backend| {
         let help = match backend {
-            TrialBackend::Simulator => "The simulator",
+            TrialBackend::Simulator => simulator,
             TrialBackend::Fleet => "The robots",
         };
         (backend.into(), backend.key(), help)

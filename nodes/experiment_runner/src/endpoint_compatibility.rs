@@ -11,7 +11,6 @@ use rsrs_ros::session::{Endpoint, EndpointKind};
 
 /// Who publishes or subscribes, where nothing names it.
 const UNNAMED: &str = "a program without a name";
-/// The simulator, in which virtual robots are.
 /// Bytes of an identity that name the participant.
 const PARTICIPANT: usize = 12;
 /// How identities begin in our middleware, whose reliable subscriptions receive best-effort

@@ -51,7 +51,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// What moves the robots (default: sim).
-    #[arg(long, value_parser = backends(), default_value = "sim", hide_default_value = true)]
+    #[arg(long, value_parser = backends("The simulator, in a network of its own"), default_value = "sim", hide_default_value = true)]
     backend: Backend,
     #[command(flatten)]
     network: InterfaceArguments,

@@ -48,7 +48,7 @@ pub struct Arguments {
     #[command(flatten)]
     setup: ExperimentArguments,
     /// What moves the robots (default: sim).
-    #[arg(long, value_parser = backends(), default_value = "sim", hide_default_value = true)]
+    #[arg(long, value_parser = backends("The simulator, in a network of its own"), default_value = "sim", hide_default_value = true)]
     backend: Backend,
     #[command(flatten)]
     network: InterfaceArguments,

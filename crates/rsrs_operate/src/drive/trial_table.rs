@@ -194,7 +194,8 @@ impl TrialTable {
     /// Fills in the fields behind those of the trial, on disk at once: what was measured is kept
     /// whatever comes next.
     pub fn fill(&mut self, todo: &Todo, found: &[String]) -> anyhow::Result<()> {
-        let open_quote = || format!("{}:{}", self.path.display(), todo.line);
+        let open_quote =
+            || format!("{}:{}: {}", self.path.display(), todo.line, TrialProblem::OpenQuote);
         let row = self.lines.fields(todo.line).with_context(open_quote)?;
         // Readings that came may be fewer than were planned, so that their number is a result.
         let asked = row.into_iter().take(self.kind.n_asked());

@@ -119,7 +119,7 @@ pub struct Arguments {
     period: Option<f64>,
     /// What moves the robot (default: sim). It must be given if results go into tables, each row
     /// of which states it.
-    #[arg(long, value_parser = backends())]
+    #[arg(long, value_parser = backends("The simulator, in a network of its own"))]
     backend: Option<Backend>,
     #[command(flatten)]
     network: InterfaceArguments,
