@@ -15,7 +15,6 @@ pub use messages::{BagMessage, Messages};
 use crate::BagError;
 use crate::metadata::{self, Contents};
 pub(crate) use file::BagFile;
-pub(crate) use linear::{Depth, Linear};
 pub(crate) use messages::plain;
 pub(crate) use source::{Source, ZSTD_MAGIC, open, read_some, unpacked_limit};
 pub(crate) use summary::read as read_summary;

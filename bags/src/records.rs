@@ -1,11 +1,8 @@
 //! Records of MCAP out of bytes that may be damaged.
 
-use std::fs::File;
-use std::io::{self, Cursor, Read};
-use std::os::unix::fs::FileExt;
+use std::io::{self, Read};
 
-use binrw::BinRead;
-use mcap::records::{ChunkHeader, Record, op};
+use mcap::records::{Record, op};
 use mcap::{McapError, McapResult};
 use zstd::stream::read::Decoder;
 use zstd::zstd_safe::{DCtx, ResetDirective, SafeResult};
@@ -38,7 +35,8 @@ pub fn may_be_in_chunks(opcode: u8) -> bool {
 /// checksum.
 pub fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
     if behind_texts(opcode, body).is_none() {
-        return Err(unreadable("a text goes on beyond its record"));
+        let message = "a text goes on beyond its record".to_owned();
+        return Err(McapError::Parse(binrw::Error::AssertFail { pos: 0, message }));
     }
     mcap::parse_record(opcode, body)
 }
@@ -73,119 +71,6 @@ pub fn behind_texts(opcode: u8, body: &[u8]) -> Option<&[u8]> {
 fn sized(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let (length, rest) = bytes.split_first_chunk()?;
     rest.split_at_checked(usize::try_from(u32::from_le_bytes(*length)).ok()?)
-}
-
-/// That a record lacks some of its fields.
-fn unreadable(message: &str) -> McapError {
-    McapError::Parse(binrw::Error::AssertFail { pos: 0, message: message.to_owned() })
-}
-
-/// What must be read of a chunk to get its head: start, end, size, checksum, the name of its
-/// compression behind a length, compressed size.
-pub const MAX_CHUNK_HEAD_BYTES: usize = 8 + 8 + 8 + 4 + 4 + MAX_COMPRESSION_NAME + 8;
-
-/// The longest name of a compression that is read.
-const MAX_COMPRESSION_NAME: usize = 16;
-
-/// MCAP allows bytes behind the fields of a record. More than these behind a chunk are other records, which
-/// a wrong length would take.
-const MAX_PADDING: u64 = 1 << 10;
-
-/// What stands in front of the content of a chunk.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ChunkHead {
-    pub header: ChunkHeader,
-    pub n_bytes: usize,
-}
-
-impl ChunkHead {
-    /// Reads the head; `None` if it is none.
-    pub fn parse(body: &[u8]) -> Option<Self> {
-        let start = &body[..body.len().min(MAX_CHUNK_HEAD_BYTES)];
-        behind_texts(op::CHUNK, start)?;
-        let mut fields = Cursor::new(start);
-        let header = ChunkHeader::read_le(&mut fields).ok()?;
-        Some(Self { header, n_bytes: usize::try_from(fields.position()).ok()? })
-    }
-
-    /// Reads the head of the chunk in a record of this length, which must hold it and hardly
-    /// anything else.
-    pub fn of_record(body: &[u8], length: u64) -> McapResult<Self> {
-        let head = Self::parse(body).ok_or_else(|| unreadable("no head of a chunk"))?;
-        let end = head.end().unwrap_or(u64::MAX);
-        let is_filled = length.checked_sub(end).is_some_and(|padding| padding <= MAX_PADDING);
-        is_filled
-            .then_some(head)
-            .ok_or(McapError::BadChunkLength { header: end, available: length })
-    }
-
-    /// Whether the chunk fills the record: their two lengths agree.
-    pub fn fills(&self, length: u64) -> bool {
-        self.end() == Some(length)
-    }
-
-    /// Whether it was never filled in: some recorders write heads last.
-    pub fn is_placeholder(&self, length: u64) -> bool {
-        length == u64::MAX && self.header.compressed_size == u64::MAX
-    }
-
-    /// Whether its compression is known.
-    pub fn is_supported(&self) -> bool {
-        ["", "zstd", "lz4"].contains(&&*self.header.compression)
-    }
-
-    fn end(&self) -> Option<u64> {
-        self.header.compressed_size.checked_add(self.n_bytes as u64)
-    }
-}
-
-/// Whether a record other than a chunk or message has its fields and nothing behind them.
-pub fn is_filled(opcode: u8, body: &[u8]) -> bool {
-    let Some(rest) = behind_texts(opcode, body) else { return false };
-    let u32_at = |place: usize| Some(u32::from_le_bytes(*body.get(place..)?.first_chunk()?));
-    match opcode {
-        op::HEADER | op::CHANNEL | op::METADATA => rest.is_empty(),
-        op::SCHEMA => sized(rest).is_some_and(|(_, behind)| behind.is_empty()),
-        op::MESSAGE_INDEX => {
-            u32_at(2).is_some_and(|n_bytes| n_bytes % 16 == 0 && n_bytes as usize + 6 == body.len())
-        }
-        op::ATTACHMENT => rest.split_first_chunk().is_some_and(|(n_bytes, behind)| {
-            u64::from_le_bytes(*n_bytes).checked_add(4) == Some(behind.len() as u64)
-        }),
-        op::DATA_END => body.len() == 4,
-        op::FOOTER => body.len() == 20,
-        _ => false,
-    }
-}
-
-/// Whether a record or the mark of the end may start at a place in a file, or it ends there.
-pub fn may_start(file: &File, place: u64) -> io::Result<bool> {
-    let n_left = file.metadata()?.len().saturating_sub(place);
-    let mut start = [0; HEAD_BYTES];
-    let n_read = read_at(file, &mut start, place)?;
-    let is_record = head(&start[..n_read]).is_some_and(|(opcode, length)| {
-        is_known(opcode) && length <= n_left.saturating_sub(HEAD_BYTES as u64)
-    });
-    Ok(n_left == 0 || is_record || start.starts_with(mcap::MAGIC))
-}
-
-/// Whether records of this kind exist; private ones are not ours to keep.
-pub fn is_known(opcode: u8) -> bool {
-    (op::HEADER..=op::DATA_END).contains(&opcode)
-}
-
-/// Reads at a place as many bytes as there are room and bytes.
-pub fn read_at(file: &File, buffer: &mut [u8], place: u64) -> io::Result<usize> {
-    let mut n_bytes = 0;
-    while n_bytes < buffer.len() {
-        match file.read_at(&mut buffer[n_bytes..], place + n_bytes as u64) {
-            Ok(0) => break,
-            Ok(n_read) => n_bytes += n_read,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(n_bytes)
 }
 
 /// What unpacks chunks, one after the other: a context of zstd for each would take longer than most of
@@ -272,33 +157,6 @@ mod tests {
         assert_eq!(behind_texts(op::SCHEMA, &[1, 0, 0xff, 0xff, 0xff, 0xff, b'a']), None);
         assert_eq!(behind_texts(op::METADATA, &[0, 0, 0, 0, 4, 0, 0, 0, 9, 0, 0, 0]), None);
         assert_eq!(behind_texts(op::METADATA, &[0, 0, 0, 0, 0, 0, 0, 0, 9]), Some(&[9][..]));
-    }
-
-    #[test]
-    fn a_chunk_is_read_with_a_few_bytes_behind_it_and_not_with_other_records() {
-        let mut body = vec![0; 28];
-        body.extend([4, 0, 0, 0, b'z', b's', b't', b'd', 30, 0, 0, 0, 0, 0, 0, 0]);
-        let of_record = |length| ChunkHead::of_record(&body, length);
-
-        assert!(of_record(74).is_ok_and(|head| head.fills(74) && head.is_supported()));
-        assert!(of_record(74 + 1024).is_ok_and(|head| !head.fills(74 + 1024)));
-        assert!(of_record(73).is_err() && of_record(74 + 1025).is_err());
-    }
-
-    #[test]
-    fn a_record_with_a_byte_too_many_or_too_few_is_not_filled() {
-        let mut channel = vec![1, 0, 1, 0];
-        for text in ["/a", "cdr", ""] {
-            channel.extend(u32::try_from(text.len()).unwrap().to_le_bytes());
-            channel.extend(text.as_bytes());
-        }
-
-        assert!(is_filled(op::CHANNEL, &channel));
-        assert!(!is_filled(op::CHANNEL, &channel[1..]));
-        assert!(!is_filled(op::CHANNEL, &[channel, vec![0]].concat()));
-        assert!(!is_filled(op::MESSAGE_INDEX, &[1, 0, 15, 0, 0, 0]));
-        assert!(is_filled(op::MESSAGE_INDEX, &[1, 0, 0, 0, 0, 0]));
-        assert!(is_filled(op::DATA_END, &[0; 4]));
     }
 
     #[test]

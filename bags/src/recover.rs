@@ -1,15 +1,17 @@
 //! Saves what can be saved of a bag that was cut, damaged or never closed.
 //!
-//! The damaged bag is left as it is; a new one is written beside it, compressed as the old one. What
-//! the reader reads goes into it, and where the reader ends, the next record is looked for. Nothing is
-//! made up: of a chunk that fails its checksum no message is taken, and what stands outside of chunks
-//! must be a record to the last byte.
+//! The damaged bag is left as it is; a new one is written beside it. Nothing is made up: of a chunk
+//! that fails its checksum no message is taken, and what stands outside of chunks must be a record
+//! to the last byte. The new bag is compressed as the old one.
 
+mod bytes;
+mod chunk;
 mod loss;
 mod recovery;
 mod scan;
 mod search;
 mod sink;
+mod validity;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -26,6 +28,7 @@ pub use recovery::Recovery;
 use crate::metadata::Contents;
 use crate::reader::{Source, files_of, open, read_summary, unpacked_limit};
 use crate::{BagError, BagSummary, Compression};
+use bytes::Bytes;
 use sink::Sink;
 
 /// What was saved, and what was not.
@@ -173,8 +176,7 @@ fn salvage(
             Some(unpack(decoder, folder, limit_bytes)?.ok_or_else(too_large)?)
         }
     };
-    let plain = unpacked.as_ref().map_or(path, |unpacked| unpacked.path());
-    let mut file = open(plain)?;
+    let mut file = open(unpacked.as_ref().map_or(path, |unpacked| unpacked.path()))?;
     if file.metadata().map_err(&io)?.len() == 0 {
         return Err(BagError::Empty { path: path.to_owned() });
     }
@@ -182,7 +184,8 @@ fn salvage(
     let summary = read_summary(&mut file);
     let expected = summary.as_ref().and_then(counted);
     sink.next_file(summary);
-    let found = scan::scan(path, plain, sink)?;
+    let mut bytes = Bytes::new(file).map_err(&io)?;
+    let found = scan::scan(path, &mut bytes, sink)?;
     match found.profile {
         Some(profile) if profile == "ros1" => {
             return Err(BagError::Profile { path: path.to_owned(), found: profile });

@@ -1,24 +1,26 @@
 //! Through a file from front to back, whatever state it is in.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
+use std::io;
 use std::path::Path;
 
-use mcap::McapError;
-use mcap::records::{MessageHeader, MessageIndex, Record};
+use mcap::records::{MessageIndex, Record, op};
+use mcap::{McapError, McapResult};
 
+use super::bytes::Bytes;
+use super::chunk::{self, Room};
 use super::loss::{Loss, LossKind};
-use super::search::{self, Layout, Search, zero_tail};
+use super::search::{self, Layout};
 use super::sink::Sink;
-use crate::BagError;
-use crate::reader::{Depth, Linear};
-use crate::records::{may_start, reason};
+use super::validity::{self, ChunkHead};
+use crate::records::{self, HEAD_BYTES, Unpacker, parse, reason};
+use crate::{BagError, Compression};
+
+/// A record outside of chunks is believed to be longer than this only if another one follows.
+const MAX_LONE_RECORD: u64 = 16 << 20;
 
 /// Why a message that reads well cannot be saved.
 const UNKNOWN: &str = "messages of a channel whose definition is lost, or that do not unpack";
-
-/// Why bytes cannot be.
-const NO_RECORD: &str = "no record that makes sense";
 
 /// What was found in a file.
 #[derive(Default)]
@@ -33,229 +35,265 @@ pub struct RecoveryFindings {
     pub is_closed: bool,
 }
 
-/// Saves what is in a file, of which `plain` is the one that is not compressed as a whole: all that a
-/// reader reads, and where a reader ends, what stands behind it.
-pub fn scan(path: &Path, plain: &Path, sink: &mut Sink) -> Result<RecoveryFindings, BagError> {
-    let file = Linear::open(plain, Depth::Indexes)?;
-    // Nobody compresses a file twice.
-    let found = file.file().ok_or_else(|| BagError::NotMcap { path: path.to_owned() })?;
-    let io = BagError::io("read", path);
-    let (n_bytes, zeros_from) =
-        (found.metadata().map_err(&io)?.len(), zero_tail(found).map_err(&io)?);
+/// What starts at a place in a file.
+enum Frame {
+    /// The end or start mark of a file.
+    Magic,
+    Record {
+        opcode: u8,
+        body: Vec<u8>,
+    },
+    /// A chunk that goes on beyond the end.
+    CutChunk(Vec<u8>),
+    Broken,
+}
+
+/// Saves what is in a file.
+pub fn scan(path: &Path, bytes: &mut Bytes, sink: &mut Sink) -> Result<RecoveryFindings, BagError> {
     let mut scan = Scan {
         path,
-        n_bytes,
-        file,
+        layout: if sink.expects_chunks() { Layout::Chunks } else { Layout::Loose },
+        bytes,
         sink,
         found: RecoveryFindings::default(),
+        at: 0,
+        in_data: true,
         recent: BTreeMap::new(),
-        zeros_from,
-        is_last: false,
+        hasher: Some(crc32fast::Hasher::new()),
+        room: Room { unpacker: Unpacker::new(), content: Vec::new() },
     };
-    while scan.step()? {}
+    while scan.at < scan.bytes.len() && !scan.found.is_closed {
+        scan.step()?;
+    }
     scan.end();
     Ok(scan.found)
 }
 
 struct Scan<'a> {
     path: &'a Path,
-    file: Linear,
-    n_bytes: u64,
+    bytes: &'a mut Bytes,
     sink: &'a mut Sink,
     found: RecoveryFindings,
-    /// Messages saved and not yet named by the index behind their chunk, by channel.
+    at: u64,
+    /// Whether the data has not ended yet; the summary section stands behind it.
+    in_data: bool,
+    /// Messages saved from the last chunk and not yet named by the index behind it, by channel.
     recent: BTreeMap<u16, u64>,
-    /// Where nothing but a long run of zeros follows up to the end; the end if there is none.
-    zeros_from: u64,
-    /// Whether nothing follows the current chunk.
-    is_last: bool,
+    /// Over everything so far, until the first damage.
+    hasher: Option<crc32fast::Hasher>,
+    /// Where messages are to be expected behind damage.
+    layout: Layout,
+    room: Room,
 }
 
 impl Scan<'_> {
-    /// Saves one record, or goes on behind what is none; `false` at the end.
-    fn step(&mut self) -> Result<bool, BagError> {
-        let was_past_data = self.file.is_past_data;
-        let read = self.file.next().map(|record| record.map(Record::into_owned));
-        if self.is_last && self.file.chunk.is_none() {
-            return Ok(false);
-        }
-        let record = match read {
-            Ok(Some(record)) => record,
-            Ok(None) => {
-                self.found.is_closed = true;
-                return Ok(false);
+    fn step(&mut self) -> Result<(), BagError> {
+        let from = self.at;
+        match self.frame().map_err(BagError::io("read", self.path))? {
+            Frame::Magic => {
+                self.hash(mcap::MAGIC);
+                self.at += mcap::MAGIC.len() as u64;
+                self.found.is_closed = !self.in_data;
             }
-            Err(error) => return self.go_on(error),
-        };
-        if self.file.chunk.is_none() && !self.is_credible(&record)? {
-            self.file.is_past_data = was_past_data;
-            return self.search();
-        }
-        self.found.has_records = true;
-        self.take(record)?;
-        Ok(true)
-    }
-
-    /// Whether what was read outside of chunks is a record that belongs there, and of the right length.
-    fn is_credible(&mut self, record: &Record) -> Result<bool, BagError> {
-        let file = self.file.file().expect("it was looked at first");
-        let is_followed =
-            may_start(file, self.file.next_byte).map_err(BagError::io("read", self.path))?;
-        Ok(match record {
-            Record::Message { data, .. } => {
-                // Among chunks it may be something else: an index, or behind damage a part of a chunk
-                // whose head is lost, and with it the checksum over the message.
-                let is_stray = self.layout() == Layout::Chunks
-                    && (!self.found.losses.is_empty() || !search::is_like_cdr(data));
-                let end = self.file.next_byte;
-                let is_half_written = self.zeros_from < end && end < self.n_bytes;
-                // Records within it show that its length is wrong.
-                let is_broken = || Ok(is_half_written || self.next_record()? < end);
-                !is_stray && (is_followed || !is_broken()?)
+            Frame::Record { opcode, body } => {
+                self.found.has_records = true;
+                self.at += (HEAD_BYTES + body.len()) as u64;
+                self.record(from, opcode, &body)?;
+                self.hash(&[opcode]);
+                self.hash(&(body.len() as u64).to_le_bytes());
+                self.hash(&body);
             }
-            Record::Header(_)
-            | Record::Schema { .. }
-            | Record::Channel(_)
-            | Record::MessageIndex(_)
-            | Record::Attachment { .. }
-            | Record::Metadata(_)
-            | Record::DataEnd(_) => is_followed || self.file.is_filled(),
-            Record::Footer(_) => self.file.is_past_data,
-            // Of the summary section, or of no kind that there is.
-            _ => false,
-        })
-    }
-
-    fn take(&mut self, record: Record<'static>) -> Result<(), BagError> {
-        match record {
-            Record::Message { header, data } => {
-                if self.sink.message(&header, data)? {
-                    *self.recent.entry(header.channel_id).or_default() += 1;
-                } else {
-                    self.lose_message(&header);
+            Frame::CutChunk(body) => {
+                self.found.has_records = true;
+                self.at = self.bytes.len();
+                self.chunk(from, &body, LossKind::EndOfChunk)?;
+            }
+            Frame::Broken => {
+                // Where a record makes sense, its bytes may be those of a chunk's head by chance.
+                if self.is_chunk_behind_head().map_err(BagError::io("read", self.path))? {
+                    self.layout = Layout::Chunks;
                 }
+                let next = search::next_record(self.bytes, from + 1, self.sink, self.layout);
+                self.at = next.map_err(BagError::io("read", self.path))?;
+                self.hasher = None;
+                let kind = match (self.in_data, self.at == self.bytes.len()) {
+                    (false, _) => LossKind::TableOfContents,
+                    (true, true) => LossKind::EndOfFile,
+                    (true, false) => LossKind::Garbage,
+                };
+                self.lose(from, kind, "no record that makes sense".to_owned());
             }
-            Record::Channel(channel) => {
-                if let Some(channel) = self.file.channels.get(channel.id) {
-                    self.sink.define(&channel)?;
-                }
-            }
-            Record::MessageIndex(index) => self.index(&index),
-            Record::Header(header) => self.found.profile = Some(header.profile),
-            Record::Attachment { header, data, .. } => self.sink.attach(header, data)?,
-            Record::Metadata(record) => self.sink.metadata(record)?,
-            _ => {}
         }
         Ok(())
     }
 
-    /// Goes on behind what is not as it was written; `false` at the end.
-    fn go_on(&mut self, error: McapError) -> Result<bool, BagError> {
-        let (from, to) = (self.file.at_byte, self.file.next_byte);
-        match error {
-            McapError::Io(source) if source.raw_os_error().is_some() => {
-                return Err(BagError::io("read", self.path)(source));
-            }
-            // Of two definitions with one number the first one counts.
-            McapError::ConflictingChannels(_)
-            | McapError::ConflictingSchemas(_)
-            | McapError::UnknownSchema(..)
-            | McapError::InvalidSchemaId => return Ok(true),
-            McapError::BadDataCrc { .. } => {
-                let reason = "the checksum over all data fails, those of its parts do not";
-                self.lose(from..from, LossKind::Unlocated, reason);
-                // The same record again, without its checksum.
-                self.go_to(from)?;
-            }
-            McapError::BadSummaryCrc { .. } => {
-                self.lose(from..from, LossKind::TableOfContents, &reason(&error));
-                self.go_to(from)?;
-            }
-            McapError::BadAttachmentCrc { .. } => {
-                self.lose(from..to, LossKind::Record, &reason(&error));
-                self.go_to(to)?;
-            }
-            // The chunk is all there, and what is in it is wrong.
-            error if self.file.chunk.is_some() && to > from => {
-                self.found.has_records = true;
-                return self.leave_chunk(&error);
-            }
-            _ => return self.search(),
+    /// Whether a record is valid. Behind damage nothing may be left over in it; before, the
+    /// record before it has led here, and MCAP allows bytes behind the fields of a record.
+    fn is_record(&self, opcode: u8, body: &[u8]) -> bool {
+        let is_before_damage = self.found.losses.is_empty();
+        validity::is_sound(opcode, body)
+            || (is_before_damage && validity::is_readable(opcode, body))
+    }
+
+    /// The same for a chunk.
+    fn is_chunk(&self, head: &ChunkHead, length: u64) -> bool {
+        head.fills_record(length) || (self.found.losses.is_empty() && head.fits_in_record(length))
+    }
+
+    /// Looks at what starts here, and reads it.
+    fn frame(&mut self) -> io::Result<Frame> {
+        let start = self.bytes.read(self.at, HEAD_BYTES + validity::MAX_CHUNK_HEAD_BYTES)?;
+        if start.starts_with(mcap::MAGIC) {
+            return Ok(Frame::Magic);
         }
-        Ok(true)
+        let Some((opcode, length)) = records::head(&start) else { return Ok(Frame::Broken) };
+        let chunk_head = ChunkHead::parse(&start[HEAD_BYTES..]);
+        if opcode == op::CHUNK {
+            self.layout = Layout::Chunks;
+        }
+        let available = self.bytes.len() - self.at - HEAD_BYTES as u64;
+        let body_at = self.at + HEAD_BYTES as u64;
+        if opcode == op::CHUNK {
+            return match chunk_head {
+                Some(head) if length <= available && self.is_chunk(&head, length) => {
+                    let body = self.bytes.read(body_at, to_usize(length))?;
+                    Ok(Frame::Record { opcode, body })
+                }
+                Some(head) if head.fills_record(length) || head.is_placeholder(length) => {
+                    Ok(Frame::CutChunk(self.bytes.read(body_at, to_usize(available))?))
+                }
+                _ => Ok(Frame::Broken),
+            };
+        }
+        let is_stray =
+            opcode == op::MESSAGE && self.hasher.is_none() && self.layout == Layout::Chunks;
+        if !validity::is_known(opcode) || length > available || (is_stray && self.in_data) {
+            return Ok(Frame::Broken);
+        }
+        let is_short = opcode != op::MESSAGE && length <= MAX_LONE_RECORD;
+        let is_followed = is_short || search::is_plausible(self.bytes, body_at + length)?;
+        if !is_followed && length > MAX_LONE_RECORD {
+            return Ok(Frame::Broken);
+        }
+        let body = self.bytes.read(body_at, to_usize(length))?;
+        let is_half =
+            opcode == op::MESSAGE && !is_followed && self.is_message_broken(body_at + length)?;
+        if is_half || !self.is_record(opcode, &body) {
+            return Ok(Frame::Broken);
+        }
+        Ok(Frame::Record { opcode, body })
     }
 
-    fn go_to(&mut self, place: u64) -> Result<(), BagError> {
-        self.file.go_to(place).map_err(BagError::io("read", self.path))
+    /// Whether the head of a record that is here, whatever it says, is followed by that of a chunk.
+    fn is_chunk_behind_head(&mut self) -> io::Result<bool> {
+        let start = self.bytes.read(self.at, HEAD_BYTES + validity::MAX_CHUNK_HEAD_BYTES)?;
+        let head = start.get(HEAD_BYTES..).and_then(ChunkHead::parse);
+        Ok(head.is_some_and(|head| head.is_filled()))
     }
 
-    /// Leaves a chunk that is not as it was written, and all that is not yet read of it.
-    fn leave_chunk(&mut self, error: &McapError) -> Result<bool, BagError> {
-        let (from, to) = (self.file.at_byte, self.file.next_byte);
-        // Zeros to the end of the file: the system lost power before it wrote the rest.
-        if self.zeros_from < to && self.zeros_from < self.n_bytes && self.is_beginning()? {
+    /// Whether a message that nothing sensible follows has a wrong length, or was half written.
+    fn is_message_broken(&mut self, end: u64) -> io::Result<bool> {
+        let zeros_from = self.bytes.zero_tail();
+        if end > zeros_from && end < self.bytes.len() {
             return Ok(true);
         }
-        self.lose_chunk(from..to, LossKind::Chunk, &reason(error));
-        self.go_to(to)?;
-        Ok(true)
+        Ok(search::next_record(self.bytes, self.at + 1, self.sink, self.layout)? < end)
     }
 
-    /// Goes on at the next record behind bytes that are none; `false` if there is none.
-    fn search(&mut self) -> Result<bool, BagError> {
-        let from = self.file.at_byte;
-        if from >= self.n_bytes {
-            return Ok(false);
+    fn record(&mut self, from: u64, opcode: u8, body: &[u8]) -> Result<(), BagError> {
+        match (opcode, parse(opcode, body)) {
+            (op::CHUNK, _) => self.chunk(from, body, LossKind::Chunk)?,
+            (_, Ok(Record::DataEnd(end))) => self.data_end(from, end.data_section_crc),
+            (_, Ok(Record::MessageIndex(index))) => self.index(&index),
+            // Behind the data everything is repeated, and what looks like a message is damaged.
+            _ if !self.in_data => {}
+            (_, Ok(Record::Message { header, data })) => {
+                if self.sink.message(&header, &data)? {
+                    *self.recent.entry(header.channel_id).or_default() += 1;
+                } else {
+                    self.lose_messages(from, 1);
+                    self.last_loss().bounds_ns = Some((header.log_time, header.log_time));
+                }
+            }
+            (_, Ok(Record::Header(header))) => self.found.profile = Some(header.profile),
+            (_, Ok(Record::Attachment { header, data, .. })) => self.sink.attach(header, data)?,
+            (_, Ok(Record::Metadata(record))) => self.sink.metadata(record)?,
+            (_, Ok(definition)) => self.sink.define(definition)?,
+            (_, Err(error)) => {
+                self.lose(from, LossKind::Record, reason(&error));
+            }
         }
-        if self.is_beginning()? {
-            return Ok(true);
-        }
-        let next = self.next_record()?;
-        let kind = match (self.file.is_past_data, next == self.n_bytes) {
-            (true, _) => LossKind::TableOfContents,
-            (false, true) => LossKind::EndOfFile,
-            (false, false) => LossKind::Garbage,
+        Ok(())
+    }
+
+    fn chunk(&mut self, from: u64, body: &[u8], if_lost: LossKind) -> Result<(), BagError> {
+        self.recent.clear();
+        let head = ChunkHead::parse(body).expect("the frame was judged by it");
+        self.sink.compression.get_or_insert(match &*head.header.compression {
+            "" => Compression::None,
+            "lz4" => Compression::Lz4,
+            _ => Compression::Zstd,
+        });
+        let mut unpacked = if if_lost == LossKind::EndOfChunk {
+            Err(chunk::unpack_beginning(&head, body, &mut self.room))
+        } else {
+            chunk::unpack(&head, body, &mut self.room)
         };
-        self.lose(from..next, kind, NO_RECORD);
-        self.go_to(next)?;
-        Ok(next < self.n_bytes)
-    }
-
-    /// Whether a chunk starts here whose end is missing; its beginning is read then, and nothing
-    /// follows it.
-    fn is_beginning(&mut self) -> Result<bool, BagError> {
-        let from = self.file.at_byte;
-        let taken = self.file.take_beginning(self.zeros_from.max(from));
-        if !taken.map_err(BagError::io("read", self.path))? {
-            return Ok(false);
+        // Zeros to the end of the file: the system lost power before it wrote the rest. Its own last
+        // bytes may be zeros, too: then its checksum shows that it is whole.
+        let zeros_from = self.bytes.zero_tail();
+        let is_half_written = zeros_from < self.bytes.len()
+            && zeros_from < self.at
+            && (unpacked.is_err() || head.header.uncompressed_crc == 0);
+        if is_half_written {
+            let written = to_usize(zeros_from.saturating_sub(from + HEAD_BYTES as u64));
+            let written = &body[..written.max(head.n_bytes).min(body.len())];
+            unpacked = Err(chunk::unpack_beginning(&head, written, &mut self.room));
         }
-        self.found.has_records = true;
-        self.is_last = true;
-        let reason = reason(&McapError::UnexpectedEof);
-        self.lose_chunk(from..self.n_bytes, LossKind::EndOfChunk, &reason);
-        Ok(true)
-    }
-
-    /// Where the next record is behind the start of the current one; the end if there is none.
-    fn next_record(&self) -> Result<u64, BagError> {
-        let search = Search {
-            file: self.file.file().expect("it was looked at first"),
-            n_bytes: self.n_bytes,
-            layout: self.layout(),
-            sink: self.sink,
-        };
-        search.next_record(self.file.at_byte + 1).map_err(BagError::io("read", self.path))
-    }
-
-    /// Where messages are to be expected behind damage.
-    fn layout(&self) -> Layout {
-        match self.sink.n_chunks() {
-            _ if !self.file.chunks.is_empty() => Layout::Chunks,
-            Some(0) => Layout::Loose,
-            // What defines a topic stands where its messages do.
-            None if self.sink.has_channels() => Layout::Loose,
-            _ => Layout::Chunks,
+        let content = std::mem::take(&mut self.room.content);
+        let saved = self.save(&content)?;
+        self.room.content = content;
+        if let Err(error) = unpacked.and(saved) {
+            self.hasher = None;
+            let kind = if is_half_written { LossKind::EndOfChunk } else { if_lost };
+            self.lose(from, kind, reason(&error));
+            let bounds_ns = (head.header.message_start_time, head.header.message_end_time);
+            self.last_loss().bounds_ns = Some(bounds_ns).filter(|(first, last)| first <= last);
         }
+        Ok(())
+    }
+
+    /// Puts the records of a chunk into the new bag, up to the first one that is not sound, and
+    /// says what is wrong with that one.
+    fn save(&mut self, content: &[u8]) -> Result<McapResult<()>, BagError> {
+        let mut n_homeless = 0;
+        let mut rest = content;
+        let mut outcome = Ok(());
+        while !rest.is_empty() {
+            let Some((opcode, body)) = chunk::first_record(rest) else {
+                outcome = Err(McapError::UnexpectedEoc);
+                break;
+            };
+            rest = &rest[HEAD_BYTES + body.len()..];
+            match parse(opcode, body) {
+                Ok(Record::Message { header, data }) => {
+                    if self.sink.message(&header, &data)? {
+                        *self.recent.entry(header.channel_id).or_default() += 1;
+                    } else {
+                        n_homeless += 1;
+                    }
+                }
+                Ok(definition) => self.sink.define(definition)?,
+                Err(error) => {
+                    outcome = Err(error);
+                    break;
+                }
+            }
+        }
+        if n_homeless > 0 {
+            self.lose_messages(self.at, n_homeless);
+        }
+        Ok(outcome)
     }
 
     /// The index behind a chunk names all that was in it: what was not saved is lost.
@@ -274,59 +312,59 @@ impl Scan<'_> {
         }
     }
 
-    /// Notes if the end is missing.
-    fn end(&mut self) {
-        let is_noted = self.found.losses.last().is_some_and(|loss| {
-            loss.at_byte + loss.n_bytes == self.n_bytes && loss.kind != LossKind::Messages
-        });
-        if !self.found.is_closed && !is_noted {
-            let is_data = !self.file.is_past_data;
-            let kind = if is_data { LossKind::EndOfFile } else { LossKind::TableOfContents };
-            self.lose(self.n_bytes..self.n_bytes, kind, "the file was never closed");
+    fn data_end(&mut self, from: u64, saved: u32) {
+        self.in_data = false;
+        let calculated = self.hasher.take().map(crc32fast::Hasher::finalize);
+        if saved != 0 && calculated.is_some_and(|calculated| calculated != saved) {
+            let reason = "the checksum over all data fails, those of its parts do not".to_owned();
+            self.lose(from, LossKind::Unlocated, reason);
+            self.last_loss().n_bytes = 0;
         }
     }
 
-    /// Notes that bytes are lost.
-    fn lose(&mut self, bytes: Range<u64>, kind: LossKind, reason: &str) {
+    /// Notes if the end is missing.
+    fn end(&mut self) {
+        let is_noted = self.found.losses.last().is_some_and(|loss| {
+            loss.at_byte + loss.n_bytes == self.bytes.len() && loss.kind != LossKind::Messages
+        });
+        if !self.found.is_closed && !is_noted {
+            let kind = if self.in_data { LossKind::EndOfFile } else { LossKind::TableOfContents };
+            self.at = self.bytes.len();
+            self.lose(self.at, kind, "the file was never closed".to_owned());
+        }
+    }
+
+    /// Notes that something from there to here is lost.
+    fn lose(&mut self, from: u64, kind: LossKind, reason: String) {
         self.found.losses.push(Loss {
             path: self.path.to_owned(),
-            at_byte: bytes.start,
-            n_bytes: bytes.end - bytes.start,
+            at_byte: from,
+            n_bytes: self.at - from,
             kind,
-            reason: reason.to_owned(),
+            reason,
             n_messages: None,
             bounds_ns: None,
         });
     }
 
-    /// Notes that the current chunk is lost, or its end.
-    fn lose_chunk(&mut self, bytes: Range<u64>, kind: LossKind, reason: &str) {
-        self.lose(bytes, kind, reason);
-        let header = self.file.chunk.as_ref().map(|head| &head.header);
-        let bounds_ns = header.map(|head| (head.message_start_time, head.message_end_time));
-        self.last_loss().bounds_ns = bounds_ns.filter(|(first, last)| first <= last);
-    }
-
-    /// Notes a message that reads well and cannot be saved, with others of its chunk.
-    fn lose_message(&mut self, header: &MessageHeader) {
-        let (from, to) = (self.file.at_byte, self.file.next_byte);
-        let is_noted = self
-            .found
-            .losses
-            .last()
-            .is_some_and(|loss| (loss.at_byte, loss.kind) == (from, LossKind::Messages));
-        if !is_noted {
-            self.lose(from..to, LossKind::Messages, UNKNOWN);
-            self.last_loss().n_messages = Some(0);
-        }
-        let time_ns = header.log_time;
-        let loss = self.last_loss();
-        *loss.n_messages.get_or_insert(0) += 1;
-        let (first_ns, last_ns) = loss.bounds_ns.unwrap_or((time_ns, time_ns));
-        loss.bounds_ns = Some((first_ns.min(time_ns), last_ns.max(time_ns)));
+    /// Notes messages that read well and cannot be saved.
+    fn lose_messages(&mut self, from: u64, n_messages: u64) {
+        self.lose(from, LossKind::Messages, UNKNOWN.to_owned());
+        self.last_loss().n_messages = Some(n_messages);
     }
 
     fn last_loss(&mut self) -> &mut Loss {
         self.found.losses.last_mut().expect("one was just noted")
     }
+
+    fn hash(&mut self, bytes: &[u8]) {
+        if let Some(hasher) = &mut self.hasher {
+            hasher.update(bytes);
+        }
+    }
+}
+
+/// A length that was held against the size of the file.
+fn to_usize(length: u64) -> usize {
+    usize::try_from(length).unwrap_or(usize::MAX)
 }

@@ -3,14 +3,16 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use mcap::records::{self, AttachmentHeader, MessageHeader};
+use mcap::read::ChannelAccumulator;
+use mcap::records::{self, AttachmentHeader, MessageHeader, Record};
 use mcap::{Channel, Summary};
 
 use super::loss::{Loss, LostMessages, is_complete};
 use super::recovery;
 use crate::metadata;
-use crate::reader::plain;
+use crate::reader::{ZSTD_MAGIC, plain};
 use crate::writer::ChannelDescription;
 use crate::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Compression, Packing, Sample};
 
@@ -24,10 +26,11 @@ pub struct Sink {
     /// How the new bag is compressed: as the first chunk that was met.
     pub compression: Option<Compression>,
     custom_data: BTreeMap<String, String>,
+    channels: ChannelAccumulator<'static>,
     /// The summary of the current file, for definitions that are lost elsewhere.
     fallback: Option<Summary>,
-    /// The channels of the current file that are in the new bag, and their topics.
-    ids: HashMap<u16, (ChannelId, String)>,
+    /// The channels that were used so far.
+    ids: HashMap<u16, ChannelId>,
     /// Messages of the current file, by channel.
     counts: BTreeMap<u16, u64>,
     /// Attachments of all files.
@@ -43,6 +46,7 @@ impl Sink {
             writer: None,
             compression: None,
             custom_data: BTreeMap::new(),
+            channels: ChannelAccumulator::default(),
             fallback: None,
             ids: HashMap::new(),
             counts: BTreeMap::new(),
@@ -53,19 +57,16 @@ impl Sink {
 
     /// Forgets the definitions of the file before: each file numbers its own.
     pub fn next_file(&mut self, fallback: Option<Summary>) {
+        self.channels = ChannelAccumulator::default();
         self.ids.clear();
         self.counts.clear();
         self.fallback = fallback;
     }
 
-    /// How many chunks the current file's summary counts.
-    pub fn n_chunks(&self) -> Option<u32> {
-        Some(self.fallback.as_ref()?.stats.as_ref()?.chunk_count)
-    }
-
-    /// Whether any channel of the current file is in the new bag.
-    pub fn has_channels(&self) -> bool {
-        !self.ids.is_empty()
+    /// Whether the current file's summary lists chunks.
+    pub fn expects_chunks(&self) -> bool {
+        let stats = self.fallback.as_ref().and_then(|summary| summary.stats.as_ref());
+        stats.is_some_and(|stats| stats.chunk_count > 0)
     }
 
     /// Keeps pairs for `metadata.yaml`.
@@ -73,31 +74,41 @@ impl Sink {
         self.custom_data.extend(pairs);
     }
 
-    /// Takes the definition of a channel: a topic without messages is saved, too.
-    pub fn define(&mut self, channel: &Channel) -> Result<ChannelId, BagError> {
-        if let Some((id, _)) = self.ids.get(&channel.id) {
-            return Ok(*id);
+    /// Takes a definition; of two with one number the first one counts.
+    pub fn define(&mut self, record: Record) -> Result<(), BagError> {
+        match record {
+            Record::Schema { header, data } => {
+                self.channels.add_schema_from_slice(header, &data).ok();
+            }
+            Record::Channel(channel) => {
+                let id = channel.id;
+                self.channels.add_channel(channel).ok();
+                // A topic without messages is saved, too.
+                self.id_of(id)?;
+            }
+            _ => {}
         }
-        let id = self.writer()?.add_channel(ChannelDescription::from(channel))?;
-        self.ids.insert(channel.id, (id, channel.topic.clone()));
-        Ok(id)
+        Ok(())
     }
 
     /// Whether messages of this channel can be saved.
     pub fn has_channel(&self, channel_id: u16) -> bool {
-        self.topic(channel_id).is_some()
+        self.channel(channel_id).is_some()
     }
 
     pub fn topic(&self, channel_id: u16) -> Option<String> {
-        let fallback = || Some(self.fallback.as_ref()?.channels.get(&channel_id)?.topic.clone());
-        self.ids.get(&channel_id).map(|(_, topic)| topic.clone()).or_else(fallback)
+        self.channel(channel_id).map(|channel| channel.topic.clone())
     }
 
     /// Takes a message; `true` if it is in the new bag. One without a definition is not, nor is one
     /// that does not unpack.
-    pub fn message(&mut self, header: &MessageHeader, data: Cow<[u8]>) -> Result<bool, BagError> {
+    pub fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<bool, BagError> {
         let Some(channel) = self.id_of(header.channel_id)? else { return Ok(false) };
-        let Ok(data) = plain(data.into_owned()) else { return Ok(false) };
+        let mut data = Cow::Borrowed(data);
+        if data.starts_with(&ZSTD_MAGIC) {
+            let Ok(unpacked) = plain(data.into_owned()) else { return Ok(false) };
+            data = Cow::Owned(unpacked);
+        }
         let sample = Sample {
             log_time_ns: header.log_time,
             publish_time_ns: header.publish_time,
@@ -193,11 +204,18 @@ impl Sink {
 
     /// The channel in the new bag; `None` if its definition or that of its type is lost.
     fn id_of(&mut self, channel_id: u16) -> Result<Option<ChannelId>, BagError> {
-        if let Some((id, _)) = self.ids.get(&channel_id) {
+        if let Some(id) = self.ids.get(&channel_id) {
             return Ok(Some(*id));
         }
-        let summary = self.fallback.as_ref();
-        let channel = summary.and_then(|summary| summary.channels.get(&channel_id)).cloned();
-        channel.map(|channel| self.define(&channel)).transpose()
+        let Some(channel) = self.channel(channel_id) else { return Ok(None) };
+        let id = self.writer()?.add_channel(ChannelDescription::from(&*channel))?;
+        self.ids.insert(channel_id, id);
+        Ok(Some(id))
+    }
+
+    /// A channel of the current file.
+    fn channel(&self, channel_id: u16) -> Option<Arc<Channel<'static>>> {
+        let fallback = || self.fallback.as_ref()?.channels.get(&channel_id).cloned();
+        self.channels.get(channel_id).or_else(fallback)
     }
 }
