@@ -65,6 +65,26 @@ fn a_chunk_that_fails_its_checksum_is_lost_and_counted_and_all_others_are_saved(
 }
 
 #[test]
+fn an_index_whose_first_byte_changed_is_not_taken_for_a_message() {
+    const MESSAGE: u8 = 5;
+    const MESSAGE_INDEX: u8 = 7;
+    let folder = temporary();
+    let path = bag_of(folder.path(), Compression::Zstd, 20);
+    let whole = messages(&path);
+    let bytes = fs::read(file_of(&path)).unwrap();
+    let indexes = records(&bytes).into_iter().filter(|record| record.1 == MESSAGE_INDEX);
+    for (start, _, _) in indexes {
+        let mut damaged = bytes.clone();
+        damaged[start] = MESSAGE;
+
+        let (recovered, saved) = recover_bytes(folder.path(), &damaged).unwrap();
+
+        assert!(saved == whole, "the index at byte {start}");
+        assert_eq!((recovered.losses[0].at_byte, recovered.lost.total()), (start as u64, 0));
+    }
+}
+
+#[test]
 fn recording_goes_on_behind_garbage() {
     let folder = temporary();
     let path = bag_of(folder.path(), Compression::Zstd, 60);

@@ -178,7 +178,11 @@ impl Scan<'_> {
         let body = self.bytes.read(body_at, to_usize(length))?;
         let is_half =
             opcode == op::MESSAGE && !is_followed && self.is_message_broken(body_at + length)?;
-        if is_half || !self.is_record(opcode, &body) {
+        // The index behind a chunk, whose first byte has changed, reads as a message, too.
+        let is_index = opcode == op::MESSAGE
+            && self.layout == Layout::Chunks
+            && validity::is_sound(op::MESSAGE_INDEX, &body);
+        if is_half || is_index || !self.is_record(opcode, &body) {
             return Ok(Frame::Broken);
         }
         Ok(Frame::Record { opcode, body })
