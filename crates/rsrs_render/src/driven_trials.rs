@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rsrs_core::numerals::counted;
 use serde::Serialize;
 
 /// What filling in tables of trials came to.
@@ -36,7 +37,8 @@ impl Filled {
 pub fn filled(filled: &Filled) -> String {
     let Filled { only, n_filled, n_left, n_attempts, n_paused, n_lost, .. } = filled;
     let table = filled.table.display();
-    let mut lines = vec![format!("{table}: {n_filled} rows filled in, {n_left} left")];
+    let mut lines =
+        vec![format!("{table}: {} filled in, {n_left} left", counted(*n_filled as u64, "row"))];
     if *n_paused > 0 {
         lines.push(format!(
             "in {n_paused} of those left commands paused in {n_attempts} trials one after the \
@@ -45,7 +47,7 @@ pub fn filled(filled: &Filled) -> String {
         ));
     }
     if *n_lost > 0 {
-        lines.push(format!("{n_lost} messages were lost on the way to the bags"));
+        lines.push(format!("{} lost on the way to the bags", counted(*n_lost, "message")));
     }
     lines.push(match (n_left, only) {
         (0, Some(option)) => format!("next: rsrs measure fit --{option} {table} … --name NAME"),

@@ -2,8 +2,16 @@
 
 use anyhow::Context;
 use rsrs_fleet::fleet_file::CmdVel;
-use rsrs_fleet::parameters::one_of;
+use rsrs_fleet::parameters::{Number, one_of};
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterServer, ParameterValue};
+
+/// A number as a node declares it.
+pub fn number(it: Number) -> (Descriptor, ParameterValue) {
+    let [lowest, highest] = it.range;
+    let descriptor = Descriptor::new(it.name, ParameterKind::Double, &it.description());
+    let descriptor = Descriptor { read_only: it.read_only, ..descriptor.within(lowest, highest) };
+    (descriptor, ParameterValue::Double(it.usual))
+}
 
 /// A text that is set for good; `words` states what it may be.
 pub fn choice(

@@ -17,7 +17,7 @@ use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
 };
 
-use crate::declared::{choice, cmd_vel};
+use crate::declared::{choice, cmd_vel, number};
 use crate::driver::DriverKind;
 
 /// The sensor's timeout of a virtual robot, in seconds.
@@ -25,14 +25,6 @@ use crate::driver::DriverKind;
 /// Its readings come one by one over the network, which may lose several in a row: at 5 % and 0.13 s,
 /// half a second is over in every second run of 100 s of nine robots.
 const VIRTUAL_TIMEOUT_S: f64 = 1.0;
-
-/// A number as a node declares it.
-pub fn number(it: Number) -> (Descriptor, ParameterValue) {
-    let [lowest, highest] = it.range;
-    let descriptor = Descriptor::new(it.name, ParameterKind::Double, &it.description());
-    let descriptor = Descriptor { read_only: it.read_only, ..descriptor.within(lowest, highest) };
-    (descriptor, ParameterValue::Double(it.usual))
-}
 
 /// All parameters of a robot with this driver, with the values that they have where none is given.
 fn declared(driver: DriverKind) -> Vec<(Descriptor, ParameterValue)> {

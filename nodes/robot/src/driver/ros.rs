@@ -19,8 +19,7 @@ use rsrs_ros::session::{Received, Subscription};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::{Driver, DriverContext, Report, Sensed, next_of};
-use crate::declared::{choice, cmd_vel, cmd_vel_type};
-use crate::parameters::number;
+use crate::declared::{choice, cmd_vel, cmd_vel_type, number};
 use rsrs_fleet::parameters::gate::{
     ROS_CMD_VEL_TYPE as CMD_VEL_TYPE, ROS_SENSOR_TOPIC as SENSOR_TOPIC,
     ROS_SENSOR_TYPE as SENSOR_TYPE, SECTOR,
