@@ -46,10 +46,7 @@ fn conditions_that_make_none_are_refused_by_name() {
     );
     assert!(refusal(&[json(|c| c.robots = 0)]).contains("robots is 0, expected 1 to 3"));
     assert!(refusal(&[text(CONDITIONS, "{}")]).contains("missing field `robots`"));
-    assert_eq!(
-        refusal(&[text(TIME, "fast")]),
-        "`time` is `fast`, expected `lockstep` or `real_time`"
-    );
+    assert_eq!(refusal(&[text(TIME, "fast")]), "`time` is `fast`, expected lockstep or real_time");
     assert_eq!(
         refusal(&[
             json(|c| c.period_s = 2.0),
