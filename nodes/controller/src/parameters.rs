@@ -99,17 +99,16 @@ pub fn declare(
                  (lockstep), or the wall's.";
     let stamp = Descriptor::new(STAMP_FROM_CLOCK, Kind::Bool, stamp);
     let cmd_vel = "Type of cmd_vel; drivers of Humble take twist.";
-    let cmd_vel = Descriptor::new(CMD_VEL_TYPE, Kind::String, cmd_vel)
-        .limited_to(&one_of(&CmdVel::ALL.map(CmdVel::key)))
-        .read_only();
+    let cmd_vels = one_of(&CmdVel::ALL.map(CmdVel::key));
+    let cmd_vel = Descriptor::new(CMD_VEL_TYPE, Kind::String, cmd_vel);
+    let cmd_vel = cmd_vel.limited_to(&cmd_vels).read_only();
     let is_cmd_vel = |it: &_| CmdVel::ALL.map(|it| text(it.key())).contains(it);
     let constant = "Whether it turns counterclockwise whatever is detected: for measuring robots.";
     let constant = Descriptor::new(CONSTANT, Kind::Bool, constant).read_only();
     let lease = "Who holds the lease: the gate in front of the robot's wheels, or, if it has none, \
                  this controller, which then sends zero without one.";
-    let lease = Descriptor::new(LEASE, Kind::String, lease)
-        .limited_to(&one_of(&LeaseHolder::ALL.map(LeaseHolder::key)))
-        .read_only();
+    let holders = one_of(&LeaseHolder::ALL.map(LeaseHolder::key));
+    let lease = Descriptor::new(LEASE, Kind::String, lease).limited_to(&holders).read_only();
     let is_lease = |it: &_| LeaseHolder::ALL.map(|it| text(it.key())).contains(it);
     let period = "Interval of the robot's detections, in s; without one for 2.5 of them, and at \
                   least 0.3 s, a controller that holds the lease sends zero.";
@@ -125,19 +124,9 @@ pub fn declare(
     parameters.extend([
         take(mirrored, Value::Bool(true), &is_bool, "true or false")?,
         take(stamp, Value::Bool(false), &is_bool, "true or false")?,
-        take(
-            cmd_vel,
-            text(CmdVel::default().key()),
-            &is_cmd_vel,
-            &one_of(&CmdVel::ALL.map(CmdVel::key)),
-        )?,
+        take(cmd_vel, text(CmdVel::default().key()), &is_cmd_vel, &cmd_vels)?,
         take(constant, Value::Bool(false), &is_bool, "true or false")?,
-        take(
-            lease,
-            text(LeaseHolder::default().key()),
-            &is_lease,
-            &one_of(&LeaseHolder::ALL.map(LeaseHolder::key)),
-        )?,
+        take(lease, text(LeaseHolder::default().key()), &is_lease, &holders)?,
         take(period, Value::Double(usual(PERIOD)), &is_period, &range_s)?,
         take(table, text(""), &|it| *it == text(""), none_yet)?,
         take(key, Value::Integer(0), &is_integer, "an integer")?,

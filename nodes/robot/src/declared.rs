@@ -26,13 +26,17 @@ pub fn choice(
 
 /// A type of velocity commands that is set for good.
 pub fn cmd_vel(name: &str, description: &str, usual: CmdVel) -> (Descriptor, ParameterValue) {
-    choice(name, description, &one_of(&CmdVel::ALL.map(CmdVel::key)), usual.key())
+    choice(name, description, &cmd_vels(), usual.key())
 }
 
 /// The type of commands that a parameter of a node names.
 pub fn cmd_vel_type(server: &ParameterServer, node: &str, name: &str) -> anyhow::Result<CmdVel> {
     let found = server.text(node, name);
-    let expected = || one_of(&CmdVel::ALL.map(CmdVel::key));
     CmdVel::from_key(&found)
-        .with_context(|| format!("`{name}` is `{found}`, expected {}", expected()))
+        .with_context(|| format!("`{name}` is `{found}`, expected {}", cmd_vels()))
+}
+
+/// What such a parameter may be, in words.
+fn cmd_vels() -> String {
+    one_of(&CmdVel::ALL.map(CmdVel::key))
 }

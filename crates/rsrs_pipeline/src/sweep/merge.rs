@@ -33,19 +33,19 @@ pub fn merge(
     refuse_one_of_them(shards, folder)?;
     refuse_twice(shards)?;
     let source = one_sweep(shards)?;
-    let sites = shards.iter().map(|shard| open(shard)).collect::<anyhow::Result<Vec<_>>>()?;
+    let opened = shards.iter().map(|shard| open(shard)).collect::<anyhow::Result<Vec<_>>>()?;
     let name = shards[0].display().to_string();
     let plan = Plan::new(&name, &source, execution.n_threads)?;
     let mut n_missing = 0;
     for (number, block) in plan.blocks() {
-        if whole_block(&sites, number, &block)?.is_none() {
+        if whole_block(&opened, number, &block)?.is_none() {
             n_missing += block.n_rows();
         }
     }
     refuse_gaps(n_missing, shards)?;
     if let FolderState::Unfinished(whole) = unfinished::open(folder, &source)? {
         for (number, block) in plan.blocks() {
-            let outcomes = whole_block(&sites, number, &block)?
+            let outcomes = whole_block(&opened, number, &block)?
                 .with_context(|| format!("block {number} was changed meanwhile"))?;
             whole.keep(number, &block, &outcomes)?;
         }
@@ -124,11 +124,11 @@ fn open(shard: &Path) -> anyhow::Result<Unfinished> {
 
 /// A block from the first shard that has it undamaged.
 fn whole_block(
-    sites: &[Unfinished],
+    opened: &[Unfinished],
     number: u64,
     block: &Block,
 ) -> anyhow::Result<Option<Vec<ReplicateOutcome>>> {
-    for unfinished in sites {
+    for unfinished in opened {
         if let Some(outcomes) = unfinished.peek(number, block)? {
             return Ok(Some(outcomes));
         }
