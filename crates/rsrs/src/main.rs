@@ -147,10 +147,11 @@ mod tests {
 
     /// Flags whose values are written in another way in a command: what they hold is a table there, or two
     /// bounds, or another thing of that name.
-    const OTHERWISE: [(&str, &[&str]); 8] = [
+    const OTHERWISE: [(&str, &[&str]); 9] = [
         ("commands", &["N"]),
         ("output", &["BAG", "PROFILE", "FILE"]),
         ("period", &["CSV"]),
+        ("robots", &["NAME,…"]),
         ("speed", &["CSV", "LOW,HIGH"]),
         ("trajectories", &["CSV|BAG"]),
         ("turn", &["CSV"]),
