@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Prints the section of docs/BENCHMARKS.md on films: one run of 300 s of nine Flockbots, filmed as GIF and
+# Prints what docs/BENCHMARKS.md says of films: one run of 300 s of nine Flockbots, filmed as GIF and
 # as animated PNG.
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -16,3 +16,5 @@ pub const STOP: &str = "rsrs_stop";
 pub const WATCH: &str = "rsrs_watch";
 /// Who looks where the robots stand before a run.
 pub const PLACE: &str = "rsrs_place";
+/// What replays a bag with a clock of its own.
+pub const REPLAY: &str = "replay";

@@ -122,7 +122,7 @@ impl Sweep {
     }
     /// The sweep with its profile as YAML, which needs no other file.
     pub fn to_yaml(&self) -> PyResult<String> {
-        serde_saphyr::to_string(&self.source).map_err(our_mistake)
+        self.source.to_yaml().map_err(our_mistake)
     }
     /// Simulates every cell in both worlds: with the robots made worse, and as measured.
     ///

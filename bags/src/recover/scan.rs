@@ -181,7 +181,7 @@ impl Scan<'_> {
         // The index behind a chunk, whose first byte has changed, reads as a message, too.
         let is_index = opcode == op::MESSAGE
             && self.layout == Layout::Chunks
-            && validity::is_sound(op::MESSAGE_INDEX, &body);
+            && validity::is_index_of_chunk(&body);
         if is_half || is_index || !self.is_record(opcode, &body) {
             return Ok(Frame::Broken);
         }

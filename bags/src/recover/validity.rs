@@ -29,6 +29,14 @@ pub fn is_known(opcode: u8) -> bool {
     (op::HEADER..=op::DATA_END).contains(&opcode)
 }
 
+/// Whether the body of a message is the index of a chunk: the places in a chunk, which are small numbers,
+/// are where a message has the time of its publishing and more.
+pub fn is_index_of_chunk(body: &[u8]) -> bool {
+    let Ok(Record::MessageIndex(index)) = parse(op::MESSAGE_INDEX, body) else { return false };
+    let is_place = |offset: u64| u32::try_from(offset).is_ok();
+    is_sound(op::MESSAGE_INDEX, body) && index.records.iter().all(|entry| is_place(entry.offset))
+}
+
 /// What stands in front of the content of a chunk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ChunkHead {
@@ -156,5 +164,17 @@ mod tests {
         assert!(!is_sound(op::CHANNEL, &[channel, vec![0]].concat()));
         assert!(!is_sound(op::MESSAGE_INDEX, &[1, 0, 15, 0, 0, 0]));
         assert!(is_sound(op::DATA_END, &[0; 4]));
+    }
+
+    #[test]
+    fn a_message_as_long_as_an_index_is_none_for_it_has_a_time() {
+        let bytes_of_entries = 48_u32;
+        let begin = [&[1, 0], &bytes_of_entries.to_le_bytes()[..], &[0x18; 8]].concat();
+        let behind = |field: u64| [&begin[..], &field.to_le_bytes(), &[0; 32]].concat();
+        let published_ns = 1_700_000_000_000_000_000;
+
+        assert!(is_index_of_chunk(&behind(4_096)));
+        assert!(is_sound(op::MESSAGE_INDEX, &behind(published_ns)));
+        assert!(!is_index_of_chunk(&behind(published_ns)));
     }
 }

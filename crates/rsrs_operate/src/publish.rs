@@ -9,7 +9,7 @@ use rsrs_msgs::RosMessage;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
-use rsrs_msgs::topics;
+use rsrs_msgs::{node_names, topics};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::replay::{Selected, Selection};
 use rsrs_ros::parameters::ParameterServer;
@@ -163,7 +163,7 @@ async fn play(
     let clock = if publishers.contains_key(topics::CLOCK.name) || !allowed.clock {
         None
     } else {
-        let node = session.node("/", "replay")?;
+        let node = session.node("/", node_names::REPLAY)?;
         let parameters = ParameterServer::without_parameters(session, &node)?;
         let clock = session.publish_on(&node, topics::CLOCK.name, topics::CLOCK.qos)?;
         Some((clock, parameters))

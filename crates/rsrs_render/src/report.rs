@@ -6,7 +6,6 @@ mod tables;
 
 use std::path::Path;
 
-use anyhow::Context;
 use rsrs_core::comparison;
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::natural_order::natural_key;
@@ -56,7 +55,7 @@ impl Reported<'_> {
     fn page(&self) -> anyhow::Result<ReportPage> {
         let Self { result, comparison, .. } = self;
         let cells = cells::facts(self)?;
-        let sweep = serde_saphyr::to_string(&result.source).context("the sweep as YAML")?;
+        let sweep = result.source.to_yaml()?;
         let mut details = vec![("The sweep with its profile".to_owned(), sweep)];
         if let Some(comparison) = comparison {
             details.insert(

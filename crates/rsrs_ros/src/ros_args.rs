@@ -106,7 +106,8 @@ impl RosArgs {
             return Err(RosArgsError::UnknownFlag { flag: flag.to_owned() });
         }
         let missing = || RosArgsError::MissingValue { flag: flag.to_owned() };
-        let value = value.ok_or_else(missing)?;
+        // What begins with a dash is the next flag: of a launch file's empty substitution nothing is left.
+        let value = value.filter(|value| !value.starts_with('-')).ok_or_else(missing)?;
         if let Some((flag, reason)) = without_effect {
             self.notes.push(Note::WithoutEffect { flag: format!("{flag} {value}"), reason });
             return Ok(());
@@ -216,7 +217,13 @@ mod tests {
         assert!(unknown.help().is_some());
         let missing = parse("--params-file missing.yaml").unwrap_err();
         assert_eq!(missing.to_string(), "parameter file `missing.yaml` cannot be read");
-        for line in ["-r", "--disable-rosout-logs --params-file"] {
+        for line in [
+            "-r",
+            "--disable-rosout-logs --params-file",
+            "--params-file -r __ns:=/robot_3",
+            "-e --disable-rosout-logs",
+            "-e --ros-args -p speed:=0.1",
+        ] {
             let error = parse(line).unwrap_err();
             assert!(matches!(error, RosArgsError::MissingValue { .. }), "{line}: {error}");
         }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_core::judge::behaviour::window::Window;
+use rsrs_core::numerals::counted;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_experiment_runner::{backends, place_checks};
 use rsrs_fleet::experiment::Time;
@@ -214,7 +215,8 @@ fn text((summary, judged): (&RunSummary, Window), same: Option<String>) -> Words
     lines.extend(summary.lost_robots.iter().map(ToString::to_string));
     lines.extend(summary.paused_robots.iter().map(ToString::to_string));
     if summary.n_lost > 0 {
-        lines.push(format!("{} messages were lost on the way to the bag", summary.n_lost));
+        let lost = counted(summary.n_lost, "message");
+        lines.push(format!("{lost} lost on the way to the bag"));
     }
     lines.extend(gaps::lines(&summary.gaps));
     lines.extend(same);

@@ -1,6 +1,12 @@
-//! The folder of a sweep: how what is in it is called.
+//! The folder of a sweep: how what is in it is called, and what was swept into it.
 
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use super::sweep_file::SweepFile;
+use crate::document::{self, DocumentError};
 use crate::help::Help;
+use crate::robot::profile::RobotProfile;
 
 /// What was swept, with all that was left out.
 pub const SWEEP: &str = "sweep.yaml";
@@ -12,6 +18,26 @@ pub const REPLICATES: &str = "replicates.parquet";
 pub const CHOICE: &str = "choice.json";
 /// The folder of finished blocks, while a sweep is at work.
 pub const UNFINISHED: &str = "unfinished";
+
+/// What was swept, as [`SWEEP`] in the folder has it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SweptSource {
+    /// The sweep, with all that other files had.
+    pub sweep: SweepFile,
+    /// The measured robot.
+    pub profile: RobotProfile,
+    /// Which program made it; no part of what was swept.
+    #[serde(default)]
+    provenance: IgnoredAny,
+}
+
+impl SweptSource {
+    /// Reads the text of [`SWEEP`], called `file` in errors.
+    pub fn parse(file: &str, text: &str) -> Result<Self, DocumentError> {
+        document::parse(file, text)
+    }
+}
 
 /// A sweep that is at work, or was broken off.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -14,7 +14,6 @@ use anyhow::{Context, bail};
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::diagram::folder::{CELLS, CHOICE, SWEEP, UnfinishedSweep};
-use rsrs_core::document;
 use rsrs_core::quantity::Cell;
 use rsrs_files::quoted;
 
@@ -78,5 +77,5 @@ pub fn read_source(folder: &Path) -> anyhow::Result<ResolvedSweep> {
         ));
     }
     let text = read_text(&path)?;
-    Ok(document::parse(&path.display().to_string(), &text)?)
+    Ok(ResolvedSweep::parse_result(&path.display().to_string(), &text)?)
 }

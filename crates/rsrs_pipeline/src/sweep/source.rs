@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
+use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::controller_table::{ControllerSource, ControllerTable};
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
+use rsrs_core::diagram::folder::SweptSource;
 use rsrs_core::diagram::sweep_file::SweepFile;
-use rsrs_core::document;
+use rsrs_core::document::{self, DocumentError};
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::judge::behaviour::{Behaviour, unknown};
 use rsrs_core::quantity::Cell;
@@ -21,8 +23,7 @@ use crate::measure::plan_folder::enabled_robots;
 use crate::provenance::ResultProvenance;
 
 /// A sweep that needs no other file: what `sweep.yaml` in a result folder holds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResolvedSweep {
     /// The sweep as written, defaults filled in.
     pub sweep: SweepFile,
@@ -81,6 +82,22 @@ impl ResolvedSweep {
         Ok(Self { sweep, profile, provenance })
     }
 
+    /// Reads the text of `sweep.yaml` in a result folder, called `file` in errors.
+    pub fn parse_result(file: &str, text: &str) -> Result<Self, DocumentError> {
+        #[derive(Deserialize)]
+        struct Made {
+            provenance: ResultProvenance,
+        }
+        let SweptSource { sweep, profile, .. } = SweptSource::parse(file, text)?;
+        let Made { provenance } = document::parse(file, text)?;
+        Ok(Self { sweep, profile, provenance })
+    }
+
+    /// The text of `sweep.yaml` in a result folder.
+    pub fn to_yaml(&self) -> anyhow::Result<String> {
+        serde_saphyr::to_string(self).context("the sweep as YAML")
+    }
+
     /// Reads a sweep file and its profile, or what a sweep has left of both in its result folder.
     pub fn read_either(path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
@@ -89,7 +106,7 @@ impl ResolvedSweep {
         if !text.lines().any(|line| line.starts_with("sweep:")) {
             return Self::read(path);
         }
-        let Self { sweep, profile, .. } = document::parse(&name, &text)?;
+        let SweptSource { sweep, profile, .. } = SweptSource::parse(&name, &text)?;
         sweep.check(&name).map_err(helped)?;
         let provenance = ResultProvenance::new(&profile);
         Ok(Self { sweep, profile, provenance })

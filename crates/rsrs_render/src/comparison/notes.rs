@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rsrs_bags::trajectory::Finding;
-use rsrs_core::numerals::percent;
+use rsrs_core::numerals::{counted, percent};
 use rsrs_core::quantity::Cell;
 use rsrs_fleet::record::{Backend, ExperimentRecord, OwnProfile};
 use rsrs_pipeline::compare::not_counted::NotCountedCause;
@@ -11,8 +11,6 @@ use rsrs_pipeline::compare::prediction::{Note, choose_line};
 use rsrs_pipeline::compare::run_matching::Admitted;
 use rsrs_pipeline::compare::{Comparison, Runs};
 use rsrs_pipeline::label::Labelled;
-
-use super::text::counted;
 
 /// A run that counts, with its cell and label.
 type Counted = (Cell, Admitted, Labelled);

@@ -7,7 +7,7 @@ use rsrs_core::comparison::{CellComparison, MOST_RUNS, SIGNIFICANCE, Tally, Verd
 use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::natural_order::natural_key;
-use rsrs_core::numerals::{percent, percentage_points, percents};
+use rsrs_core::numerals::{counted, percent, percentage_points, percents};
 use rsrs_core::statistics::pooled::Pooled;
 
 use rsrs_files::quoted;
@@ -430,8 +430,4 @@ pub fn summary(attempts: &Attempts, verb: Verb) -> String {
             None => "the runs do not decide yet".to_owned(),
         },
     }
-}
-
-pub fn counted(n: u64, what: &str) -> String {
-    if n == 1 { format!("{n} {what}") } else { format!("{n} {what}s") }
 }

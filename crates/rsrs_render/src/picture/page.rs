@@ -1,6 +1,5 @@
 //! A diagram on a page of its own.
 
-use anyhow::Context;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::numerals::{percent, percents};
 use rsrs_core::statistics::interval_kind::IntervalKind;
@@ -30,8 +29,7 @@ pub fn page(result: &SweepResult, worlds: Worlds, svg: &str) -> anyhow::Result<S
         "Swept by rsrs {}, commit {}, seed {}.",
         source.provenance.version, source.provenance.commit, source.sweep.seed
     ));
-    let sweep = serde_saphyr::to_string(source).context("the sweep as YAML")?;
-    page.details("The sweep with its profile", &sweep);
+    page.details("The sweep with its profile", &source.to_yaml()?);
     Ok(page.finish())
 }
 

@@ -6,17 +6,15 @@ use anyhow::{Context, bail};
 use rsrs_core::conditions::controller_table::ControllerTable;
 use rsrs_core::conditions::operator::{OperatorConditions, controller_values};
 use rsrs_core::diagram::choice::Choice;
-use rsrs_core::diagram::folder::{self, CHOICE, SWEEP, UNFINISHED, UnfinishedSweep};
+use rsrs_core::diagram::folder::{self, CHOICE, SWEEP, SweptSource, UNFINISHED, UnfinishedSweep};
 use rsrs_core::diagram::sweep_file::{OtherSweep, SweepFile};
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
-use rsrs_core::document;
 use rsrs_core::help::{Help, Helpful};
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_files::quoted;
-use serde::Deserialize;
 
 use super::read;
 
@@ -87,13 +85,6 @@ pub struct SweptCell {
     varied: Option<Axis>,
 }
 
-/// The part of a result folder's `sweep.yaml` that names what was swept.
-#[derive(Deserialize)]
-struct SweepHeader {
-    sweep: SweepFile,
-    profile: RobotProfile,
-}
-
 impl SweptCell {
     /// Finds a cell in the folder of a sweep that is finished; the chosen one if none is asked for. If
     /// it was not swept, the nearest one that was is named.
@@ -112,7 +103,7 @@ impl SweptCell {
             return Err(Helpful::from(UnfinishedSweep { folder, finish }).into());
         }
         let (name, text) = read(&path)?;
-        let SweepHeader { sweep, profile } = document::parse(&name, &text)?;
+        let SweptSource { sweep, profile, .. } = SweptSource::parse(&name, &text)?;
         let cells = sweep.resolve(&name, &profile)?;
         let diagram = PhaseDiagram {
             axes: sweep.swept_axes(),
