@@ -129,10 +129,11 @@ const CORE: [&str; 22] = [
     "diagram",
     "comparison",
 ];
-/// Crates whose rooms name each other in one direction.
-const WITHOUT_CIRCLES: [&str; 15] = [
+/// Crates whose modules name each other in one direction, at every depth.
+const WITHOUT_CIRCLES: [&str; 16] = [
     "bags",
     "crates/rsrs",
+    "crates/rsrs_core",
     "crates/rsrs_fleet",
     "crates/rsrs_keystore",
     "crates/rsrs_operate",
@@ -213,8 +214,8 @@ fn dependencies_point_one_way() {
 
 #[test]
 fn rooms_of_the_core_name_only_those_before_them() {
-    let rooms = named_rooms(Path::new("crates/rsrs_core/src"));
-    for (room, others) in &rooms {
+    let rooms = named_modules(Path::new("crates/rsrs_core/src"));
+    for (room, others) in &rooms[&Vec::new()] {
         let place = CORE.iter().position(|other| other == room);
         let place = place.unwrap_or_else(|| panic!("{room} has no place among {CORE:?}"));
         let wrong: Vec<_> =
@@ -225,21 +226,37 @@ fn rooms_of_the_core_name_only_those_before_them() {
 }
 
 #[test]
-fn no_rooms_of_a_crate_name_each_other_in_a_circle() {
+fn no_modules_name_each_other_in_a_circle() {
     for folder in WITHOUT_CIRCLES {
-        let mut rooms = named_rooms(&Path::new(folder).join("src"));
-        // Those that name no other are taken away, until none or a circle is left.
-        loop {
-            let before = rooms.len();
-            let left: BTreeSet<String> = rooms.keys().cloned().collect();
-            rooms.retain(|_, others| others.iter().any(|other| left.contains(other)));
-            if rooms.len() == before {
-                break;
+        for (parent, mut children) in named_modules(&Path::new(folder).join("src")) {
+            // Those that name no other are taken away, until none or a circle is left.
+            loop {
+                let before = children.len();
+                let left: BTreeSet<String> = children.keys().cloned().collect();
+                children.retain(|_, others| others.iter().any(|other| left.contains(other)));
+                if children.len() == before {
+                    break;
+                }
             }
-        }
 
-        assert!(rooms.is_empty(), "{folder} has a circle among {:?}", rooms.keys());
+            assert!(
+                children.is_empty(),
+                "{folder} has a circle in `{}`: {children:?}",
+                parent.join("::")
+            );
+        }
     }
+}
+
+#[test]
+fn paths_of_modules_are_found_however_they_are_written() {
+    let code =
+        "use crate::a::{b, c::D};\nuse super::{\n    e,\n    f::{G, H},\n};\nsuper::super::i::j()";
+
+    let paths = paths_in(code, &["x", "y"].map(str::to_owned));
+
+    let joined: Vec<String> = paths.iter().map(|path| path.join("::")).collect();
+    assert_eq!(joined, ["a::b", "a::c", "x::e", "x::f", "i::j"]);
 }
 
 #[test]
@@ -447,28 +464,98 @@ fn reached_by(package: &str) -> BTreeSet<String> {
     names.lines().filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
 }
 
-/// The rooms of a crate, each with the others that it names outside comments and unit tests.
-fn named_rooms(sources: &Path) -> BTreeMap<String, BTreeSet<String>> {
-    let mut rooms: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for file in files().iter().filter(|file| file.starts_with(sources)) {
-        let inner = file.strip_prefix(sources).expect("it is in there").with_extension("");
-        let room = inner.iter().next().expect("a file has a name").to_string_lossy().into_owned();
-        if ["lib", "main", "bin"].contains(&room.as_str()) {
-            continue;
-        }
+/// A module, by its names from the crate's root.
+type ModulePath = Vec<String>;
+
+/// For each module of a crate that has some, its children, each with the siblings that it and those below it
+/// name outside comments and unit tests.
+fn named_modules(sources: &Path) -> BTreeMap<ModulePath, BTreeMap<String, BTreeSet<String>>> {
+    let modules: BTreeMap<ModulePath, PathBuf> = files()
+        .into_iter()
+        .filter_map(|file| {
+            let inner = file.strip_prefix(sources).ok()?.with_extension("");
+            let path: ModulePath =
+                inner.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+            let is_root = ["lib", "main", "bin"].contains(&path[0].as_str());
+            (!is_root).then_some((path, file))
+        })
+        .collect();
+    assert!(modules.len() > 1, "{} has no modules", sources.display());
+    let mut named: BTreeMap<ModulePath, BTreeMap<String, BTreeSet<String>>> = BTreeMap::new();
+    for (module, file) in &modules {
+        let (name, parent) = module.split_last().expect("a file has a name");
+        named.entry(parent.to_vec()).or_default().entry(name.clone()).or_default();
         let whole = text(file);
         let code = whole.split("mod tests {").next().unwrap_or_default();
-        let others = rooms.entry(room.clone()).or_default();
-        for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
-            others.extend(line.split("crate::").skip(1).map(|path| {
-                let end = path.find(|it: char| !it.is_alphanumeric() && it != '_');
-                path[..end.unwrap_or(path.len())].to_owned()
-            }));
+        let code: Vec<&str> =
+            code.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+        for path in paths_in(&code.join("\n"), module) {
+            let together = path.iter().zip(module).take_while(|(one, other)| one == other).count();
+            let (Some(other), Some(own)) = (path.get(together), module.get(together)) else {
+                continue;
+            };
+            if modules.contains_key(&path[..=together]) {
+                let siblings = named.entry(module[..together].to_vec()).or_default();
+                siblings.entry(own.clone()).or_default().insert(other.clone());
+            }
         }
-        others.remove(&room);
     }
-    assert!(rooms.len() > 1, "{} has no rooms", sources.display());
-    rooms
+    named
+}
+
+/// The paths that begin with `crate` or `super` in the code of a module, from the crate's root; of a list in
+/// braces, the first name of each entry ends one.
+fn paths_in(code: &str, module: &[String]) -> Vec<ModulePath> {
+    let is_part_of_name = |it: char| it.is_alphanumeric() || it == '_';
+    let mut paths = Vec::new();
+    let mut at = 0;
+    while let Some(found) =
+        code[at..].find("crate::").into_iter().chain(code[at..].find("super::")).min()
+    {
+        let mut rest = &code[at + found..];
+        let mut path: ModulePath = Vec::new();
+        if let Some(behind) = rest.strip_prefix("crate::") {
+            rest = behind;
+        } else {
+            path = module.to_vec();
+            while let Some(behind) = rest.strip_prefix("super::") {
+                path.pop();
+                rest = behind;
+            }
+        }
+        loop {
+            let name = rest.split(|it| !is_part_of_name(it)).next().unwrap_or_default();
+            path.extend((!name.is_empty()).then(|| name.to_owned()));
+            rest = &rest[name.len()..];
+            let Some(behind) = rest.strip_prefix("::").filter(|_| !name.is_empty()) else { break };
+            rest = behind;
+        }
+        at = code.len() - rest.len();
+        if !rest.starts_with('{') {
+            paths.push(path);
+            continue;
+        }
+        let mut depth = 0;
+        let mut is_begin = true;
+        for (index, letter) in rest.char_indices() {
+            match letter {
+                '{' => depth += 1,
+                '}' => depth -= 1,
+                ',' if depth == 1 => is_begin = true,
+                _ => {}
+            }
+            if depth == 0 {
+                break;
+            }
+            if depth == 1 && is_begin && is_part_of_name(letter) {
+                let name = rest[index..].split(|it| !is_part_of_name(it)).next();
+                let name = name.unwrap_or_default().to_owned();
+                paths.push(path.iter().cloned().chain([name]).collect());
+                is_begin = false;
+            }
+        }
+    }
+    paths
 }
 
 /// Lines of code outside comments and unit tests that name a file, the environment or a clock.

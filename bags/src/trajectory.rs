@@ -12,6 +12,7 @@ mod collect;
 mod command;
 mod error;
 mod finding;
+mod frame_changes;
 mod frames;
 mod jumps;
 mod objects;

@@ -14,7 +14,7 @@ use rsrs_msgs::{RosMessage, cdr, topics};
 use super::arrays;
 use super::command::CommandSample;
 use super::finding::Finding;
-use super::frames::FrameChanges;
+use super::frame_changes::FrameChanges;
 use super::pose::{self, PoseSample, RawPose};
 use super::sources::{self, Chosen, described, has_poses, is_same, robot_commanded_by};
 use super::tracked::{PoseReader, UnreadablePoses};

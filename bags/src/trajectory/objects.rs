@@ -11,7 +11,7 @@ use rsrs_msgs::{RosMessage, cdr, topics};
 
 use super::command::set_back;
 use super::finding::Finding;
-use super::frames::FrameChanges;
+use super::frame_changes::FrameChanges;
 use super::{TrajectoryError, clocks};
 use crate::Bag;
 

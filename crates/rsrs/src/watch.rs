@@ -11,7 +11,9 @@ mod screen;
 mod table;
 mod terminal;
 mod top;
+mod view;
 mod viewer;
+mod writing;
 
 #[cfg(test)]
 mod tests;

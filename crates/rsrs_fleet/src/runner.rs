@@ -20,6 +20,7 @@ use crate::timing::{
 };
 
 mod closing;
+mod ending;
 mod event;
 mod gates;
 mod grouped;

@@ -7,6 +7,7 @@
 
 mod curve;
 mod reason;
+mod tried_value;
 
 use std::path::Path;
 

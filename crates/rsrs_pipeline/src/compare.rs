@@ -110,15 +110,15 @@ pub fn compare(folder: &Path, options: &CompareOptions) -> anyhow::Result<Compar
             *cause == NotCountedCause::RobotLost && options.with_lost_robots
         };
         match run.cause().filter(|(cause, _)| !counts(cause)) {
-            Some(cause) => runs.left_out.push(LeftOutRun::new(of_cell, run, cause)),
+            Some(cause) => runs.left_out.push(run.left_out(of_cell, cause)),
             None => match label(&run, options) {
                 Ok(labelled) => match implausible(&labelled, options) {
-                    Some(cause) => runs.left_out.push(LeftOutRun::new(of_cell, run, cause)),
+                    Some(cause) => runs.left_out.push(run.left_out(of_cell, cause)),
                     None => runs.counted.push((of_cell.clone(), run, labelled)),
                 },
                 Err(error) => {
                     let cause = (NotCountedCause::NotLabelled, without_bag(&run.bag, &error));
-                    runs.left_out.push(LeftOutRun::new(of_cell, run, cause));
+                    runs.left_out.push(run.left_out(of_cell, cause));
                 }
             },
         }

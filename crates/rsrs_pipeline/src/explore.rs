@@ -4,6 +4,7 @@
 //! is tried is judged, written into a journal, and offered to the archive, from which the gallery is
 //! made. A search follows from its settings alone, so it goes on where it was interrupted.
 
+mod file_names;
 mod folder;
 mod gallery;
 mod journal;

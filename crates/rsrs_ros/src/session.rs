@@ -267,7 +267,7 @@ impl Session {
     /// what each of them announces would go to every other one.
     pub fn endpoints(&self) -> Vec<Endpoint> {
         self.follow_names();
-        endpoint::all(&self.participant, &self.graph)
+        endpoint::all(&self.participant, &self.graph.owners())
     }
 
     /// Full names of all nodes in the network, our own and others', sorted.

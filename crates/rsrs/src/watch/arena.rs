@@ -12,7 +12,8 @@ use rsrs_fleet::observation::{Condition, ObservedRobot};
 use rsrs_fleet::timing::POSE_TIMEOUT;
 
 use super::look::Signs;
-use super::screen::{View, titled, write};
+use super::view::View;
+use super::writing::{titled, write};
 
 /// The way that robots came in so many seconds is shown.
 const TRAIL_S: f64 = 6.0;

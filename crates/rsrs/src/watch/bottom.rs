@@ -7,7 +7,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 
 use super::look::strong;
-use super::screen::{PlayState, Timeline, View, write};
+use super::view::{PlayState, Timeline, View};
+use super::writing::write;
 
 /// Keys and what they do, those first that stay where there is little room.
 const LIVE: [(&str, &str); 4] =

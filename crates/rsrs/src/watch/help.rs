@@ -4,7 +4,8 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
-use super::screen::{View, write};
+use super::view::View;
+use super::writing::write;
 
 /// No line is longer than 54 letters, so that it fits on a screen of 60.
 const LIVE: [&str; 3] = [

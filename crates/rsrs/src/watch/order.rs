@@ -7,7 +7,8 @@ use rsrs_core::judge::rule::{Parameter, Rules};
 use rsrs_fleet::observation::SwarmOrder;
 
 use super::look::{Signs, strong};
-use super::screen::{View, clipped, titled, write};
+use super::view::View;
+use super::writing::{clipped, titled, write};
 
 /// Those that are shown first, in this order.
 const FIRST: [Parameter; 7] = [

@@ -7,8 +7,8 @@ use rsrs_fleet::observation::{Playback, SwarmOrder};
 
 use super::keys::{Request, scrolled};
 use super::look::{BannerKind, Look};
-use super::screen::{Banner, PlayState, Timeline, View};
 use super::terminal::Screen;
+use super::view::{Banner, PlayState, Timeline, View};
 use super::viewer::FRAME;
 
 /// How far an arrow goes, in seconds.

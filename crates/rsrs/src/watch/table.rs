@@ -8,7 +8,8 @@ use rsrs_fleet::observation::{Condition, LeaseView, ObservedRobot, Seen};
 use rsrs_fleet::timing::{NODE_TIMEOUT, SENSOR_TIMEOUT};
 
 use super::look::strong;
-use super::screen::{View, clipped, write};
+use super::view::View;
+use super::writing::{clipped, write};
 
 /// A column; those that come first in the order of [`Column::ALL`] stay when there is less room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,8 @@ use rsrs_pipeline::error::with_help;
 use rsrs_ros::environment::Environment;
 
 use super::keys::{Request, request};
-use super::screen::{View, draw};
+use super::screen::draw;
+use super::view::View;
 
 /// Makes sure that standard output is a terminal, and one that can place letters.
 pub fn check(environment: &Environment) -> anyhow::Result<()> {

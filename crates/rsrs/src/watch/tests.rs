@@ -19,7 +19,8 @@ use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::record::fleet_record;
 
 use super::look::{BannerKind, Colours, Look, Signs};
-use super::screen::{Banner, PlayState, Timeline, View, draw};
+use super::screen::draw;
+use super::view::{Banner, PlayState, Timeline, View};
 
 /// Columns and rows.
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 30), (200, 50)];

@@ -7,7 +7,8 @@ use rsrs_fleet::message::LeaseState;
 use rsrs_fleet::observation::{Condition, RunView};
 
 use super::look::strong;
-use super::screen::{View, clipped, write};
+use super::view::View;
+use super::writing::{clipped, write};
 
 pub fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
     let look = view.look;

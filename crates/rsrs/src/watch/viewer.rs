@@ -14,8 +14,8 @@ use rsrs_ros::session::SessionOptions;
 
 use super::keys::{Request, scrolled};
 use super::look::{BannerKind, Look};
-use super::screen::{Banner, View};
 use super::terminal::Screen;
+use super::view::{Banner, View};
 
 /// How often the screen is drawn.
 pub(super) const FRAME: Duration = Duration::from_millis(100);

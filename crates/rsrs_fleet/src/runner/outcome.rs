@@ -1,8 +1,6 @@
 //! How a run ends.
 
-use super::grouped::grouped;
 use crate::message::{E_STOP_REASON, RobotState};
-use crate::record::{Ending, EndingKind, LostRobot, PausedRobot};
 use crate::timing::NODE_TIMEOUT;
 
 /// How a run ended.
@@ -25,20 +23,6 @@ pub enum Outcome {
         /// Every problem.
         problems: Vec<Failure>,
     },
-}
-
-impl Ending {
-    /// The ending that an outcome is, with the robots that were lost on the way, and those that
-    /// stood and went on.
-    pub fn new(outcome: &Outcome, lost: &[LostRobot], paused: &[PausedRobot]) -> Self {
-        let (kind, reason) = match outcome {
-            Outcome::Completed => (EndingKind::Completed, String::new()),
-            Outcome::Void { reason } => (EndingKind::Void, reason.clone()),
-            Outcome::Aborted { reason } => (EndingKind::Aborted, reason.clone()),
-            Outcome::Failed { problems } => (EndingKind::Failed, grouped(problems).join("; ")),
-        };
-        Self { kind, reason, lost: lost.to_vec(), paused: paused.to_vec() }
-    }
 }
 
 /// Why a run is stopped before its end.

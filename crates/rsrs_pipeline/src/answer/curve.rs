@@ -11,6 +11,7 @@ use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::ReplicateOutcome;
 
 use super::reason::{Edge, Why};
+use super::tried_value::TriedValue;
 use super::{AnswerOptions, Point, Quantity, Range};
 use crate::best_setting::search::{Changes, Search};
 
@@ -33,18 +34,6 @@ const MOST_GAIN: f64 = 0.3;
 const NUMBER_STEPS: u32 = 24;
 /// Steps of latency that are tried.
 const LATENCIES: std::ops::RangeInclusive<u32> = 0..=12;
-
-/// A value, and how runs with it end in the world in which mills are rarer.
-pub struct TriedValue {
-    /// The value.
-    pub value: f64,
-    /// How its runs end.
-    pub phases: PhaseCounts,
-    /// Its conditions in the world of robots made worse.
-    pub harsher: Conditions,
-    /// Mean radius of the mills in that world, in metres; `None` if there were none.
-    pub ring_m: Option<f64>,
-}
 
 /// Moves one quantity from the recommended cell; `None` if robots have no such quantity.
 pub fn quantity(

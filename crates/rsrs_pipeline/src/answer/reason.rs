@@ -3,7 +3,7 @@
 use rsrs_core::diagram::theory::Condition;
 use rsrs_core::judge::counts::PhaseCounts;
 
-use super::curve::TriedValue;
+use super::tried_value::TriedValue;
 use crate::swarm::Swarm;
 
 /// Why a range ends where it does.

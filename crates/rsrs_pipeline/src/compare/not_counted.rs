@@ -6,8 +6,6 @@ use rsrs_core::quantity::Cell;
 use rsrs_fleet::record::{EndingKind, LostRobot};
 use serde::Serialize;
 
-use super::run_matching::Admitted;
-
 /// Why a run does not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -68,23 +66,6 @@ pub struct LeftOutRun {
     pub number: Option<u64>,
     /// The run.
     pub not_counted: NotCounted,
-}
-
-impl LeftOutRun {
-    /// A run that does not count, and why.
-    pub fn new(cell: &Cell, run: Admitted, (cause, reason): (NotCountedCause, String)) -> Self {
-        let not_counted = NotCounted {
-            cell: cell.clone(),
-            cause,
-            ending: run.ending.as_ref().map_or("unknown", |ending| ending.kind.key()),
-            reason,
-            lost_robots: run.lost().to_vec(),
-            after_start: run.has_started,
-            bag: run.bag,
-        };
-        let number = run.record.fixed.map(|fixed| fixed.number);
-        Self { cell: run.cell, number, not_counted }
-    }
 }
 
 /// One run that does not count.

@@ -16,7 +16,7 @@ use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobo
 use rsrs_sim::sweep::confirmation_seed;
 
 use crate::attempt::number_aside;
-use crate::compare::not_counted::NotCountedCause;
+use crate::compare::not_counted::{LeftOutRun, NotCounted, NotCountedCause};
 use crate::error::{help_of, in_one_line, with_help};
 use crate::files::folder_of;
 use crate::recorded_run::{self, BrokenRecording, LossyRecovery};
@@ -52,6 +52,21 @@ impl Admitted {
     /// When robots stood because leases did not reach them, and went on.
     pub fn paused(&self) -> &[PausedRobot] {
         self.ending.as_ref().map_or(&[], |ending| &ending.paused)
+    }
+
+    /// The run as one of this cell that does not count, and why.
+    pub fn left_out(self, cell: &Cell, (cause, reason): (NotCountedCause, String)) -> LeftOutRun {
+        let not_counted = NotCounted {
+            cell: cell.clone(),
+            cause,
+            ending: self.ending.as_ref().map_or("unknown", |ending| ending.kind.key()),
+            reason,
+            lost_robots: self.lost().to_vec(),
+            after_start: self.has_started,
+            bag: self.bag,
+        };
+        let number = self.record.fixed.map(|fixed| fixed.number);
+        LeftOutRun { cell: self.cell, number, not_counted }
     }
 
     /// Why it does not count, whatever its label, with the cause in full; `None` if it does.

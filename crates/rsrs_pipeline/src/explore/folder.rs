@@ -6,22 +6,13 @@ use anyhow::Context;
 use rsrs_core::robot::profile::RobotProfile;
 
 use super::StartTable;
+use super::file_names::{CONTROLLER, PROFILE, SETTINGS, STARTS, WORLD};
 use super::journal::Journal;
 use super::settings::Settings;
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
 use crate::files::{make_folder, read_text, write_file};
 
-/// Name of the profile in the folder.
-pub const PROFILE: &str = "profile.yaml";
-/// Name of the controller's table in the folder, where its numbers are searched.
-pub const CONTROLLER: &str = "controller.yaml";
-/// Name of the world in the folder, where there is one.
-pub const WORLD: &str = "world.yaml";
-/// Name of the table of start poses in the folder, where there is one.
-pub const STARTS: &str = "starts.csv";
-/// Name of what the search follows from, besides the robot.
-pub const SETTINGS: &str = "exploration.yaml";
 const JOURNAL: &str = "trials.jsonl";
 const LOCK: &str = ".lock";
 

@@ -15,7 +15,8 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::confirmation_seed;
 
-use super::folder::{CONTROLLER, Folder, PROFILE, STARTS, WORLD};
+use super::file_names::{CONTROLLER, PROFILE, STARTS, WORLD};
+use super::folder::Folder;
 use super::settings::in_folder;
 use super::trial::{self, Elsewhere, Name, Shown, TestBed, Trial};
 use super::{CONFIRM, ExploreOptions, Explored, FoundController, ShownRun};

@@ -13,7 +13,7 @@ use rsrs_sim::exploration::niche::Niche;
 use rsrs_sim::exploration::space::Directions;
 
 use super::ExploreOptions;
-use super::folder::{PROFILE, SETTINGS};
+use super::file_names::{PROFILE, SETTINGS};
 use super::settings::Settings;
 use super::trial::{Name, TestBed};
 use crate::error::helped;

@@ -8,7 +8,7 @@ use rsrs_core::world::WorldFile;
 use serde::{Deserialize, Serialize};
 
 use super::ExploreOptions;
-use super::folder::STARTS;
+use super::file_names::STARTS;
 use super::trial::TestBed;
 
 /// Everything but the robot that a search follows from: two searches with these are one.

@@ -8,7 +8,6 @@ use rsrs_msgs::topics::Qos;
 use rustdds::DomainParticipant;
 
 use super::POLL;
-use super::graph::Graph;
 use super::qos;
 
 /// Bytes of a GUID that name the participant; the first two name the vendor.
@@ -54,8 +53,12 @@ pub struct Endpoint {
     pub node: Option<String>,
 }
 
-/// All publishers and subscribers of topics; those of services are left out.
-pub(super) fn all(participant: &DomainParticipant, graph: &Graph) -> Vec<Endpoint> {
+/// All publishers and subscribers of topics; those of services are left out. `owners` has the node of
+/// each endpoint, as participants announce it.
+pub(super) fn all(
+    participant: &DomainParticipant,
+    owners: &BTreeMap<[u8; 16], String>,
+) -> Vec<Endpoint> {
     let readers = participant.discovered_readers().into_iter().map(|reader| {
         let data = reader.subscription_topic_data;
         let names = (data.topic_name().clone(), data.type_name().clone());
@@ -66,7 +69,6 @@ pub(super) fn all(participant: &DomainParticipant, graph: &Graph) -> Vec<Endpoin
         let names = (data.topic_name.clone(), data.type_name.clone());
         (EndpointKind::Writer, names, data.qos(), data.key.to_bytes())
     });
-    let owners = graph.owners();
     let mut found: Vec<Endpoint> = readers
         .chain(writers)
         .filter_map(|(kind, (topic, type_name), policies, guid)| {
