@@ -435,10 +435,24 @@ fn headings(robots: &[Robot], found: &mut Findings) {
         .collect();
     let are_most = wrong.len() >= 2 && 2 * wrong.len() >= drive().count();
     for (robot, cause) in wrong {
-        if are_most || robot.way.n_driven >= MIN_WINDOWS_ALONE {
+        let is_shown = robot.way.n_driven >= MIN_WINDOWS_ALONE && !is_excused(robot, cause);
+        if are_most || is_shown {
             found.add(robot.row, Some(cause));
         }
     }
+}
+
+/// Whether gusts explain it: they drive a slow robot where it does not head, and one that leans against its
+/// commands hardly turns. Its heading follows them from moment to moment, which one that stands or is in
+/// another unit does not.
+fn is_excused(robot: &Robot, cause: Implausibility) -> bool {
+    let is_of_heading = matches!(
+        cause,
+        Implausibility::HeadingStands
+            | Implausibility::HeadingUnrelated
+            | Implausibility::Degrees { factor: 1.0.. }
+    );
+    is_of_heading && robot.turning.steers()
 }
 
 /// Another axis is up: all poses lie on a line, and headings are 0° or 180°.

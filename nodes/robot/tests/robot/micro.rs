@@ -56,6 +56,8 @@ pub struct Inside {
     pub wheels: Vec<Wheels>,
     /// When the last valid command came.
     pub commanded: Option<Instant>,
+    /// When it last looked whether its wheels must stand: they were as they are now.
+    pub looked: Instant,
     is_to_end: bool,
     is_to_restart: bool,
 }
@@ -85,6 +87,7 @@ impl Micro {
             further: "",
             wheels: Vec::new(),
             commanded: None,
+            looked: Instant::now(),
             is_to_end: false,
             is_to_restart: false,
         }));
@@ -183,12 +186,14 @@ impl Program {
                 self.turn_wheels((0, 0));
                 (self.is_greeted, self.command) = (false, None);
             }
+            let looked = Instant::now();
             if mood != Mood::Deaf {
                 self.read(mood);
             }
             if self.command.is_some_and(|(_, at)| at.elapsed() >= TIMEOUT) {
                 self.turn_wheels((0, 0));
             }
+            self.inside().looked = looked;
             if self.sent.elapsed() >= STATE_EVERY {
                 self.sent = Instant::now();
                 self.send_state(mood);

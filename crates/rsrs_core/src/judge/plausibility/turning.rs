@@ -102,9 +102,13 @@ impl Turning {
 
     /// Whether a single robot is reversed, and follows no command from moment to moment either.
     pub fn is_reversed_by_itself(&self) -> bool {
+        self.n_windows >= MIN_WINDOWS_ALONE && self.is_reversed() && !self.steers()
+    }
+
+    /// Whether its heading follows its commands from moment to moment, however little it turns on the whole.
+    pub fn steers(&self) -> bool {
         let Followed { correlation, reversal, .. } = self.own;
-        let steers = correlation > MIN_FOLLOWED && correlation > reversal + 0.05;
-        self.n_windows >= MIN_WINDOWS_ALONE && self.is_reversed() && !steers
+        correlation > MIN_FOLLOWED && correlation > reversal + 0.05
     }
 
     /// How many times as far as commanded it turned; `None` if that cannot be judged.
