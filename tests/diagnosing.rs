@@ -337,15 +337,26 @@ fn the_repositorys_robots_are_diagnosed_and_mill_when_mended() {
     let smars = diagnose(&profiles.join("smars.yaml"));
 
     assert!(first_set(&lta).contains(&"gust_m_s".to_owned()), "{lta:#}");
-    // Made up with a bad sensor, and yet what keeps it from milling is how much its gains differ.
-    assert_eq!(first_set(&smars), ["heterogeneity"], "{smars:#}");
-    let text = text_in(&profiles, "smars.yaml");
-    let needed = smars["causes"][0]["needed"].as_f64().expect("a number");
-    let mended = folder.path().join("mended.yaml");
-    let text = text
-        .replace("robot_sd: 0.0545272", &format!("robot_sd: {needed}"))
-        .replace("robot_sd: 0.0262843", &format!("robot_sd: {needed}"));
-    std::fs::write(&mended, text).expect("the folder is writable");
-    assert_eq!(diagnose(&mended)["viable"], true, "with {needed}");
-    assert!(needed < 0.05);
+    // Made up with a bad sensor, and yet what keeps it from milling is how much its gains differ, too.
+    assert_eq!(first_set(&smars), ["heterogeneity", "range_m"], "{smars:#}");
+    let number = |cause: usize, key: &str| smars["causes"][cause][key].as_f64().expect("a number");
+    let (gains, farther) = (number(0, "needed"), number(1, "needed") / number(1, "now"));
+    let text = text_in(&profiles, "smars.yaml")
+        .replace("robot_sd: 0.0545272", &format!("robot_sd: {gains}"))
+        .replace("robot_sd: 0.0262843", &format!("robot_sd: {gains}"));
+    let (before, rest) = text.split_once("  polygon_m:\n").expect("its sensor has corners");
+    let (corners, after) = rest.split_once("  true_positive:").expect("and rates behind them");
+    let corners: String = corners
+        .lines()
+        .map(|line| {
+            let (list, number) = line.rsplit_once(' ').expect("a number is in a list");
+            let number: f64 = number.parse().expect("a corner has numbers");
+            format!("{list} {:.4}\n", number * farther)
+        })
+        .collect();
+    let mended = format!("{before}  polygon_m:\n{corners}  true_positive:{after}");
+    let path = folder.path().join("mended.yaml");
+    std::fs::write(&path, mended).expect("the folder is writable");
+    assert_eq!(diagnose(&path)["viable"], true, "with {gains} and {farther} times the range");
+    assert!(gains < 0.05 && farther > 1.5);
 }
