@@ -104,6 +104,8 @@ fn a_bag_that_breaks_off_is_reported_and_saved_up_to_there() {
     assert_eq!((code(&info), code(&recover), code(&again), code(&given)), (3, 3, 1, 3));
     assert!(stdout(&info).contains("damage: the recording breaks off after"), "{}", stdout(&info));
     assert!(stdout(&info).contains("next: rsrs bag recover cut"), "{}", stdout(&info));
+    assert!(stdout(&info).starts_with("cut, up to its damage: "), "{}", stdout(&info));
+    assert!(stdout(&info).contains("its end is behind the damage"), "{}", stdout(&info));
     assert!(stderr(&again).contains("cut_recovered exists already"), "{}", stderr(&again));
     let recovered = json(&recover);
     let saved = Bag::open(&here.join("cut_recovered")).expect("it is a bag");

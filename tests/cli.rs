@@ -436,6 +436,8 @@ fn a_diagram_on_a_page_has_the_numbers_too() {
 #[test]
 fn what_is_typed_wrong_ends_with_2() {
     let place = tempfile::tempdir().expect("a temporary folder");
+    let sweep = repository().join("launch_configs/sweeps/flockbot_speed_turn.yaml");
+    let sweep = sweep.to_str().expect("a path in UTF-8");
     let robot = ["init", "mine", "--robots", "9", "--radius", "0.07", "--speed", "0.2"];
     let robot = [&robot[..], &["--turn-rate", "2", "--range", "0.8", "--period", "0.1"]].concat();
     for (arguments, expected) in [
@@ -444,6 +446,7 @@ fn what_is_typed_wrong_ends_with_2() {
         ([&robot[..], &["--name", "e-puck2", "--half-angle", "0.3"]].concat(), "`e_puck2`"),
         ([&robot[..], &["--name", "mine", "--half-angle", "17"]].concat(), "looks like degrees"),
         (vec!["stop", "--interface", "nowhere0"], "nowhere0"),
+        (vec!["sweep", sweep, "-o", "a", "--adaptive", "--width", "1.5"], "error: --adaptive: "),
     ] {
         let output = rsrs(place.path(), &arguments);
 

@@ -160,7 +160,7 @@ fn a_search_is_refused_where_it_makes_no_sense() {
         ("new", ["--controllers", "0"], 2, "expected a whole number from 1 to 1,000,000"),
         ("new", ["--robots", "0"], 1, "no robots, expected at least 1"),
         ("new", ["--arena", "0.3"], 1, "do not fit"),
-        ("new", ["--duration", "20"], 1, "expected at least 60 s"),
+        ("new", ["--duration", "20"], 2, "give at least 60 s"),
         ("new", ["--arena", "-1"], 1, "arena_m is -1, expected a number from"),
     ] {
         let refused = explore(place, folder, &more);

@@ -204,6 +204,19 @@ fn without_an_interface_nothing_is_published() {
 }
 
 #[test]
+fn a_start_behind_the_end_of_the_bag_is_refused() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = bag(place.path(), "run", 2.0);
+
+    let replay = rsrs().arg("replay").arg(&run).args(["--start", "500"]).output();
+
+    let replay = replay.expect("the binary was built for this test");
+    assert_eq!(code(&replay), 2);
+    let printed = String::from_utf8_lossy(&replay.stderr);
+    assert!(printed.contains("`--start` is 500 s, and the bag ends after"), "{printed}");
+}
+
+#[test]
 fn a_topic_that_is_not_in_the_bag_is_named_with_the_nearest() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let run = bag(place.path(), "run", 2.0);

@@ -211,6 +211,12 @@ fn whether_cells_are_settled_is_reported_by_sweep_choose_and_episode() {
     write(here, "late.yaml", &sweep(0.6, 600));
 
     let early = rsrs(here, &["sweep", "early.yaml", "-o", "early", "--format", "json"]);
+    for shard in ["1/2", "2/2"] {
+        let part = &shard[..1];
+        let made = rsrs(here, &["sweep", "early.yaml", "-o", part, "--shard", shard]);
+        assert_eq!(code(&made), 0, "{}", stderr(&made));
+    }
+    let merged = rsrs(here, &["merge", "1", "2", "-o", "merged", "--format", "json"]);
     let late = rsrs(here, &["sweep", "late.yaml", "-o", "late", "--format", "json"]);
     let choose = ["choose", "late", "--confirm", "100", "--viable", "0.5", "--format", "json"];
     let choose = rsrs(here, &choose);
@@ -227,6 +233,8 @@ fn whether_cells_are_settled_is_reported_by_sweep_choose_and_episode() {
         "{printed}"
     );
     assert!(printed.contains("with a longer `duration_s`"), "{printed}");
+    assert_eq!(json(&merged)["unsettled_edge"], json(&early)["unsettled_edge"]);
+    assert!(stderr(&merged).contains("cells at the edge"), "{}", stderr(&merged));
     assert_eq!(code(&choose), 0, "{}{}", stdout(&choose), stderr(&choose));
     let settling = &json(&choose)["settling"];
     assert_eq!((&settling["n_replicates"], &settling["from_s"]), (&200.into(), &400.0.into()));

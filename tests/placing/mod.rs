@@ -64,8 +64,18 @@ fn a_program_that_does_not_place_the_robots_of_a_run_keeps_it_from_starting() {
         let in_simulator = run(&[]);
         let on_fleet = run(&["--backend", "fleet", "--interface", "127.0.0.1"]);
 
-        assert_eq!(code(&in_simulator), 1);
+        assert_eq!(code(&in_simulator), 2);
         assert!(stderr(&in_simulator).contains("help: for the fleet: `--backend fleet"));
+        for flag in [["--interface", "wlan0"], ["--place-check", "require"]] {
+            for command in [&["run", "milling.yaml"][..], &["campaign", "none.yaml"]] {
+                let forgotten =
+                    rsrs(folder.path(), &[command, &flag, &["-o", "simulated"]].concat());
+
+                assert_eq!(code(&forgotten), 2, "{command:?} {flag:?}");
+                let refused = format!("`{}` is for a fleet", flag[0]);
+                assert!(stderr(&forgotten).contains(&refused), "{}", stderr(&forgotten));
+            }
+        }
         assert_eq!(code(&on_fleet), 1);
         let printed = stderr(&on_fleet);
         assert!(printed.contains("did not place the robots (exit status: 7)"), "{printed}");

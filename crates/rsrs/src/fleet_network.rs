@@ -12,7 +12,7 @@ use crate::failure::bad_arguments;
 use crate::notes::print_note;
 use rsrs_operate::run::RunTarget;
 use rsrs_operate::run::own_network::OwnNetwork;
-use rsrs_pipeline::error::helped;
+use rsrs_pipeline::error::{helped, with_help};
 
 /// Where the robots are, as a person names it.
 #[derive(clap::Args)]
@@ -26,6 +26,18 @@ pub struct InterfaceArguments {
 /// Why robots may not be found although they run, where the environment shows it.
 pub fn other_middleware() -> Option<OtherMiddleware> {
     OtherMiddleware::new(&Environment::of_this_process())
+}
+
+/// Refuses flags that say something of a fleet where the robots are simulated: who has forgotten
+/// `--backend fleet` would take the run for one of the fleet. Each flag stands with whether it was given.
+pub fn refuse_flags_of_a_fleet(backend: Backend, flags: &[(&str, bool)]) -> anyhow::Result<()> {
+    let given = flags.iter().find(|(_, is_given)| *is_given && backend == Backend::Simulator);
+    given.map_or(Ok(()), |(flag, _)| {
+        Err(bad_arguments(with_help(
+            format!("`{flag}` is for a fleet, and these robots are simulated"),
+            "for the fleet: `--backend fleet --interface NAME`; else leave it out",
+        )))
+    })
 }
 
 /// Enters the network of the robots of a run; to be called before the first thread is started.

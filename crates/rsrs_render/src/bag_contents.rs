@@ -93,8 +93,9 @@ impl BagContents {
 /// What is in it, line by line, with its topics and attachments as tables.
 pub fn text(contents: &BagContents) -> String {
     let BagContents { info, record, .. } = contents;
+    let as_far = if info.damage.is_empty() { "" } else { ", up to its damage" };
     let mut text = format!(
-        "{}: {:.1} s, {} on {}, {} in {}\n",
+        "{}{as_far}: {:.1} s, {} on {}, {} in {}\n",
         info.path.display(),
         info.duration_s,
         counted(info.n_messages, "message"),
@@ -156,6 +157,9 @@ pub fn text(contents: &BagContents) -> String {
 
 fn run_of(record: &ExperimentRecord, contents: &BagContents) -> String {
     let ending = match (contents.ending, &contents.reason) {
+        (None, _) if !contents.info.damage.is_empty() => {
+            "its end is behind the damage, if it was recorded".to_owned()
+        }
         (None, _) => "its end is not recorded".to_owned(),
         (Some(ending), None) => ending.to_owned(),
         (Some(ending), Some(reason)) => format!("{ending} ({reason})"),

@@ -3,17 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_core::diagram::adaptive::Knowledge;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::numerals::counted;
 use rsrs_pipeline::compare::prediction::choose_line;
-use rsrs_pipeline::sweep::ablation::Ablation;
+use rsrs_pipeline::execution::Execution;
+use rsrs_pipeline::sweep::ablation::{Ablation, of_barren_sweep};
 use rsrs_pipeline::sweep::knowledge;
 use rsrs_pipeline::sweep::result::SweepResult;
-use rsrs_pipeline::sweep::settling::Unsettled;
+use rsrs_pipeline::sweep::settling::{Unsettled, at_edge};
 use serde::Serialize;
 
-use crate::factors;
+use crate::{factors, settling};
 
 /// A finished sweep.
 #[derive(Clone, Debug, Serialize)]
@@ -29,10 +31,15 @@ pub struct SweepReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     adaptive: Option<Endings>,
     /// Cells at the edge of the milling region whose runs were not given enough time.
-    pub unsettled_edge: Vec<Unsettled>,
+    unsettled_edge: Vec<Unsettled>,
     /// Which factors make the best cell worse; not there if some cell mills in most runs.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub factors: Option<Ablation>,
+    factors: Option<Ablation>,
+    /// Cells at the edge.
+    #[serde(skip)]
+    n_edge: usize,
+    #[serde(skip)]
+    behaviour: Behaviour,
     /// Of each run, in seconds.
     #[serde(skip)]
     duration_s: f64,
@@ -50,22 +57,36 @@ struct Endings {
 }
 
 impl SweepReport {
-    /// Reports a finished sweep.
-    pub fn new(folder: &Path, result: &SweepResult) -> Self {
+    /// Reports a finished sweep, after a look at what it cannot show by itself: whether its edge is settled,
+    /// and which factors keep a swarm that nowhere does what is wanted from it.
+    pub fn new(
+        folder: &Path,
+        result: &SweepResult,
+        execution: Execution<'_>,
+    ) -> anyhow::Result<Self> {
         let sweep = &result.source.sweep;
+        let (n_edge, unsettled_edge) = at_edge(result, execution)?;
+        let factors = of_barren_sweep(result, execution)?;
         let runs = || result.diagram.cells.iter().map(|entry| PhaseCounts::total(&entry.counts));
-        Self {
+        Ok(Self {
             folder: folder.to_path_buf(),
             cells: result.diagram.cells.len(),
             replicates: sweep.replicates,
             runs: runs().sum(),
             phases: result.diagram.majorities(),
             adaptive: endings(result),
-            unsettled_edge: Vec::new(),
-            factors: None,
+            unsettled_edge,
+            factors,
+            n_edge,
+            behaviour: sweep.behaviour.known(),
             duration_s: sweep.duration_s,
             runs_of_a_cell: (runs().min().unwrap_or(0), runs().max().unwrap_or(0)),
-        }
+        })
+    }
+
+    /// That cells at the edge are not settled, where some are.
+    pub fn warning(&self) -> Option<String> {
+        settling::warning((&self.folder, self.behaviour), self.n_edge, &self.unsettled_edge)
     }
 }
 

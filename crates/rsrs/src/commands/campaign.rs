@@ -13,7 +13,7 @@ use rsrs_fleet::record::Backend;
 use crate::commands::{Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
-use crate::fleet_network::{InterfaceArguments, enter};
+use crate::fleet_network::{InterfaceArguments, enter, refuse_flags_of_a_fleet};
 use crate::notes::print_note;
 use crate::profile_arguments::ProfileArguments;
 use prompt::Prompt;
@@ -65,8 +65,8 @@ pub struct Arguments {
     place_command: Option<String>,
     /// What to do, before robots of a fleet move, about those that do not stand where they should
     /// (default: on).
-    #[arg(long, value_parser = place_checks(), default_value = "on", hide_default_value = true)]
-    place_check: PlaceCheck,
+    #[arg(long, value_parser = place_checks())]
+    place_check: Option<PlaceCheck>,
     /// How often to try an experiment again at once if its run gave no result, for a cause that was known
     /// before: void, failed before the robots moved, not judged, or a robot lost before the time that is
     /// judged, mostly the last minute; never for its result (default: 2 in the simulator, 0 with a fleet).
@@ -81,13 +81,19 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let backend = arguments.backend;
+    let flags = [
+        ("--interface", !arguments.network.interface.is_empty()),
+        ("--place-command", arguments.place_command.is_some()),
+        ("--place-check", arguments.place_check.is_some()),
+    ];
+    refuse_flags_of_a_fleet(backend, &flags)?;
     let Campaign { text, mut items } =
         campaign::read(&arguments.campaign, backend, arguments.other.profile())?;
     for differ in items.iter().filter_map(|item| item.other_profile.as_ref()).take(1) {
         print_note(format!("note: {differ}"));
     }
     for item in &mut items {
-        item.place_check = arguments.place_check;
+        item.place_check = arguments.place_check.unwrap_or_default();
     }
     let is_asked = !arguments.yes && arguments.place_command.is_none();
     let asks = arguments.backend == Backend::Fleet && is_asked;
@@ -136,9 +142,7 @@ fn command(arguments: &Arguments) -> String {
     if let Some(program) = &arguments.place_command {
         words.push(format!("--place-command {}", quoted(program)));
     }
-    if arguments.place_check != PlaceCheck::default() {
-        words.push(format!("--place-check {}", arguments.place_check.key()));
-    }
+    words.extend(arguments.place_check.map(|check| format!("--place-check {}", check.key())));
     words.extend(arguments.retry.map(|retry| format!("--retry {retry}")));
     words.join(" ")
 }

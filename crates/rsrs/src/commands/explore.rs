@@ -113,6 +113,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             "give the side of a square in metres, as in `--arena 3`, or the world an `arena`",
         )));
     }
+    let least_s = arguments.behaviour.unwrap_or(Behaviour::MILLING).window().least_s();
+    if arguments.duration < least_s {
+        return Err(bad_arguments(with_help(
+            format!("--duration is {} s, too short to be judged", arguments.duration),
+            format!("give at least {least_s:.0} s"),
+        )));
+    }
     let options = ExploreOptions {
         wanted: arguments.behaviour,
         controller: read.controller.as_ref(),

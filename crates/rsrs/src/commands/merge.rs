@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use crate::notes::print_always;
 use crate::progress::execution;
 use rsrs_pipeline::sweep::merge::merge;
 use rsrs_render::picture;
@@ -36,8 +37,12 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { shards, output, .. } = arguments;
-    let result = merge(shards, output, execution(arguments.threads)?, picture::into_folder)?;
-    let summary = SweepReport::new(&arguments.output, &result);
+    let execution = execution(arguments.threads)?;
+    let result = merge(shards, output, execution, picture::into_folder)?;
+    let summary = SweepReport::new(output, &result, execution)?;
+    if let Some(warning) = summary.warning() {
+        print_always(format!("warning: {warning}"));
+    }
     report(arguments.format, &summary, text(&summary))?;
     Ok(Outcome::Done)
 }

@@ -8,10 +8,11 @@ use rsrs_ros::security::Member;
 
 use crate::commands::{Format, report};
 use crate::experiment_bar::TerminalOperator;
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use crate::fleet_network::chosen_network;
 use crate::numbers::number;
 use rsrs_operate::publish::{PublishOptions, publish};
+use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::replay::{replay_into_controller, replay_into_judge, select};
 use rsrs_render::replay as render;
@@ -104,6 +105,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let replay = replay_into_controller(&bag, parameters)?;
         report(arguments.format, &replay, render::into_controller(&replay))?;
         return Ok(if replay.is_same() { Outcome::Done } else { Outcome::NegativeAnswer });
+    }
+    let duration_s = bag.info().duration_s;
+    if arguments.start > duration_s {
+        return Err(bad_arguments(with_help(
+            format!("`--start` is {} s, and the bag ends after {duration_s:.1} s", arguments.start),
+            "give a time from the start of the recording",
+        )));
     }
     logging::init(Level::Warn);
     let network = chosen_network(&arguments.interface, Member::Runner)?;

@@ -16,7 +16,7 @@ use crate::commands::{Format, report};
 use crate::experiment_arguments::ExperimentArguments;
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
-use crate::fleet_network::{InterfaceArguments, enter, other_middleware};
+use crate::fleet_network::{InterfaceArguments, enter, other_middleware, refuse_flags_of_a_fleet};
 use crate::interrupt::asked_to_stop;
 use crate::notes::print_always;
 use crate::profile_arguments::ProfileArguments;
@@ -61,8 +61,8 @@ pub struct Arguments {
     #[arg(long, value_name = "PROGRAM")]
     place_command: Option<String>,
     /// What to do, before a fleet moves, about robots that do not stand where they should (default: on).
-    #[arg(long, value_parser = place_checks(), default_value = "on", hide_default_value = true)]
-    place_check: PlaceCheck,
+    #[arg(long, value_parser = place_checks())]
+    place_check: Option<PlaceCheck>,
     #[command(flatten)]
     other: ProfileArguments,
     /// Folder of the bag; it must not exist (default: named after the run, in this folder).
@@ -74,6 +74,12 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let flags = [
+        ("--interface", !arguments.network.interface.is_empty()),
+        ("--place-command", arguments.place_command.is_some()),
+        ("--place-check", arguments.place_check.is_some()),
+    ];
+    refuse_flags_of_a_fleet(arguments.backend, &flags)?;
     let plan = Plan::read(&Request {
         experiment: arguments.setup.experiment.clone(),
         cell: arguments.setup.cell.clone(),
@@ -81,17 +87,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         backend: arguments.backend,
         bag: arguments.output.clone(),
         seed: arguments.seed,
-        place_check: arguments.place_check,
+        place_check: arguments.place_check.unwrap_or_default(),
         other_profile: arguments.other.profile(),
     })?;
     let place_command = arguments.place_command.as_deref();
-    if arguments.backend == Backend::Simulator && place_command.is_some() {
-        return Err(with_help(
-            "`--place-command` places the robots of a fleet, and this run is one in the simulator, \
-             which places its own",
-            "for the fleet: `--backend fleet --interface NAME`; else leave it out",
-        ));
-    }
     let target = enter(arguments.backend, &arguments.network.interface)?;
     let summary = runtime()?.block_on(async {
         match &target {

@@ -8,17 +8,16 @@ use rsrs_core::diagram::adaptive::Adaptive;
 use rsrs_core::world::WorldFile;
 
 use crate::commands::{Format, print_text, report};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, check_flag};
 use crate::notes::print_always;
 use crate::progress::execution;
+use rsrs_pipeline::error::helped;
 use rsrs_pipeline::execution::Execution;
-use rsrs_pipeline::sweep::ablation::of_barren_sweep;
-use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::shard::Shard;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::{sweep_into, sweep_shard};
 use rsrs_render::sweep::{ShardReport, SweepReport, of_shard, text};
-use rsrs_render::{axes, picture, settling as settled};
+use rsrs_render::{axes, picture};
 
 /// Simulate every cell of a sweep into a phase diagram.
 ///
@@ -78,7 +77,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut source = ResolvedSweep::read_either(file)?;
     if arguments.adaptive {
         source.sweep.adaptive = Some(arguments.adapt(source.sweep.adaptive.unwrap_or_default()));
-        source.sweep.check(&name)?;
+        check_flag("--adaptive", source.sweep.check(&name).map_err(helped))?;
     }
     warn_of_lost_capabilities(&source);
     let execution = execution(arguments.threads)?;
@@ -86,14 +85,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return run_shard((folder, shard), &name, &source, arguments.format, execution);
     }
     let result = sweep_into(folder, &name, source, execution, picture::into_folder)?;
-    let (n_edge, unsettled) = settling::at_edge(&result, execution)?;
-    let place = (folder.as_path(), result.source.sweep.behaviour.known());
-    if let Some(warning) = settled::warning(place, n_edge, &unsettled) {
+    let summary = SweepReport::new(folder, &result, execution)?;
+    if let Some(warning) = summary.warning() {
         print_always(format!("warning: {warning}"));
     }
-    let mut summary = SweepReport::new(folder, &result);
-    summary.unsettled_edge = unsettled;
-    summary.factors = of_barren_sweep(&result, execution)?;
     report(arguments.format, &summary, text(&summary))?;
     Ok(Outcome::Done)
 }
