@@ -446,6 +446,8 @@ fn what_is_typed_wrong_ends_with_2() {
         ([&robot[..], &["--name", "e-puck2", "--half-angle", "0.3"]].concat(), "`e_puck2`"),
         ([&robot[..], &["--name", "mine", "--half-angle", "17"]].concat(), "looks like degrees"),
         (vec!["stop", "--interface", "nowhere0"], "nowhere0"),
+        (vec!["measure", "plan", "--robots", "0"], "robots"),
+        (vec!["report", "out", "-o", "a.pdf"], "name the report `-o report.html`"),
         (vec!["sweep", sweep, "-o", "a", "--adaptive", "--width", "1.5"], "error: --adaptive: "),
     ] {
         let output = rsrs(place.path(), &arguments);

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::bag_arguments::BagArguments;
 use crate::commands::{Format, report};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 
 /// Write one HTML file with the diagram, its cells in motion, and the runs that were compared with it.
 ///
@@ -55,10 +55,10 @@ struct Summary {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let output = &arguments.output;
     if output.extension().is_none_or(|ending| ending != "html") {
-        return Err(with_help(
+        return Err(bad_arguments(with_help(
             format!("{} does not end in .html", output.display()),
             "name the report `-o report.html`",
-        ));
+        )));
     }
     let runs = (!arguments.bags.is_empty()).then(|| arguments.runs.of(&arguments.bags));
     let (html, comparison) = html(&arguments.folder, runs.as_ref())?;

@@ -129,7 +129,7 @@ fn same_again(record: &ExperimentRecord, given: Option<u64>) -> Option<String> {
     let seed = record.seed;
     (is_same && given.is_none()).then(|| {
         format!(
-            "note: without `--seed` every such run is this one again, of seed {seed}; the next one is \
+            "note: without `--seed` such a run is always this one, of seed {seed}; the next one is \
              another with `--seed {}`",
             seed + 1
         )

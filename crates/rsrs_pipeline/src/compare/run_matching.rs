@@ -329,7 +329,7 @@ fn single_value(diagram: &PhaseDiagram, axis: Axis) -> anyhow::Result<f64> {
 fn refuse_repeated(run: &Admitted, others: &[Admitted]) -> anyhow::Result<()> {
     let is_same_run = |other: &&Admitted| other.record.run_id == run.record.run_id;
     if let Some(other) = others.iter().find(is_same_run) {
-        bail!("{}: is the same run as {}", run.bag.display(), other.bag.display());
+        bail!("{} is the same run as {}", run.bag.display(), other.bag.display());
     }
     // In lockstep only the seed distinguishes one run from the next: their worlds are equal bit by bit.
     // A run that does not count does not forbid to make up for it.

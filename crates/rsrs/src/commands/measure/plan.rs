@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use rsrs_core::numerals::counted;
 use rsrs_core::trials::plan::{Plan, PlanRequest};
 
 use crate::commands::{Format, report};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, bad_arguments};
 use rsrs_files::quoted;
 use rsrs_pipeline::measure::plan_folder::{enabled_robots, write};
 
@@ -78,12 +79,13 @@ fn limits(text: &str) -> Result<[f64; 2], String> {
         .map(|number| number.trim().parse().map_err(|error| format!("`{number}`: {error}")))
         .collect::<Result<_, _>>()?;
     numbers.try_into().map_err(|found: Vec<f64>| {
-        format!("found {} numbers, expected the least and the greatest: 0.02,0.3", found.len())
+        let found = counted(found.len() as u64, "number");
+        format!("found {found}, expected the least and the greatest: 0.02,0.3")
     })
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let plan = Plan::new(request(arguments)?)?;
+    let plan = Plan::new(request(arguments)?).map_err(|error| bad_arguments(error.into()))?;
     let mut text = plan.text();
     if let Some(folder) = &arguments.output {
         write(folder, &plan)?;
