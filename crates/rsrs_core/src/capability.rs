@@ -11,8 +11,9 @@ use serde::Serialize;
 use crate::conditions::{Conditions, ConditionsError, Settings, SimulatedRobot, SimulatedSensor};
 use crate::quantity::{Axis, Worse};
 use crate::robot::controller::Command;
-use crate::robot::profile::{RobotProfile, Sees};
+use crate::robot::profile::RobotProfile;
 use crate::robot::region::Region;
+use crate::robot::sensor::Sees;
 use crate::statistics::interval::Interval;
 use crate::trials::fit::{Rate, SensorMap, polygon_contains};
 

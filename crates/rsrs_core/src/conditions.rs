@@ -21,9 +21,8 @@ use crate::judge::trajectory::Bodies;
 use crate::numerals::is_zero;
 use crate::robot::contact::ContactModel;
 use crate::robot::controller::Controller;
-use crate::robot::profile::Sees;
 use crate::robot::region::Region;
-use crate::robot::sensor::SensorDetails;
+use crate::robot::sensor::{Sees, SensorDetails};
 use crate::robot::unicycle::Pose;
 use crate::world::{FreeSpace, Outline, ROUNDING, WorldFile};
 

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use crate::quantity::Axis;
 use crate::robot::harsher::{GAIN_SD_FACTOR, KEPT, MISS_FACTOR, TRUNCATED_SD, one_decimal};
-use crate::robot::profile::{RobotProfile, Sensing};
+use crate::robot::profile::RobotProfile;
+use crate::robot::sensor::Sensing;
 
 /// A capability that the measured robot has and the simulated one has all but lost.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]

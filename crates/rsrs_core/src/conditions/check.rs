@@ -9,10 +9,9 @@ use crate::quantity::{Axis, Bounds};
 use crate::robot::controller::state_machine::StateMachine;
 use crate::robot::controller::structure::{self, Flaw};
 use crate::robot::controller::{Command, Controller, ControllerParameters};
-use crate::robot::profile::{MAX_CORNERS, Sensing, is_convex};
 use crate::robot::region::Region;
 use crate::robot::sensor::file::SensorEntry;
-use crate::robot::sensor::{self, Detects, SensorFlaw};
+use crate::robot::sensor::{self, Detects, MAX_CORNERS, Sensing, SensorFlaw, is_convex};
 use crate::robot::unicycle::Pose;
 use crate::world::{Object, ROUNDING, WorldFile, WorldFlaw};
 
@@ -379,7 +378,8 @@ mod tests {
     use crate::conditions::Settings;
     use crate::conditions::resolve::simulated_robot;
     use crate::robot::contact::ContactModel;
-    use crate::robot::profile::{Cone, RobotProfile, Sees};
+    use crate::robot::profile::RobotProfile;
+    use crate::robot::sensor::{Cone, Sees};
 
     use rsrs_testing::conditions::FLOCKBOT;
 

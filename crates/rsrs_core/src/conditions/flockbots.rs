@@ -6,9 +6,8 @@ use super::{Arena, Conditions, GainDistribution, Placement, SimulatedRobot, Wall
 use crate::judge::behaviour::Behaviour;
 use crate::robot::contact::ContactModel;
 use crate::robot::controller::ControllerParameters;
-use crate::robot::profile::Sees;
 use crate::robot::region::Region;
-use crate::robot::sensor::SensorDetails;
+use crate::robot::sensor::{Sees, SensorDetails};
 use crate::world::WorldFile;
 
 impl Conditions {

@@ -3,9 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Conditions, SimulatedRobot};
-use crate::robot::profile::{Cone, RobotProfile, Sees, Sensing};
+use crate::robot::profile::RobotProfile;
 use crate::robot::region::Region;
-use crate::robot::sensor::{DETECTION, Detects, Reading, ReadingNames, SensorDetails};
+use crate::robot::sensor::{
+    Cone, DETECTION, Detects, Reading, ReadingNames, Sees, Sensing, SensorDetails,
+};
 
 /// A sensor as the world simulates it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -18,8 +18,8 @@ use std::f64::consts::{PI, TAU};
 
 use crate::conditions::Conditions;
 use crate::judge::behaviour::Behaviour;
-use crate::robot::profile::Sees;
 use crate::robot::region::Region;
+use crate::robot::sensor::Sees;
 
 /// The ring that robots with a cone can form.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,8 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::bounds::Bounds;
-use crate::robot::profile::{RobotProfile, Sensing};
+use crate::robot::profile::RobotProfile;
+use crate::robot::sensor::Sensing;
 
 /// The factors that make the simulated robot worse than the measured one.
 ///

@@ -14,13 +14,13 @@ use crate::document::{self, DocumentError};
 use crate::help::Help;
 use crate::out_of_range::OutOfRange;
 use crate::robot::contact::ContactModel;
-use crate::robot::sensor::{FurtherSensor, SensorDetails, SensorFlaw, SensorProblem};
+use crate::robot::sensor::file::SensorEntry;
+use crate::robot::sensor::{DETECTION, FurtherSensor, ReadingNames, SensorFlaw, SensorProblem};
 use crate::robot::wheels::Wheels;
 
 use file::ProfileFile;
 
-pub(crate) use check::half_angle;
-pub(crate) use check::is_convex;
+pub use crate::robot::sensor::{Cone, MAX_CORNERS, Sees, Sensing};
 
 /// A robot as it was measured: every capability, with where its number comes from.
 ///
@@ -155,65 +155,6 @@ pub struct Gust {
     pub time_constant_s: f64,
 }
 
-/// What a robot detects.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Sensing {
-    /// Whether a neighbour is seen when its body touches the region (`body`), or when its centre lies in it
-    /// (`centre`).
-    pub sees: Sees,
-    /// A conical region; give this or `polygon_m`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cone: Option<Cone>,
-    /// A convex polygon in the robot's frame (x forward, y left), counterclockwise, at most 8
-    /// corners, in metres; shape `[n_corners][2]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub polygon_m: Option<Vec<[f64; 2]>>,
-    /// Probability of a detection when a neighbour is in the region.
-    pub true_positive: f64,
-    /// Probability of a detection when none is.
-    pub false_positive: f64,
-    /// Steps by which a detection arrives late.
-    pub latency_steps: u32,
-    /// What only a list of sensors says.
-    #[serde(skip)]
-    pub details: SensorDetails,
-}
-
-impl Sensing {
-    /// The probability of each of its readings where its kind is nearest.
-    pub fn true_positives(&self) -> impl Iterator<Item = f64> {
-        let others = self.details.or.iter().map(|reading| reading.true_positive);
-        std::iter::once(self.true_positive).chain(others)
-    }
-
-    /// The probability of each of its readings where nothing is.
-    pub fn false_positives(&self) -> impl Iterator<Item = f64> {
-        let others = self.details.or.iter().map(|reading| reading.false_positive);
-        std::iter::once(self.false_positive).chain(others)
-    }
-}
-
-/// What of a neighbour must lie in the region to be seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Sees {
-    /// Its body: the disc touches the region.
-    Body,
-    /// Its centre: `eq:output` to the letter, and what a fitted polygon means.
-    Centre,
-}
-
-/// A cone in front of the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Cone {
-    /// Half of the opening angle, in radians; 0 is a line of sight, which sees the bodies that it meets.
-    pub half_angle_rad: f64,
-    /// How far it reaches, in metres.
-    pub range_m: f64,
-}
-
 /// How often a robot decides.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -306,9 +247,6 @@ impl InFile for RobotProfile {
     const SOURCE: &'static str = "ProfileSource";
 }
 
-/// Most corners of a sensing polygon.
-pub const MAX_CORNERS: usize = 8;
-
 impl RobotProfile {
     /// Reads a profile and checks that it can describe a robot.
     pub fn parse(file: &str, text: &str) -> Result<Self, ProfileError> {
@@ -324,6 +262,34 @@ impl RobotProfile {
         let text = serde_json::to_string(self).expect("a profile is plain data");
         digest.text(&text);
         format!("{:016x}", digest.value())
+    }
+
+    /// Whether its one sensor detects neighbours ahead, and nothing else.
+    pub fn has_one_plain_sensor(&self) -> bool {
+        self.further_sensors.is_empty() && self.sensing.details.is_plain()
+    }
+
+    /// Its sensors with the names of their first readings, the first sensor first.
+    pub fn sensors(&self) -> impl Iterator<Item = (&str, &Sensing)> {
+        let further = self.further_sensors.iter();
+        std::iter::once((DETECTION, &self.sensing))
+            .chain(further.map(|sensor| (sensor.name.as_str(), &sensor.sensing)))
+    }
+
+    /// The same, to be changed.
+    pub fn sensings_mut(&mut self) -> impl Iterator<Item = &mut Sensing> {
+        let further = self.further_sensors.iter_mut().map(|sensor| &mut sensor.sensing);
+        std::iter::once(&mut self.sensing).chain(further)
+    }
+
+    /// What it reports, by name.
+    pub fn reading_names(&self) -> ReadingNames {
+        ReadingNames::new(self.sensors().map(|(name, sensing)| sensing.details.names(name)))
+    }
+
+    /// Its sensors as a list.
+    pub fn sensor_entries(&self) -> Vec<SensorEntry> {
+        self.sensors().map(|(name, sensing)| SensorEntry::new(name, sensing)).collect()
     }
 }
 

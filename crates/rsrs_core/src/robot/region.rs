@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::robot::profile::{Sees, Sensing};
+use crate::robot::sensor::{Sees, Sensing};
 use crate::robot::shape;
 
 /// Where a neighbour is detected, in the robot's frame.
@@ -59,7 +59,7 @@ impl Region {
     ///
     /// ```
     /// use rsrs_core::robot::region::Region;
-    /// use rsrs_core::robot::profile::Sees;
+    /// use rsrs_core::robot::sensor::Sees;
     ///
     /// let cone = Region::Cone { half_angle_rad: 0.2, range_m: 0.75 };
     /// assert_eq!(format!("{:.3}", cone.reach_m(Sees::Body, 0.075)), "0.825");

@@ -1,22 +1,86 @@
-//! What a sensor tells besides whether a neighbour is in its region, and what all sensors of a robot report together.
+//! Sensors: where each detects a neighbour, what else it tells, and what all of a robot report together.
 
 pub mod file;
 mod flaw;
 mod readings;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::bounds::Bounds;
 use crate::numerals::is_zero;
-use crate::robot::profile::{RobotProfile, Sensing};
+use crate::plane::{left_of, sides};
 
 pub use flaw::{SensorFlaw, SensorProblem};
 pub use readings::{FurtherReadings, MOST_READINGS, ReadingNames, Readings};
 
 /// The reading that every robot has: a topic of this name, and a robot decides once for each message on it.
 pub const DETECTION: &str = "detection";
+
+/// Most corners of a sensing polygon.
+pub const MAX_CORNERS: usize = 8;
+
+/// What a robot detects.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sensing {
+    /// Whether a neighbour is seen when its body touches the region (`body`), or when its centre lies in it
+    /// (`centre`).
+    pub sees: Sees,
+    /// A conical region; give this or `polygon_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cone: Option<Cone>,
+    /// A convex polygon in the robot's frame (x forward, y left), counterclockwise, at most 8
+    /// corners, in metres; shape `[n_corners][2]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub polygon_m: Option<Vec<[f64; 2]>>,
+    /// Probability of a detection when a neighbour is in the region.
+    pub true_positive: f64,
+    /// Probability of a detection when none is.
+    pub false_positive: f64,
+    /// Steps by which a detection arrives late.
+    pub latency_steps: u32,
+    /// What only a list of sensors says.
+    #[serde(skip)]
+    pub details: SensorDetails,
+}
+
+impl Sensing {
+    /// The probability of each of its readings where its kind is nearest.
+    pub fn true_positives(&self) -> impl Iterator<Item = f64> {
+        let others = self.details.or.iter().map(|reading| reading.true_positive);
+        std::iter::once(self.true_positive).chain(others)
+    }
+
+    /// The probability of each of its readings where nothing is.
+    pub fn false_positives(&self) -> impl Iterator<Item = f64> {
+        let others = self.details.or.iter().map(|reading| reading.false_positive);
+        std::iter::once(self.false_positive).chain(others)
+    }
+}
+
+/// What of a neighbour must lie in the region to be seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Sees {
+    /// Its body: the disc touches the region.
+    Body,
+    /// Its centre: `eq:output` to the letter, and what a fitted polygon means.
+    Centre,
+}
+
+/// A cone in front of the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cone {
+    /// Half of the opening angle, in radians; 0 is a line of sight, which sees the bodies that it meets.
+    pub half_angle_rad: f64,
+    /// How far it reaches, in metres.
+    pub range_m: f64,
+}
 
 /// A kind of thing that sensors detect.
 #[derive(
@@ -179,27 +243,27 @@ pub struct FurtherSensor {
     pub sensing: Sensing,
 }
 
-impl RobotProfile {
-    /// Whether its one sensor detects neighbours ahead, and nothing else.
-    pub fn has_one_plain_sensor(&self) -> bool {
-        self.further_sensors.is_empty() && self.sensing.details.is_plain()
+/// Whether a cone can open so far, in radians; if not, what it may.
+pub(crate) fn half_angle(angle_rad: f64, sees: Sees) -> Result<(), Cow<'static, str>> {
+    let Bounds { least, most } = Bounds::HALF_ANGLE;
+    if !Bounds::HALF_ANGLE.contains(angle_rad) {
+        return Err(format!("from {least}, a line of sight, to {most} rad").into());
     }
+    if angle_rad <= least && sees == Sees::Centre {
+        return Err("above 0: no centre lies on a line of sight, which needs `sees: body`".into());
+    }
+    Ok(())
+}
 
-    /// Its sensors with the names of their first readings, the first sensor first.
-    pub fn sensors(&self) -> impl Iterator<Item = (&str, &Sensing)> {
-        let further = self.further_sensors.iter();
-        std::iter::once((DETECTION, &self.sensing))
-            .chain(further.map(|sensor| (sensor.name.as_str(), &sensor.sensing)))
-    }
-
-    /// The same, to be changed.
-    pub fn sensings_mut(&mut self) -> impl Iterator<Item = &mut Sensing> {
-        let further = self.further_sensors.iter_mut().map(|sensor| &mut sensor.sensing);
-        std::iter::once(&mut self.sensing).chain(further)
-    }
-
-    /// What it reports, by name.
-    pub fn reading_names(&self) -> ReadingNames {
-        ReadingNames::new(self.sensors().map(|(name, sensing)| sensing.details.names(name)))
-    }
+/// Whether corners form a convex polygon, counterclockwise, of a size that the simulator takes.
+///
+/// Every corner must lie to the left of every side that it is no end of: that is where the world looks
+/// for a neighbour.
+pub(crate) fn is_convex(corners: &[[f64; 2]]) -> bool {
+    let n = corners.len();
+    let others = |side: usize| (2..n).map(move |further| corners[(side + further) % n]);
+    (3..=MAX_CORNERS).contains(&n)
+        && corners.iter().flatten().all(|number| number.is_finite())
+        && (sides(corners).enumerate())
+            .all(|(number, side)| others(number).all(|corner| left_of(side, corner) > 0.0))
 }

@@ -3,7 +3,7 @@
 //! A polygon that was fitted to readings has no range and no angle written down. What a laboratory
 //! can change about its sensor is still these: where it points, how far it reaches, how wide it opens.
 
-use crate::robot::profile::Cone;
+use crate::robot::sensor::Cone;
 
 /// Greatest distance of a corner from the robot, in metres. Corners are `[x, y]`, x forward and y
 /// left, as in all of this module.

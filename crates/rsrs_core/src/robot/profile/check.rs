@@ -1,12 +1,11 @@
 //! Whether a profile can describe a robot: every number against what it can mean.
 
-use std::borrow::Cow;
-
-use super::{MAX_CORNERS, ProfileError, RobotProfile, Sees};
+use super::{ProfileError, RobotProfile};
 use crate::bounds::Bounds;
 use crate::out_of_range::OutOfRange;
-use crate::plane::{left_of, sides};
 use crate::robot::contact::ContactModel;
+use crate::robot::sensor::file::sensors;
+use crate::robot::sensor::{SensorFlaw, half_angle, is_convex};
 
 impl RobotProfile {
     /// Checks every number against what it can mean.
@@ -75,6 +74,11 @@ impl RobotProfile {
         within("actuation.gust.time_constant_s", fades_s, Bounds::SIZE, Bounds::number)
     }
 
+    /// Whether its sensors, changed since they were read, are a list that can be.
+    fn check_sensors(&self) -> Result<(), SensorFlaw> {
+        sensors(&self.sensor_entries()).map(|_| ())
+    }
+
     fn check_sensing(&self) -> Result<(), ProfileError> {
         let sensing = &self.sensing;
         for (key, found) in [
@@ -120,18 +124,6 @@ fn within(
     Err(OutOfRange { name, found, expected: expected(bounds).into() }.into())
 }
 
-/// Whether a cone can open so far, in radians; if not, what it may.
-pub(crate) fn half_angle(angle_rad: f64, sees: Sees) -> Result<(), Cow<'static, str>> {
-    let Bounds { least, most } = Bounds::HALF_ANGLE;
-    if !Bounds::HALF_ANGLE.contains(angle_rad) {
-        return Err(format!("from {least}, a line of sight, to {most} rad").into());
-    }
-    if angle_rad <= least && sees == Sees::Centre {
-        return Err("above 0: no centre lies on a line of sight, which needs `sees: body`".into());
-    }
-    Ok(())
-}
-
 fn positive(name: &'static str, found: f64) -> Result<(), ProfileError> {
     if found > 0.0 && found.is_finite() {
         return Ok(());
@@ -159,22 +151,10 @@ fn gains(key: &'static str, table: impl Iterator<Item = (f64, f64)>) -> Result<(
     Ok(())
 }
 
-/// Whether corners form a convex polygon, counterclockwise, of a size that the simulator takes.
-///
-/// Every corner must lie to the left of every side that it is no end of: that is where the world looks
-/// for a neighbour.
-pub(crate) fn is_convex(corners: &[[f64; 2]]) -> bool {
-    let n = corners.len();
-    let others = |side: usize| (2..n).map(move |further| corners[(side + further) % n]);
-    (3..=MAX_CORNERS).contains(&n)
-        && corners.iter().flatten().all(|number| number.is_finite())
-        && (sides(corners).enumerate())
-            .all(|(number, side)| others(number).all(|corner| left_of(side, corner) > 0.0))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::sensor::Sees;
 
     #[test]
     fn what_no_sweep_could_simulate_is_refused_by_its_key() {

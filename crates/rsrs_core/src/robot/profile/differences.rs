@@ -76,7 +76,7 @@ fn mean(entry: &Value) -> &Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::profile::Cone;
+    use crate::robot::sensor::Cone;
 
     use rsrs_testing::conditions::FLOCKBOT;
 

@@ -5,10 +5,10 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_saphyr::Spanned;
 
-use super::{Actuation, Body, Computation, ProfileError, Provenance, RobotProfile, Sensing};
+use super::{Actuation, Body, Computation, ProfileError, Provenance, RobotProfile};
 use crate::document;
-use crate::robot::sensor::SensorFlaw;
 use crate::robot::sensor::file::{SensorEntry, sensors};
+use crate::robot::sensor::{Sensing, SensorFlaw};
 
 /// A robot as it was measured: every capability, with where its number comes from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]

@@ -1,11 +1,11 @@
 //! What stands in for a profile while there is none.
 
 use super::{
-    Actuation, Body, Computation, Cone, Gust, Provenance, RobotProfile, Sees, Sensing,
-    SpeedActuation, SpeedGain, TurnActuation, TurnGain,
+    Actuation, Body, Computation, Gust, Provenance, RobotProfile, SpeedActuation, SpeedGain,
+    TurnActuation, TurnGain,
 };
 use crate::robot::contact::ContactModel;
-use crate::robot::sensor::SensorDetails;
+use crate::robot::sensor::{Cone, Sees, Sensing, SensorDetails};
 
 /// Stands in for a limit of 0, which no profile may have: that of robots that only turn, or only drive.
 const LEAST_LIMIT: f64 = 1e-3;

@@ -2,12 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{DETECTION, Detects, FurtherSensor, Reading, SensorDetails};
-use super::{MOST_READINGS, SensorFlaw, SensorProblem};
+use super::{Cone, DETECTION, Detects, FurtherSensor, MOST_READINGS, Reading, Sees, Sensing};
+use super::{SensorDetails, SensorFlaw, SensorProblem, half_angle, is_convex};
 use crate::bounds::Bounds;
 use crate::document::{is_name, nearest};
 use crate::numerals::is_zero;
-use crate::robot::profile::{Cone, RobotProfile, Sees, Sensing, half_angle, is_convex};
 
 /// A sensor of a list: with `name`, `detects` and the probabilities of one reading, or with `one_of` for several.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -254,16 +253,4 @@ fn sensor_of(entry: &SensorEntry, readings: Vec<Reading>) -> FurtherSensor {
         details,
     };
     FurtherSensor { name, sensing }
-}
-
-impl RobotProfile {
-    /// Its sensors as a list.
-    pub fn sensor_entries(&self) -> Vec<SensorEntry> {
-        self.sensors().map(|(name, sensing)| SensorEntry::new(name, sensing)).collect()
-    }
-
-    /// Whether its sensors, changed since they were read, are a list that can be.
-    pub(crate) fn check_sensors(&self) -> Result<(), SensorFlaw> {
-        sensors(&self.sensor_entries()).map(|_| ())
-    }
 }

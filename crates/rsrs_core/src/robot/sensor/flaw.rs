@@ -2,10 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::{DETECTION, MOST_READINGS};
+use super::{DETECTION, MAX_CORNERS, MOST_READINGS};
 use crate::document::did_you_mean;
 use crate::help::Help;
-use crate::robot::profile::MAX_CORNERS;
 
 /// What is wrong with a list of sensors, and with which of them.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

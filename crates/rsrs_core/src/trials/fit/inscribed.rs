@@ -1,7 +1,7 @@
 //! The simulated polygon: convex, with few edges, and inside the measured one.
 
 use crate::plane::{Point, area, between, cross, left_of, minus, sides};
-use crate::robot::profile::MAX_CORNERS;
+use crate::robot::sensor::MAX_CORNERS;
 
 /// A large convex polygon inside a simple one, both counterclockwise, in metres; `None` if nothing
 /// is left.

@@ -6,10 +6,10 @@ use super::{CommandGain, Drift, Fit, Population, StepNoise, YawLag};
 use crate::robot::contact::ContactModel;
 use crate::robot::harsher::tidy;
 use crate::robot::profile::{
-    Actuation, Body, Computation, Gust, Provenance, RobotProfile, Sees, Sensing, SpeedActuation,
-    SpeedGain, TurnActuation, TurnGain,
+    Actuation, Body, Computation, Gust, Provenance, RobotProfile, SpeedActuation, SpeedGain,
+    TurnActuation, TurnGain,
 };
-use crate::robot::sensor::SensorDetails;
+use crate::robot::sensor::{Sees, Sensing, SensorDetails};
 use crate::robot::wheels::Wheels;
 use crate::statistics::variance::Estimate;
 
