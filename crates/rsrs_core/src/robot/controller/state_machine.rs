@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Command, ControllerParameters, decide, structure};
+use super::{Command, ControllerParameters, decide};
 use crate::draw::{Key, Purpose, RunKey, Seed, threshold};
 use crate::robot::sensor::{DETECTION, ReadingNames, Readings};
 
@@ -68,13 +68,6 @@ impl StateMachine {
     /// As one line of JSON, as records and the parameters of a controller node have it.
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("a machine is plain data")
-    }
-
-    /// Reads what [`Self::to_json`] writes, and checks that it can run; errors are in words.
-    pub fn from_json(text: &str) -> Result<Self, String> {
-        let machine: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
-        let flaw = structure::check(&machine);
-        flaw.map_err(|(row, flaw)| format!("row {}: {flaw}", row + 1)).map(|()| machine)
     }
 
     /// The states in the order of their first rows; the first is the start.

@@ -58,6 +58,15 @@ pub enum Flaw {
     NeverHappens(String),
 }
 
+impl StateMachine {
+    /// Reads what [`Self::to_json`] writes, and checks that it can run; errors are in words.
+    pub fn from_json(text: &str) -> Result<Self, String> {
+        let machine: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let flaw = check(&machine);
+        flaw.map_err(|(row, flaw)| format!("row {}: {flaw}", row + 1)).map(|()| machine)
+    }
+}
+
 /// Whether a machine can run: it knows what to do in every state, and each state that it goes to.
 /// The error is the first flaw, with the place of its row.
 pub fn check(machine: &StateMachine) -> Result<(), (usize, Flaw)> {
