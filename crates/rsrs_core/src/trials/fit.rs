@@ -12,18 +12,20 @@ use crate::trials::trial::{
 
 pub use caution::Caution;
 pub use contour::{BearingReach, RELIABLE};
+pub use detection_rate::{Rate, SensorPoint};
 pub use drift::{Drift, DriftSource};
 pub use inscribed::inscribed;
 pub use likelihood::Likelihood;
 pub use motion::{CommandGain, Outlier, Population};
 pub use profile::Unmeasured;
 pub use report::{SensorFit, SpeedFit, TurnFit};
-pub use sensor::{Rate, SensorMap, SensorPoint, sensor_map};
+pub use sensor::{SensorMap, sensor_map};
 pub use steps::{StepNoise, step_noise};
 pub use yaw_lag::{YawLag, yaw_lag};
 
 mod caution;
 mod contour;
+mod detection_rate;
 mod drift;
 mod held_out;
 mod inscribed;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::sensor::{SensorPoint, place_m};
+use super::detection_rate::{SensorPoint, place_m};
 use crate::plane::area;
 
 /// The share of detections that the paper's blue polygon stands for.

@@ -1,8 +1,8 @@
 //! How good a sensor is in a polygon, by readings that did not influence where the polygon is.
 
 use super::contour::contour;
+use super::detection_rate::{Rate, SensorPoint};
 use super::inscribed::{contains, inscribed};
-use super::sensor::{Rate, SensorPoint};
 
 /// Parts into which the readings of each place are dealt.
 const N_PARTS: usize = 5;
