@@ -87,7 +87,7 @@ pub struct RecordedTrajectory {
 /// median distance of commands if they come regularly, else that of pose stamps.
 ///
 /// Robots that are not in step, of which poses are missing or which came late are interpolated at every
-/// period. Within the time that is judged ([`rsrs_core::judge::phase::WINDOW_S`]) that goes over gaps of at most [`rsrs_core::judge::phase::MAX_GAP_S`]
+/// period. Within the time that is judged ([`rsrs_core::judge::window::WINDOW_S`]) that goes over gaps of at most [`rsrs_core::judge::window::MAX_GAP_S`]
 /// and at most 20 % of a robot's poses; before it gaps are named. Single
 /// poses out of all reach are left out, and robots that a tracker took for one another are set
 /// right. Objects that have poses in the bag ([`topics::OBJECT_POSE`](rsrs_msgs::topics::OBJECT_POSE)) are where they were

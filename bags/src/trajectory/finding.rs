@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use rsrs_core::judge::phase::MAX_GAP_S;
+use rsrs_core::judge::window::MAX_GAP_S;
 use rsrs_core::robot::pose_source::PoseSource;
 use serde::Serialize;
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rsrs_core::judge::phase::MAX_GAP_S;
+use rsrs_core::judge::window::MAX_GAP_S;
 use rsrs_core::natural_order::natural_key;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::tracker::TrackerFrame;

@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use rsrs_core::judge::behaviour::window::Window;
-use rsrs_core::judge::phase::MAX_GAP_S;
+use rsrs_core::judge::window::{MAX_GAP_S, Window};
 
 use super::TrajectoryError;
 use super::collect::{Collected, LeaseSample, RecordedRobot};

@@ -11,3 +11,4 @@ pub mod plausibility;
 pub mod reason;
 pub mod rule;
 pub mod trajectory;
+pub mod window;

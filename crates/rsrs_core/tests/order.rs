@@ -4,9 +4,10 @@
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::{OrderParameters, Parameter};
-use rsrs_core::judge::phase::{JudgeError, label, label_with, samples_in};
+use rsrs_core::judge::phase::{JudgeError, label, label_with};
 use rsrs_core::judge::reason::Reason;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::judge::window::samples_in;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::WorldFile;
 

@@ -1,8 +1,9 @@
 //! Which time of a run is judged: the last seconds, all of it, or any minute.
 
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::phase::{JudgeError, Verdict, judged_samples, label_with, samples_in};
+use rsrs_core::judge::phase::{JudgeError, Verdict, judged_samples, label_with};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::judge::window::samples_in;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::WorldFile;
 

@@ -9,7 +9,7 @@ use rsrs_core::diagram::sweep_file::check_run;
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
-use rsrs_core::judge::behaviour::window::Window;
+use rsrs_core::judge::window::Window;
 use rsrs_core::out_of_range::OutOfRange;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::world::WorldSource;

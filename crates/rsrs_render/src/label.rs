@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn a_run_that_was_stopped_early_is_not_just_too_short() {
         let (ending, reason) = ("aborted", "lost robot_2".to_owned());
-        let window = rsrs_core::judge::behaviour::window::Window::default();
+        let window = rsrs_core::judge::window::Window::default();
         let stopped = NoLabel::Stopped { duration_s: 34.0, ending, reason, window };
 
         assert_eq!(none(&stopped), "no label: aborted after 34 s");

@@ -22,9 +22,10 @@
 use std::ops::Range;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::judge::phase::{self, JudgeError, Verdict, samples_in};
+use rsrs_core::judge::phase::{self, JudgeError, Verdict};
 use rsrs_core::judge::rule::{Parameter, Rules};
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::judge::window::samples_in;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Command;
 

@@ -2,8 +2,8 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::phase::samples_in;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::judge::window::samples_in;
 use rsrs_core::robot::controller::Command;
 use rsrs_fleet::observation::{SwarmOrder, order_of};
 use rsrs_sim::world::World;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::judge::behaviour::window::Window;
+use rsrs_core::judge::window::Window;
 use rsrs_core::numerals::counted;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_experiment_runner::{backends, place_checks};

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use crate::diagram::{DiagramCell, PhaseDiagram, Point, moved};
-use crate::judge::behaviour::window::Window;
 use crate::judge::phase::Phase;
+use crate::judge::window::Window;
 use crate::statistics::share::Share;
 
 /// How many runs of a cell end in another phase than they had at two thirds of their time.

@@ -8,7 +8,6 @@ pub mod check;
 pub mod file;
 mod known;
 pub mod named;
-pub mod window;
 
 use std::fmt;
 
@@ -18,10 +17,10 @@ use serde::{Serialize, Serializer};
 use crate::document::{self, did_you_mean, nearest};
 use crate::judge::phase::Phase;
 use crate::judge::rule::Rules;
+use crate::judge::window::Window;
 
 use check::{BehaviourFileError, Flaw};
 use file::BehaviourFile;
-use window::Window;
 
 /// What a swarm is judged for: the handle of a behaviour that is built in, or whose file was read.
 ///

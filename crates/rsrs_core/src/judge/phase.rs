@@ -16,11 +16,11 @@ use serde::{Serialize, Serializer};
 use crate::document::{did_you_mean, nearest};
 use crate::judge::behaviour::Behaviour;
 use crate::judge::behaviour::file::PhaseEntry;
-use crate::judge::behaviour::window::Window;
 use crate::judge::number::Number;
 use crate::judge::order::{OrderParameters, Prerequisite, Samples, Sums, sums_with_blocks};
 use crate::judge::rule::{Parameter, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
+use crate::judge::window::{BLOCK_S, Window, samples_in};
 use crate::robot::controller::Command;
 use crate::robot::unicycle::Pose;
 
@@ -294,17 +294,6 @@ fn alternatives(phases: &[Phase]) -> String {
 /// the squares of such numbers are still finite, and millimetres are told apart at such a distance.
 const MOST: f64 = 1e9;
 
-/// The time at the end of a run that is judged unless a behaviour asks for another, in seconds.
-pub const WINDOW_S: f64 = 60.0;
-
-/// The longest time without a pose of a robot that is bridged within [`WINDOW_S`], in seconds: a circle
-/// of 0.75 rad/s at 0.15 m/s departs from its chord by 5 cm in this time, less than its robots are wide,
-/// and settled labels stay what they are (`tests/judge.rs`, `IsOccluded`).
-pub const MAX_GAP_S: f64 = 2.0;
-
-/// Length of the blocks in which convergence is looked for, in seconds.
-pub const BLOCK_S: f64 = 10.0;
-
 /// As many good blocks in a row are a mill that has formed.
 pub const GOOD_BLOCKS: usize = 3;
 
@@ -312,7 +301,7 @@ pub const GOOD_BLOCKS: usize = 3;
 ///
 /// Motion comes before shape: a jammed ring is round, too. And a mill lasts: at most one of the
 /// window's six blocks may break the rule of stable milling ([`Rules::lasting`]). Only the last
-/// [`WINDOW_S`] of a trajectory are judged, and no shorter one is.
+/// [`WINDOW_S`](crate::judge::window::WINDOW_S) of a trajectory are judged, and no shorter one is.
 ///
 /// # Source
 ///
@@ -483,12 +472,6 @@ pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Op
         }
     }
     None
-}
-
-/// Whole periods in a time, at least one: the samples of a window or a block.
-pub fn samples_in(time_s: f64, period_s: f64) -> usize {
-    // A whole number of periods may fall short of it by a rounding error.
-    ((time_s / period_s + 1e-9).floor() as usize).max(1)
 }
 
 /// The samples that decide on the phase of a run, which is finite throughout and long enough for

@@ -5,9 +5,10 @@ use std::fmt;
 
 use crate::judge::behaviour::Behaviour;
 use crate::judge::order::{OrderParameters, centre};
-use crate::judge::phase::{BLOCK_S, Phase, Verdict, judged_samples, n_good, samples_in};
+use crate::judge::phase::{Phase, Verdict, judged_samples, n_good};
 use crate::judge::rule::{Condition, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
+use crate::judge::window::{BLOCK_S, samples_in};
 use crate::statistics::median;
 
 /// Why a run has its phase.

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use crate::judge::behaviour::window::Window;
 use crate::judge::order::{OrderParameters, Prerequisite};
 use crate::judge::phase::{JudgeError, Phase};
 use crate::judge::trajectory::Bodies;
+use crate::judge::window::Window;
 
 pub use crate::judge::order::Parameter;
 

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::phase::{WINDOW_S, samples_in};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::judge::window::{WINDOW_S, samples_in};
 
 use crate::experiment::Time;
 

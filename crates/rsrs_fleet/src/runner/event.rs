@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use rsrs_core::judge::behaviour::window::Window;
+use rsrs_core::judge::window::Window;
 use rsrs_core::robot::controller::{Command, Controller, Reaction};
 use rsrs_core::robot::unicycle::Pose;
 

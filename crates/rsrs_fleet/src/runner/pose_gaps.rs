@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use rsrs_core::judge::behaviour::window::Window;
-use rsrs_core::judge::phase::MAX_GAP_S;
+use rsrs_core::judge::window::{MAX_GAP_S, Window};
 
 /// The robots whose gaps were noted; one gap suffices.
 #[derive(Clone, Debug, Default)]

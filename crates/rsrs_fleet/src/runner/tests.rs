@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use rsrs_core::judge::behaviour::window::Window;
+use rsrs_core::judge::window::Window;
 use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 
 use super::*;

@@ -3,8 +3,9 @@
 use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
-use rsrs_core::judge::phase::{Phase, WINDOW_S, label_with, samples_in};
+use rsrs_core::judge::phase::{Phase, label_with};
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::judge::window::{WINDOW_S, samples_in};
 use rsrs_core::quantity::Cell;
 use rsrs_core::statistics::share::Share;
 use rsrs_pipeline::sweep::result::World;

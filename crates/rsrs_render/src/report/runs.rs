@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use rsrs_core::judge::certainty::Certainty;
-use rsrs_core::judge::phase::{WINDOW_S, samples_in};
+use rsrs_core::judge::window::{WINDOW_S, samples_in};
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::record::Backend;
 use rsrs_pipeline::error::in_one_line;

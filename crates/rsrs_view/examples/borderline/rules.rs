@@ -8,9 +8,10 @@ use std::path::Path;
 
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{Phase, WINDOW_S, label, samples_in};
+use rsrs_core::judge::phase::{Phase, label};
 use rsrs_core::judge::rule::{Condition, Needs};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::judge::window::{WINDOW_S, samples_in};
 
 use crate::{Episode, WORLDS};
 

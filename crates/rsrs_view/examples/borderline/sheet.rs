@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, samples_in};
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::judge::window::{BLOCK_S, WINDOW_S, samples_in};
 
 /// Episodes of a sheet.
 pub const ROWS: usize = 10;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rsrs_core::judge::phase::MAX_GAP_S;
+use rsrs_core::judge::window::MAX_GAP_S;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::rates::Rates;
 use rsrs_msgs::rsrs::Recorded;

@@ -5,12 +5,12 @@ use serde::de::IgnoredAny;
 use serde_saphyr::Spanned;
 
 use super::file::{BehaviourFile, Words, rgb};
-use super::window::{LAST_S, Window};
 use crate::document::file_error::FileError;
 use crate::document::{did_you_mean, is_name, nearest};
 use crate::help::Help;
 use crate::judge::counts;
 use crate::judge::phase::MOST_PHASES;
+use crate::judge::window::{LAST_S, Window};
 use crate::quantity::Axis;
 
 /// Where in a file something is wrong.

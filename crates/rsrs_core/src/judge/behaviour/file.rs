@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Behaviour;
 use super::bounds::Bounds;
-use super::window::Window;
 use crate::judge::phase::Phase;
 use crate::judge::rule::{Rule, Rules};
+use crate::judge::window::Window;
 
 /// What swarms are judged for: phases, and the rules that tell them apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::Samples;
 use super::geometry::{Vector, distance_m2};
 use crate::judge::number::Number;
-use crate::judge::phase::{BLOCK_S, samples_in};
+use crate::judge::window::{BLOCK_S, samples_in};
 use crate::world::Goal;
 
 /// Share of the robots in the largest cluster of one lane: a mean over the last sample of a window,

@@ -76,7 +76,7 @@ impl Fleet {
             simulator_digest: PLACED,
             length,
             robot_lost: self.scenario.robot_lost,
-            judged: rsrs_core::judge::behaviour::window::Window::default(),
+            judged: rsrs_core::judge::window::Window::default(),
             countdown: std::time::Duration::from_millis(self.scenario.countdown_ms),
             start: None,
             place_check: PlaceCheck::On,

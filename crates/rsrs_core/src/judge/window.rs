@@ -5,7 +5,16 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::judge::phase::{BLOCK_S, WINDOW_S, samples_in};
+/// The time at the end of a run that is judged unless a behaviour asks for another, in seconds.
+pub const WINDOW_S: f64 = 60.0;
+
+/// The longest time without a pose of a robot that is bridged within [`WINDOW_S`], in seconds: a circle
+/// of 0.75 rad/s at 0.15 m/s departs from its chord by 5 cm in this time, less than its robots are wide,
+/// and settled labels stay what they are (`tests/judge.rs`, `IsOccluded`).
+pub const MAX_GAP_S: f64 = 2.0;
+
+/// Length of the blocks in which convergence is looked for, in seconds.
+pub const BLOCK_S: f64 = 10.0;
 
 /// Which time of a run is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -110,6 +119,12 @@ impl fmt::Display for Window {
             Self::Ever => write!(formatter, "any {WINDOW_S} s"),
         }
     }
+}
+
+/// Whole periods in a time, at least one: the samples of a window or a block.
+pub fn samples_in(time_s: f64, period_s: f64) -> usize {
+    // A whole number of periods may fall short of it by a rounding error.
+    ((time_s / period_s + 1e-9).floor() as usize).max(1)
 }
 
 #[cfg(test)]
