@@ -15,6 +15,7 @@ use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::{Serialize, Serializer};
 
 use crate::document::{self, did_you_mean, nearest};
+use crate::judge::order::Parameter;
 use crate::judge::phase::Phase;
 use crate::judge::rule::Rules;
 use crate::judge::window::Window;
@@ -114,6 +115,14 @@ impl Behaviour {
     /// The rules between its phases.
     pub fn rules(self) -> Rules {
         known::get(self).rules.clone()
+    }
+}
+
+impl Parameter {
+    /// Those that the tables of a behaviour have: what every window has, and what its rules ask for besides.
+    pub fn of_behaviour(behaviour: Behaviour) -> Vec<Self> {
+        let rules = behaviour.rules();
+        Self::all().filter(|it| !it.is_asked() || rules.ask_for(*it)).collect()
     }
 }
 

@@ -6,7 +6,6 @@ use serde::{Serialize, Serializer};
 
 use super::OrderParameters;
 use super::asked::{self, Measure};
-use crate::judge::behaviour::Behaviour;
 use crate::judge::trajectory::Bodies;
 
 /// One of the order parameters: a place in the one table of all.
@@ -263,12 +262,6 @@ impl Parameter {
     /// Those that are measured only where the rules of a behaviour ask for them, as [`Asked`](super::Asked) has them.
     pub(super) fn all_asked() -> impl Iterator<Item = Self> {
         Self::all().skip(FIRST_ASKED)
-    }
-
-    /// Those that the tables of a behaviour have: what every window has, and what its rules ask for besides.
-    pub fn of_behaviour(behaviour: Behaviour) -> Vec<Self> {
-        let rules = behaviour.rules();
-        Self::all().filter(|it| !it.is_asked() || rules.ask_for(*it)).collect()
     }
 
     /// The one with this name.
