@@ -20,14 +20,17 @@ use crate::robot::unicycle::Pose;
 mod asked;
 mod cluster;
 mod geometry;
+mod measure;
 mod parameter;
+mod samples;
 mod sums;
 
 pub use asked::Asked;
 pub use geometry::Vector;
 pub use parameter::{Parameter, Prerequisite};
+pub use samples::{Commanded, Samples};
 use sums::OrderAccumulator;
-pub use sums::{Commanded, Samples, Sums};
+pub use sums::Sums;
 
 /// Order parameters of one window: what a verdict rests on.
 #[derive(Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -205,6 +208,13 @@ pub fn rounded(mean: f64) -> f64 {
     (mean / RESOLUTION).round() * RESOLUTION
 }
 
+/// Whether all numbers within a margin of a mean are rounded to the same one. What is not a number
+/// is not.
+fn rounds_surely(mean: f64, margin: f64) -> bool {
+    let whole = mean / RESOLUTION;
+    ((whole - whole.floor()) - 0.5).abs() * RESOLUTION > margin
+}
+
 /// The centroid of some places, in metres; not empty.
 pub fn centre(places: &[Vector<f64>]) -> Vector<f64> {
     geometry::centroid(0.0, places)
@@ -225,4 +235,25 @@ pub(crate) fn nearest_neighbours_m(poses: &[Pose]) -> Vec<f64> {
     let mut nearest_m2 = vec![0.0; poses.len()];
     geometry::nearest_neighbours(0.0, &places, &mut nearest_m2);
     nearest_m2.into_iter().map(f64::sqrt).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_next_to_where_rounding_changes_is_left_to_the_definition() {
+        let middle = (12_345.0 + 0.5) * RESOLUTION;
+
+        for (mean, is_sure) in [
+            (middle, false),
+            (middle - 0.9e-12, false),
+            (middle + 0.9e-12, false),
+            (middle - 1.1e-12, true),
+            (middle + 1.1e-12, true),
+            (f64::NAN, false),
+        ] {
+            assert_eq!(rounds_surely(mean, 1e-12), is_sure, "{mean}");
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Serialize, Serializer};
 
 use super::OrderParameters;
-use super::asked::{self, Measure};
+use super::measure::{self, Measure};
 use crate::judge::trajectory::Bodies;
 
 /// One of the order parameters: a place in the one table of all.
@@ -82,7 +82,7 @@ const fn amount(
     Row { key, unit, words, most: NO_LIMIT, needs, value }
 }
 
-/// In the order of tables: fields first. A new one is a row at the end, with its measure in `asked.rs`.
+/// In the order of tables: fields first. A new one is a row at the end, with its measure in `measure.rs`.
 const TABLE: &[Row] = &[
     share(
         "lost",
@@ -155,86 +155,86 @@ const TABLE: &[Row] = &[
         "polarisation",
         "how well headings agree: the length of their mean; 1 where all head one way",
         &[],
-        Value::Asked(asked::POLARISATION),
+        Value::Asked(measure::POLARISATION),
     ),
     amount(
         ("spread_m", "m"),
         "dispersion about the centroid: root of the mean squared distance from it",
         &[],
-        Value::Asked(asked::SPREAD),
+        Value::Asked(measure::SPREAD),
     ),
     amount(
         ("wall_distance_m", "m"),
         "mean distance of robots' centres from the nearest wall",
         &[Prerequisite::Arena],
-        Value::Asked(asked::WALL_DISTANCE),
+        Value::Asked(measure::WALL_DISTANCE),
     ),
     share(
         "coverage",
         "share of the arena's cells in which a robot is, of as many cells as robots",
         &[Prerequisite::Arena],
-        Value::Asked(asked::COVERAGE),
+        Value::Asked(measure::COVERAGE),
     ),
     share(
         "visited",
         "share of the arena's cells in which a robot was within the window, of cells as wide as a body",
         &[Prerequisite::Arena, Prerequisite::Radius],
-        Value::Asked(asked::VISITED),
+        Value::Asked(measure::VISITED),
     ),
     share(
         "objects_clustered",
         "share of objects in the largest cluster of objects: no other object fits between two of one cluster",
         &[Prerequisite::Objects],
-        Value::Asked(asked::OBJECTS_CLUSTERED),
+        Value::Asked(measure::OBJECTS_CLUSTERED),
     ),
     share(
         "objects_at_goal",
         "share of objects whose centres are in a goal",
         &[Prerequisite::Objects, Prerequisite::Goals],
-        Value::Asked(asked::OBJECTS_AT_GOAL),
+        Value::Asked(measure::OBJECTS_AT_GOAL),
     ),
     share(
         "at_goal",
         "share of robots whose centres are in a goal",
         &[Prerequisite::Goals],
-        Value::Asked(asked::AT_GOAL),
+        Value::Asked(measure::AT_GOAL),
     ),
     amount(
         ("goal_distance_m", "m"),
         "mean distance of robots' centres from the nearest goal, 0 in it",
         &[Prerequisite::Goals],
-        Value::Asked(asked::GOAL_DISTANCE),
+        Value::Asked(measure::GOAL_DISTANCE),
     ),
     share(
         "segregated",
         "share of the robots of a class in its largest cluster, a mean over classes: two of one cluster are at \
 most 5 cm apart",
         &[Prerequisite::Classes, Prerequisite::Radius],
-        Value::Asked(asked::SEGREGATED),
+        Value::Asked(measure::SEGREGATED),
     ),
     share(
         "least_segregated",
         "the same of the class of which it is least",
         &[Prerequisite::Classes, Prerequisite::Radius],
-        Value::Asked(asked::LEAST_SEGREGATED),
+        Value::Asked(measure::LEAST_SEGREGATED),
     ),
     share(
         "consensus",
         "share of robots gathered at the goal that has most of them: no other robot fits between one and the goal, \
 or one that is gathered there",
         &[Prerequisite::Goals, Prerequisite::Radius],
-        Value::Asked(asked::CONSENSUS),
+        Value::Asked(measure::CONSENSUS),
     ),
     share(
         "last_class_at_goal",
         "share of the robots of the last class in the world's file whose centres are in a goal",
         &[Prerequisite::Goals, Prerequisite::Classes],
-        Value::Asked(asked::LAST_CLASS_AT_GOAL),
+        Value::Asked(measure::LAST_CLASS_AT_GOAL),
     ),
 ];
 
 /// Those before it are fields.
-const FIRST_ASKED: usize = TABLE.len() - asked::N_ASKED;
+const FIRST_ASKED: usize = TABLE.len() - measure::N_ASKED;
 
 impl Parameter {
     /// Share of lost robots.
