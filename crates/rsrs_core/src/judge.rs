@@ -3,6 +3,7 @@
 pub mod agreement;
 pub mod behaviour;
 pub mod certainty;
+pub mod columns;
 pub mod counts;
 pub mod number;
 pub mod order;

@@ -8,7 +8,7 @@ use super::file::{BehaviourFile, Words, rgb};
 use crate::document::file_error::FileError;
 use crate::document::{did_you_mean, is_name, nearest};
 use crate::help::Help;
-use crate::judge::counts;
+use crate::judge::columns;
 use crate::judge::phase::MOST_PHASES;
 use crate::judge::window::{LAST_S, Window};
 use crate::quantity::Axis;
@@ -204,7 +204,7 @@ impl BehaviourFile {
             if !is_name(name) {
                 return Err(Flaw { place, problem: Unusable::Name(found) });
             }
-            let is_column = counts::is_column(name) || name.parse::<Axis>().is_ok();
+            let is_column = columns::is_column(name) || name.parse::<Axis>().is_ok();
             if is_column && matches!(place, Place::Phase(_)) {
                 return Err(Flaw { place, problem: Unusable::Column(found) });
             }

@@ -3,9 +3,8 @@
 use anyhow::{Context, bail};
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::counts::{
-    AS_MEASURED, INTERVAL_COLUMN, N_COLUMN, PhaseCounts, SHARE_COLUMNS,
-};
+use rsrs_core::judge::columns::{AS_MEASURED, INTERVAL_COLUMN, N_COLUMN, SHARE_COLUMNS};
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::interval_kind::IntervalKind;
