@@ -10,6 +10,5 @@ pub mod order;
 pub mod phase;
 pub mod plausibility;
 pub mod reason;
-pub mod rule;
 pub mod trajectory;
 pub mod window;

@@ -1,8 +1,8 @@
 //! The judge on made-up trajectories, whose phase is known by construction.
 
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::judge::phase::{self, JudgeError, Phase, Verdict};
-use rsrs_core::judge::rule::Parameter;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::profile::Sees;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
-use rsrs_core::judge::rule::Parameter;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::numerals::percent;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Controller;

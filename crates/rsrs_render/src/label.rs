@@ -3,8 +3,8 @@
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::judge::phase::JudgeError;
-use rsrs_core::judge::rule::Parameter;
 use rsrs_fleet::record::Backend;
 use rsrs_pipeline::label::human_labels::HumanLabel;
 use rsrs_pipeline::label::{Labelled, NoLabel, RunPart, Settledness};

@@ -22,8 +22,9 @@
 use std::ops::Range;
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::judge::behaviour::rule::Rules;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::judge::phase::{self, JudgeError, Verdict};
-use rsrs_core::judge::rule::{Parameter, Rules};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::judge::window::samples_in;
 use rsrs_core::robot::contact::ContactModel;

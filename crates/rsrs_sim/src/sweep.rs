@@ -12,8 +12,8 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::digest::mix;
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::judge::phase::{JudgeError, Phase};
-use rsrs_core::judge::rule::Parameter;
 use rsrs_core::judge::window::samples_in;
 
 use crate::batch::BatchError;

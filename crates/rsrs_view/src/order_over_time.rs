@@ -1,8 +1,10 @@
 //! One run from above, and beside it its order parameters over time, a row for each with the bound of the
 //! wanted phase.
 
+use rsrs_core::judge::behaviour::condition::Condition;
+use rsrs_core::judge::behaviour::rule::Rules;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::rule::{Condition, Parameter, Rules};
+use rsrs_core::judge::order::Parameter;
 
 use crate::boundary::path_of;
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};

@@ -4,8 +4,8 @@
 //! that asks for nothing from elsewhere, and the same as `docs/simulator.html`.
 
 use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::judge::rule::Parameter;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::profile::RobotProfile;
 use serde::Serialize;

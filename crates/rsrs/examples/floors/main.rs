@@ -19,8 +19,8 @@ use std::io::{BufRead, Write, stdin, stdout};
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::judge::phase::label;
-use rsrs_core::judge::rule::Parameter;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::program;
 use rsrs_core::robot::controller::Command;

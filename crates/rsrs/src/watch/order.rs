@@ -3,7 +3,8 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use rsrs_core::judge::rule::{Parameter, Rules};
+use rsrs_core::judge::behaviour::rule::Rules;
+use rsrs_core::judge::order::Parameter;
 use rsrs_fleet::observation::SwarmOrder;
 
 use super::look::{Signs, strong};

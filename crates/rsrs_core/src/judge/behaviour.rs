@@ -5,9 +5,12 @@
 
 pub mod bounds;
 pub mod check;
+pub mod condition;
 pub mod file;
 mod known;
 pub mod named;
+pub mod phase;
+pub mod rule;
 
 use std::fmt;
 
@@ -16,12 +19,12 @@ use serde::{Serialize, Serializer};
 
 use crate::document::{self, did_you_mean, nearest};
 use crate::judge::order::Parameter;
-use crate::judge::phase::Phase;
-use crate::judge::rule::Rules;
 use crate::judge::window::Window;
 
 use check::{BehaviourFileError, Flaw};
 use file::BehaviourFile;
+use phase::Phase;
+use rule::Rules;
 
 /// What a swarm is judged for: the handle of a behaviour that is built in, or whose file was read.
 ///
@@ -82,7 +85,7 @@ impl Behaviour {
     }
 
     /// The names of its phases in pictures and texts, in their order.
-    pub(super) fn titles(self) -> &'static [String] {
+    fn titles(self) -> &'static [String] {
         &known::get(self).titles
     }
 

@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
+use crate::judge::behaviour::condition::{Condition, Needs};
+use crate::judge::behaviour::rule::Rules;
 use crate::judge::order::OrderParameters;
 use crate::judge::phase::{Phase, Verdict, n_good};
-use crate::judge::rule::{Condition, Needs, Rules};
 
-pub use crate::judge::rule::Parameter;
+pub use crate::judge::order::Parameter;
 
 /// How sure a verdict is.
 #[derive(Clone, Debug, PartialEq, Serialize)]

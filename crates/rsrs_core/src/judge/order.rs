@@ -152,7 +152,7 @@ impl OrderParameters {
     }
 
     /// As [`Self::new`], with those of `asked` that are measured only where they are asked for
-    /// ([`Rules::asked`](crate::judge::rule::Rules::asked)).
+    /// ([`Rules::asked`](crate::judge::behaviour::rule::Rules::asked)).
     ///
     /// # Panics
     ///

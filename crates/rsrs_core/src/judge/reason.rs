@@ -4,9 +4,10 @@ use std::cmp::Ordering;
 use std::fmt;
 
 use crate::judge::behaviour::Behaviour;
+use crate::judge::behaviour::condition::Condition;
+use crate::judge::behaviour::rule::Rules;
 use crate::judge::order::{OrderParameters, centre};
 use crate::judge::phase::{Phase, Verdict, judged_samples, n_good};
-use crate::judge::rule::{Condition, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::judge::window::{BLOCK_S, samples_in};
 use crate::statistics::median;

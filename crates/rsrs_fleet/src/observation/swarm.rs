@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::rule::Rules;
 use rsrs_core::judge::order::{OrderParameters, Prerequisite};
 use rsrs_core::judge::phase::{JudgedWindow, Phase};
-use rsrs_core::judge::rule::Rules;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::judge::window::{WINDOW_S, samples_in};
 use rsrs_core::robot::controller::Command;

@@ -3,8 +3,10 @@
 use rsrs_core::conditions::{ClassChanges, Conditions, ConditionsError, Placement, Settings};
 use rsrs_core::document::source::Source;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::condition::Needs;
+use rsrs_core::judge::behaviour::rule::Rules;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::rule::{Needs, Parameter, Rules};
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::controller::Controller;

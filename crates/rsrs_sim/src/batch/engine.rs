@@ -1,9 +1,9 @@
 //! Runs and judges many replicates on one vector unit.
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::judge::behaviour::rule::Rules;
 use rsrs_core::judge::number::Number;
 use rsrs_core::judge::phase::{JudgedWindow, Verdict};
-use rsrs_core::judge::rule::Rules;
 
 use super::judge::{Commands, LookAtEnd, Past};
 use super::outside::{Lanes, UnitLanes};

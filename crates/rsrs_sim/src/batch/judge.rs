@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::judge::behaviour::rule::Rules;
 use rsrs_core::judge::number::{Mask, Number};
 use rsrs_core::judge::order::{Commanded, Samples, Vector, look_back};
 use rsrs_core::judge::phase::JudgedWindow;
-use rsrs_core::judge::rule::Rules;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::judge::window::{BLOCK_S, samples_in};
 use rsrs_core::robot::controller::{Command, ControllerParameters, decide};

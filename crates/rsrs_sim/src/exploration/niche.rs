@@ -1,8 +1,7 @@
 //! What a swarm did, in few words: the niche of a run.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::rule::Parameter;
+use rsrs_core::judge::order::{OrderParameters, Parameter};
 use serde::{Deserialize, Serialize};
 
 /// How a swarm moved in the judged window, apart from which robot did what.

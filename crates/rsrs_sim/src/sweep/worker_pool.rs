@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::judge::order::Parameter;
 use rsrs_core::judge::phase::Verdict;
-use rsrs_core::judge::rule::Parameter;
 
 use super::block::Block;
 use super::{Progress, ReplicateOutcome, SweepError, Watch};

@@ -7,9 +7,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::behaviour::condition::{Condition, Needs};
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{Phase, label};
-use rsrs_core::judge::rule::{Condition, Needs};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::judge::window::{WINDOW_S, samples_in};
 

@@ -5,8 +5,9 @@ use std::fmt;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::{Serialize, Serializer};
 
+use super::condition::{Condition, Needs};
 use crate::document::{did_you_mean, nearest};
-use crate::judge::rule::{Condition, Needs, Parameter};
+use crate::judge::order::Parameter;
 
 /// Bounds on order parameters, in the order of the file.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,11 +5,11 @@ use serde::de::IgnoredAny;
 use serde_saphyr::Spanned;
 
 use super::file::{BehaviourFile, Words, rgb};
+use super::phase::MOST_PHASES;
 use crate::document::file_error::FileError;
 use crate::document::{did_you_mean, is_name, nearest};
 use crate::help::Help;
 use crate::judge::columns;
-use crate::judge::phase::MOST_PHASES;
 use crate::judge::window::{LAST_S, Window};
 use crate::quantity::Axis;
 

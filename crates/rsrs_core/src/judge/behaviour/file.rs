@@ -2,10 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Behaviour;
 use super::bounds::Bounds;
-use crate::judge::phase::Phase;
-use crate::judge::rule::{Rule, Rules};
 use crate::judge::window::Window;
 
 /// What swarms are judged for: phases, and the rules that tell them apart.
@@ -71,26 +68,6 @@ pub struct RuleEntry {
 impl BehaviourFile {
     /// The keys that every file has.
     pub(super) const REQUIRED: [&str; 5] = ["name", "words", "phases", "rules", "otherwise"];
-
-    /// Its rules, with phases of this handle.
-    pub(super) fn rules(&self, behaviour: Behaviour) -> Rules {
-        let place = |key: &str| {
-            let place = self.phases.iter().position(|phase| phase.key == key);
-            Phase::new(behaviour, place.expect("the file was checked"))
-        };
-        let rule = |rule: &RuleEntry| {
-            let conditions = rule.when.conditions().to_vec();
-            Rule { phase: place(&rule.phase), conditions }
-        };
-        Rules {
-            rules: self.rules.iter().map(rule).collect(),
-            otherwise: place(&self.otherwise),
-            wanted: Phase::new(behaviour, 0),
-            not_lasting: place(self.not_lasting.as_ref().unwrap_or(&self.otherwise)),
-            window: self.window,
-            also: Vec::new(),
-        }
-    }
 }
 
 impl PhaseEntry {

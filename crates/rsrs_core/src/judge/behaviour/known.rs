@@ -6,9 +6,9 @@ use std::sync::{LazyLock, PoisonError, RwLock};
 
 use super::Behaviour;
 use super::check::Flaw;
-use super::file::{BehaviourFile, PhaseEntry};
-use crate::judge::phase::Phase;
-use crate::judge::rule::Rules;
+use super::file::{BehaviourFile, PhaseEntry, RuleEntry};
+use super::phase::Phase;
+use super::rule::{Rule, Rules};
 
 /// A behaviour with what follows from its file.
 pub struct Known {
@@ -41,6 +41,28 @@ fn leaked(handle: Behaviour, file: BehaviourFile) -> &'static Known {
     let titles = file.phases.iter().map(PhaseEntry::title).collect();
     let rules = file.rules(handle);
     Box::leak(Box::new(Known { file, phases, titles, rules }))
+}
+
+impl BehaviourFile {
+    /// Its rules, with phases of this handle.
+    fn rules(&self, behaviour: Behaviour) -> Rules {
+        let place = |key: &str| {
+            let place = self.phases.iter().position(|phase| phase.key == key);
+            Phase::new(behaviour, place.expect("the file was checked"))
+        };
+        let rule = |rule: &RuleEntry| {
+            let conditions = rule.when.conditions().to_vec();
+            Rule { phase: place(&rule.phase), conditions }
+        };
+        Rules {
+            rules: self.rules.iter().map(rule).collect(),
+            otherwise: place(&self.otherwise),
+            wanted: Phase::new(behaviour, 0),
+            not_lasting: place(self.not_lasting.as_ref().unwrap_or(&self.otherwise)),
+            window: self.window,
+            also: Vec::new(),
+        }
+    }
 }
 
 pub fn get(behaviour: Behaviour) -> &'static Known {
