@@ -422,7 +422,7 @@ fn a_run_counts_once() {
     assert_eq!((code(&copied), code(&repeated), code(&made_up_for)), (1, 1, 0));
     assert_eq!(json(&made_up_for)["cells"][0]["n_real"], 2);
     let printed = stderr(&copied);
-    assert!(printed.contains("copy: is the same run as one"), "{printed}");
+    assert!(printed.contains("copy is the same run as one"), "{printed}");
     let printed = stderr(&repeated);
     assert!(
         printed.contains("again: repeats two, a simulated run with the same seed, 2"),

@@ -297,5 +297,5 @@ fn a_sweep_is_not_compared_with_its_own_replicates() {
     let ids = ["of_8", "of_9"].map(|bag| record_of(&place.path().join(bag)).1.run_id);
     assert_ne!(ids[0], ids[1]);
     assert_eq!(code(&twice), 1);
-    assert!(stderr(&twice).contains("of_8: is the same run as of_8"), "{}", stderr(&twice));
+    assert!(stderr(&twice).contains("of_8 is the same run as of_8"), "{}", stderr(&twice));
 }
