@@ -147,7 +147,7 @@ fn values_in_other_units_are_refused_wherever_a_person_types_them() {
         stderr(&cell)
     );
     let plan = rsrs(place.path(), &["measure", "plan", fleet, "--speed", "20,300"]);
-    assert_eq!(code(&plan), 1);
+    assert_eq!(code(&plan), 2);
     assert!(
         stderr(&plan).contains(&format!("speed_m_s is 300: {millimetres}")),
         "{}",
