@@ -18,7 +18,7 @@ use crate::command::{
     answer, bring, code, done, done_line, json, repository, rsrs, run_line, shipped, stderr,
     stdout, text_in,
 };
-use crate::prepared_sweeps::{SPEEDS, swept, workplace};
+use crate::prepared_sweeps::{SPEEDS, chosen, swept, workplace};
 
 /// One quantity of the answers.
 fn quantity(answers: &Value, axis: Axis) -> Value {
@@ -348,4 +348,28 @@ fn runs_are_planned_where_they_are_asked_for() {
     assert_eq!(code(&twice), 1);
     assert!(stderr(&twice).contains("is named twice"), "{}", stderr(&twice));
     assert_eq!(code(&elsewhere), 1, "{}", stdout(&elsewhere));
+}
+
+#[test]
+fn a_plan_that_is_fixed_is_not_written_over() {
+    let place = chosen();
+    std::fs::write(place.path().join("experiment.yaml"), "").expect("the folder is writable");
+    let fix = |margin: &str| {
+        let few = "--decided 0.5 --replicates 200 -o floor.yaml";
+        run_line(place.path(), &format!("plan-experiments out --margin {margin} --fixed {few}"))
+    };
+
+    let first = fix("0.3");
+    let written = text_in(place.path(), "floor.yaml");
+    let again = fix("0.3");
+    let other = fix("0.2");
+
+    assert_eq!(code(&first), 0, "{}{}", stdout(&first), stderr(&first));
+    let campaign = "next: rsrs campaign floor.yaml -o floor\n";
+    assert!(stdout(&first).ends_with(campaign), "{}", stdout(&first));
+    assert_eq!((code(&again), stdout(&again)), (0, stdout(&first)));
+    assert_eq!(code(&other), 1, "{}", stdout(&other));
+    let refused = "floor.yaml exists, with other contents\nhelp: give another file with `-o`";
+    assert!(stderr(&other).contains(refused), "{}", stderr(&other));
+    assert_eq!(text_in(place.path(), "floor.yaml"), written);
 }

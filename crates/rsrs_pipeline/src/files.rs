@@ -48,6 +48,17 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Writes one file as [`write_file`] does, unless one is there with other contents, which is not lost:
+/// that is an error, whose help is `instead`.
+pub fn write_once(path: &Path, bytes: &[u8], instead: &str) -> anyhow::Result<()> {
+    let is_file = path.metadata().is_ok_and(|metadata| metadata.is_file());
+    if is_file && read_if_there(path)?.is_some_and(|there| there.as_bytes() != bytes) {
+        let message = format!("{} exists, with other contents", path.display());
+        return Err(with_help(message, instead));
+    }
+    write_file(path, bytes)
+}
+
 /// Writes one file of JSON as [`write_file`] does.
 pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
     let json = serde_json::to_string_pretty(value).context("plain data as JSON")?;
@@ -174,6 +185,21 @@ mod tests {
         }
         let n_files = std::fs::read_dir(folder.path()).unwrap().count();
         assert_eq!(n_files, 2, "nothing stays beside them");
+    }
+
+    #[test]
+    fn what_is_written_once_is_not_lost() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("floor.yaml");
+
+        write_once(&path, b"fixed", "name another").unwrap();
+        write_once(&path, b"fixed", "name another").expect("the same again is the same file");
+        let other = write_once(&path, b"other", "name another").unwrap_err();
+
+        assert!(other.to_string().ends_with("floor.yaml exists, with other contents"), "{other}");
+        assert_eq!(crate::error::help_of(&other).unwrap(), "name another");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "fixed");
+        write_once(Path::new("/dev/null"), b"anything", "").expect("a device keeps nothing");
     }
 
     #[test]

@@ -16,7 +16,7 @@ use rsrs_view::page::Page;
 use rsrs_view::theme::Theme;
 use rsrs_view::trajectory::TrajectoryPicture;
 
-use crate::wording::shell::free_beside;
+use crate::wording::shell::free;
 use crate::words::{Tone, Words};
 
 const COLUMNS: usize = 4;
@@ -54,8 +54,7 @@ pub fn text(explored: &Explored) -> Words {
     }
     if let Some(first) = found.iter().find_map(|found| found.sweep.as_ref()) {
         let sweep = folder.join(first);
-        let results = results_of(&sweep);
-        let results = if results.exists() { free_beside(&results) } else { results };
+        let results = free(results_of(&sweep));
         words = words.below(format!("next: {}", sweep_command(&sweep, &results)));
     }
     words

@@ -7,11 +7,11 @@ use rsrs_core::comparison::MARGIN;
 use rsrs_core::quantity::Cell;
 use rsrs_files::quoted;
 use rsrs_pipeline::files::experiment_file_beside;
-use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::files::write_once;
 use rsrs_pipeline::plan_experiments::fixed::plan_campaign;
 use rsrs_pipeline::plan_experiments::{PlanOptions, REPLICATES, WANTED, plan_experiments};
 use rsrs_render::planned_experiments::{campaign_text, json, text};
-use rsrs_render::wording::shell::{experiment_beside, free_beside};
+use rsrs_render::wording::shell::{experiment_beside, free};
 
 use crate::bag_arguments::margin;
 use crate::commands::{Format, report};
@@ -58,7 +58,8 @@ pub struct Arguments {
     /// Fix the number of runs before the first: `rsrs compare` decides at that number, and not before.
     #[arg(long)]
     fixed: bool,
-    /// Campaign file to write, with the number of runs and the margin that are fixed.
+    /// Campaign file to write, with the number of runs and the margin that are fixed; another plan in a file
+    /// that exists is not overwritten.
     #[arg(short, long, value_name = "FILE", requires = "fixed")]
     output: Option<PathBuf>,
     /// Threads (default: as many as the machine runs at once).
@@ -105,8 +106,10 @@ fn fixed(arguments: &Arguments, options: &PlanOptions) -> anyhow::Result<Outcome
     let outcome = if planned.is_enough() { Outcome::Done } else { Outcome::NegativeAnswer };
     let mut words = campaign_text(&planned);
     if let Some((output, experiment)) = experiment {
-        write_file(output, planned.file(output, &experiment, folder)?.as_bytes())?;
-        let campaign = free_beside(&output.with_extension(""));
+        let file = planned.file(output, &experiment, folder)?;
+        let another = "give another file with `-o`: a plan that is fixed is not overwritten";
+        write_once(output, file.as_bytes(), another)?;
+        let campaign = free(output.with_extension(""));
         let next = format!("next: rsrs campaign {} -o {}", quoted(output), quoted(campaign));
         words = words.below(format!("wrote {}", output.display())).below(next);
     } else {

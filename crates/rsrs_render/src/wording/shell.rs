@@ -20,6 +20,11 @@ pub fn sweep_beside(sweep: &Path) -> String {
     there.map_or_else(|| "SWEEP.yaml".to_owned(), quoted)
 }
 
+/// A name that nothing has yet: `results`, or else one beside it.
+pub fn free(path: PathBuf) -> PathBuf {
+    if path.exists() { free_beside(&path) } else { path }
+}
+
 /// A name that nothing has yet: `results_2` beside `results`.
 ///
 /// # Panics
@@ -45,6 +50,16 @@ mod tests {
 
             assert_eq!(String::from_utf8(echoed.stdout).unwrap(), word);
         }
+    }
+
+    #[test]
+    fn a_number_is_needed_only_where_the_name_is_taken() {
+        let place = tempfile::tempdir().unwrap();
+        let results = place.path().join("results");
+
+        assert_eq!(free(results.clone()), results);
+        std::fs::create_dir(&results).unwrap();
+        assert_eq!(free(results), place.path().join("results_2"));
     }
 
     #[test]
