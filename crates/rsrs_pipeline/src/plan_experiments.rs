@@ -79,6 +79,9 @@ pub struct PlannedRuns {
     pub b_m: f64,
     /// So many runs.
     pub n_as_measured: u64,
+    /// Whether it is the chosen cell of the sweep, which `rsrs run` takes where none is named.
+    #[serde(skip)]
+    pub is_chosen: bool,
 }
 
 /// Plans the runs of cells of the sweep in a folder, if real robots mill as often as simulated ones
@@ -116,6 +119,8 @@ struct Subject {
     seed: u64,
     /// The cells, with what is known of them.
     cells: Vec<(Cell, PlannedCell)>,
+    /// The chosen cell, if one was chosen.
+    chosen: Option<Cell>,
     /// What a reader must not overlook.
     note: Option<Note>,
 }
@@ -125,17 +130,18 @@ impl Subject {
         let result = folder::read(folder)?;
         let prediction = Prediction::new(folder, &result)?;
         let cells = cells(folder, &result, &prediction, options)?;
+        let cell = |index: &usize| result.diagram.cells[*index].cell.clone();
         let planned = |(index, as_measured): (&usize, Share)| {
             let simulated = Share::milling(&prediction.of_cell(*index)?.phases);
             let (so_far, part) = (Share::default(), prediction.part(*index));
-            let cell = result.diagram.cells[*index].cell.clone();
-            Ok((cell, PlannedCell { simulated, as_measured, so_far, part }))
+            Ok((cell(index), PlannedCell { simulated, as_measured, so_far, part }))
         };
         let cells = cells.iter().zip(as_measured(&result, &cells, options)?).map(planned);
         Ok(Self {
             behaviour: result.source.sweep.behaviour.known(),
             seed: result.source.sweep.seed,
             cells: cells.collect::<anyhow::Result<_>>()?,
+            chosen: prediction.chosen.as_ref().map(|(index, _)| cell(index)),
             note: prediction.note(),
         })
     }
@@ -149,6 +155,7 @@ impl Subject {
             n_simulated: planned.simulated.n,
             b_m: planned.as_measured.value(),
             n_as_measured: planned.as_measured.n,
+            is_chosen: self.chosen.as_ref() == Some(cell),
         };
         self.cells.iter().enumerate().map(row).collect()
     }

@@ -1,9 +1,12 @@
 //! A plan of experiments as a person reads it.
 
+use std::path::Path;
+
 use rsrs_core::comparison::experiment_plan::Decided;
 use rsrs_core::comparison::fixed::FixedPlan;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::numerals::{count, counted, percent};
+use rsrs_files::quoted;
 use rsrs_pipeline::compare::prediction::Note;
 use rsrs_pipeline::plan_experiments::fixed::PlannedCampaign;
 use rsrs_pipeline::plan_experiments::{PlannedExperiments, PlannedRuns};
@@ -12,6 +15,7 @@ use serde::Serialize;
 use crate::columns::columns;
 use crate::comparison::{as_often_as_simulated, note_in_words};
 use crate::json::with;
+use crate::wording::shell::experiment_beside;
 use crate::words::{Tone, Words};
 
 /// So many lines of the table show how the probability grows.
@@ -49,6 +53,13 @@ pub fn text(plan: &PlannedExperiments) -> Words {
             plan.mean_runs
         ));
     with_note(words, plan.note.as_ref())
+}
+
+/// The first of the runs that are planned on the sweep in a folder.
+pub fn next(plan: &PlannedExperiments, folder: &Path) -> String {
+    let other = plan.cells.first().filter(|cell| !cell.is_chosen);
+    let cell = other.map_or_else(String::new, |cell| format!(" --cell {}", cell.cell));
+    format!("next: rsrs run {} --from {}{cell}", experiment_beside(folder), quoted(folder))
 }
 
 /// A plan of runs whose number is fixed before the first.
@@ -121,4 +132,48 @@ fn shown(plan: &PlannedExperiments) -> Vec<Decided> {
 fn row(decided: &Decided) -> [String; 4] {
     let Decided { runs, decided, supported, violated } = decided;
     [count(*runs), percent(*decided), percent(*supported), percent(*violated)]
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::quantity::{Axis, Cell};
+
+    use super::*;
+
+    /// A cell, in which simulated robots do as is wanted in so many of 1,000 runs.
+    fn planned(turn_rate_rad_s: f64, mills: u64, is_chosen: bool) -> PlannedRuns {
+        let b_s = mills as f64 / 1000.0;
+        PlannedRuns {
+            cell: Cell::new([(Axis::TurnRate, turn_rate_rad_s)]).unwrap(),
+            runs: Some(9),
+            b_s,
+            n_simulated: 1000,
+            b_m: b_s,
+            n_as_measured: 1000,
+            is_chosen,
+        }
+    }
+
+    fn plan(cells: &[PlannedRuns], runs: Option<u64>) -> PlannedExperiments {
+        PlannedExperiments {
+            behaviour: Behaviour::MILLING,
+            runs,
+            wanted: 0.8,
+            margin: 0.1,
+            cells: cells.to_vec(),
+            mean_runs: 7.0,
+            by_runs: vec![Decided { runs: 9, decided: 0.85, supported: 0.85, violated: 0.0 }],
+            note: None,
+        }
+    }
+
+    #[test]
+    fn the_run_that_comes_next_is_in_the_cell_that_was_planned() {
+        let (chosen, other) = (planned(0.75, 900, true), planned(0.25, 800, false));
+        let next = |cell| next(&plan(&[cell], Some(9)), Path::new("first try/out"));
+
+        let run = "next: rsrs run EXPERIMENT.yaml --from 'first try/out'";
+        assert_eq!(next(chosen), run);
+        assert_eq!(next(other), format!("{run} --cell turn_rate_rad_s=0.25"));
+    }
 }

@@ -10,8 +10,8 @@ use rsrs_pipeline::files::experiment_file_beside;
 use rsrs_pipeline::files::write_once;
 use rsrs_pipeline::plan_experiments::fixed::plan_campaign;
 use rsrs_pipeline::plan_experiments::{PlanOptions, REPLICATES, WANTED, plan_experiments};
-use rsrs_render::planned_experiments::{campaign_text, json, text};
-use rsrs_render::wording::shell::{experiment_beside, free};
+use rsrs_render::planned_experiments::{campaign_text, json, next, text};
+use rsrs_render::wording::shell::free;
 
 use crate::bag_arguments::margin;
 use crate::commands::{Format, report};
@@ -82,9 +82,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return fixed(arguments, &options);
     }
     let planned = plan_experiments(&arguments.folder, &options)?;
-    let folder = &arguments.folder;
-    let next = format!("next: rsrs run {} --from {}", experiment_beside(folder), quoted(folder));
-    let words = text(&planned).below(next);
+    let words = text(&planned).below(next(&planned, &arguments.folder));
     report(arguments.format, &json(&planned, planned.note.as_ref()), words)?;
     Ok(if planned.runs.is_some() { Outcome::Done } else { Outcome::NegativeAnswer })
 }
