@@ -373,3 +373,22 @@ fn a_plan_that_is_fixed_is_not_written_over() {
     assert!(stderr(&other).contains(refused), "{}", stderr(&other));
     assert_eq!(text_in(place.path(), "floor.yaml"), written);
 }
+
+#[test]
+fn no_run_is_planned_where_nothing_is_claimed() {
+    let place = chosen();
+    std::fs::write(place.path().join("experiment.yaml"), "").expect("the folder is writable");
+    let never = "out --replicates 200 --cell speed_m_s=0.3,turn_rate_rad_s=0.25";
+
+    let free = run_line(place.path(), &format!("plan-experiments {never}"));
+    let fixed = run_line(place.path(), &format!("plan-experiments {never} --fixed -o floor.yaml"));
+
+    for planned in [&free, &fixed] {
+        let text = stdout(planned);
+        assert_eq!(code(planned), 3, "{text}{}", stderr(planned));
+        assert!(text.starts_with("no claim: simulated robots mill too rarely"), "{text}");
+        assert!(!text.contains("next:") && !text.contains("decided"), "{text}");
+    }
+    assert!(stdout(&fixed).ends_with("floor.yaml was not written, as nothing is claimed\n"));
+    assert!(!place.path().join("floor.yaml").exists());
+}

@@ -10,6 +10,7 @@ use rsrs_core::comparison::experiment_plan::{Decided, ExperimentPlan, PlannedCel
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::quantity::Cell;
+use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::confirmation_seed;
 use serde::Serialize;
@@ -82,6 +83,16 @@ pub struct PlannedRuns {
     /// Whether it is the chosen cell of the sweep, which `rsrs run` takes where none is named.
     #[serde(skip)]
     pub is_chosen: bool,
+    /// Whether something is claimed there: simulated robots surely mill more often than the margin.
+    #[serde(skip)]
+    pub is_claimed: bool,
+}
+
+impl PlannedExperiments {
+    /// Whether no run of the cells decides, because nothing is claimed in any of them.
+    pub fn claims_nothing(&self) -> bool {
+        self.runs.is_none() && self.cells.iter().all(|cell| !cell.is_claimed)
+    }
 }
 
 /// Plans the runs of cells of the sweep in a folder, if real robots mill as often as simulated ones
@@ -121,6 +132,7 @@ struct Subject {
     cells: Vec<(Cell, PlannedCell)>,
     /// The chosen cell, if one was chosen.
     chosen: Option<Cell>,
+    margin: f64,
     /// What a reader must not overlook.
     note: Option<Note>,
 }
@@ -142,6 +154,7 @@ impl Subject {
             seed: result.source.sweep.seed,
             cells: cells.collect::<anyhow::Result<_>>()?,
             chosen: prediction.chosen.as_ref().map(|(index, _)| cell(index)),
+            margin: options.margin,
             note: prediction.note(),
         })
     }
@@ -156,6 +169,10 @@ impl Subject {
             b_m: planned.as_measured.value(),
             n_as_measured: planned.as_measured.n,
             is_chosen: self.chosen.as_ref() == Some(cell),
+            is_claimed: {
+                let PlannedCell { simulated, so_far: real, part, .. } = *planned;
+                TestedCell { real, simulated, part }.claims(self.margin)
+            },
         };
         self.cells.iter().enumerate().map(row).collect()
     }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use rsrs_core::comparison::Verdict;
 use rsrs_core::comparison::experiment_plan::Decided;
 use rsrs_core::comparison::fixed::FixedPlan;
 use rsrs_core::judge::behaviour::Behaviour;
@@ -13,7 +14,7 @@ use rsrs_pipeline::plan_experiments::{PlannedExperiments, PlannedRuns};
 use serde::Serialize;
 
 use crate::columns::columns;
-use crate::comparison::{as_often_as_simulated, note_in_words};
+use crate::comparison::{as_often_as_simulated, note_in_words, too_rarely, verdict_name};
 use crate::json::with;
 use crate::wording::shell::experiment_beside;
 use crate::words::{Tone, Words};
@@ -32,6 +33,10 @@ pub fn json<T: Serialize>(plan: &T, note: Option<&Note>) -> impl Serialize {
 ///
 /// Never: at least one run is planned.
 pub fn text(plan: &PlannedExperiments) -> Words {
+    if plan.claims_nothing() {
+        let words = nothing_claimed(plan.behaviour, plan.margin, &plan.cells);
+        return with_note(words, plan.note.as_ref());
+    }
     let last = plan.by_runs.last().expect("at least one run is planned");
     let (claim, decided) = (claim(plan.behaviour, plan.margin), percent(last.decided));
     let first = match plan.runs {
@@ -55,15 +60,23 @@ pub fn text(plan: &PlannedExperiments) -> Words {
     with_note(words, plan.note.as_ref())
 }
 
-/// The first of the runs that are planned on the sweep in a folder.
-pub fn next(plan: &PlannedExperiments, folder: &Path) -> String {
-    let other = plan.cells.first().filter(|cell| !cell.is_chosen);
+/// The first of the runs that are planned on the sweep in a folder; none where nothing is claimed.
+pub fn next(plan: &PlannedExperiments, folder: &Path) -> Option<String> {
+    if plan.claims_nothing() {
+        return None;
+    }
+    let first = plan.cells.iter().find(|cell| cell.is_claimed).or(plan.cells.first());
+    let other = first.filter(|cell| !cell.is_chosen);
     let cell = other.map_or_else(String::new, |cell| format!(" --cell {}", cell.cell));
-    format!("next: rsrs run {} --from {}{cell}", experiment_beside(folder), quoted(folder))
+    Some(format!("next: rsrs run {} --from {}{cell}", experiment_beside(folder), quoted(folder)))
 }
 
 /// A plan of runs whose number is fixed before the first.
 pub fn campaign_text(plan: &PlannedCampaign) -> Words {
+    if plan.claims_nothing() {
+        let words = nothing_claimed(plan.behaviour, plan.margin, &plan.cells);
+        return with_note(words, plan.note.as_ref());
+    }
     let FixedPlan { test, decided, supported, violated, .. } = &plan.plan;
     let claim = format!(
         "{}, their number fixed before the first, decide {} with a probability of",
@@ -94,16 +107,32 @@ pub fn campaign_text(plan: &PlannedCampaign) -> Words {
     with_note(first.below(cells(&plan.cells)).below(from).below(up_to), plan.note.as_ref())
 }
 
+/// What becomes of the file that a campaign was to be written into, where nothing is claimed.
+pub fn not_written(output: &Path) -> String {
+    format!("{} was not written, as nothing is claimed", output.display())
+}
+
+/// Why runs in some cells would decide nothing.
+fn nothing_claimed(behaviour: Behaviour, margin: f64, planned: &[PlannedRuns]) -> Words {
+    let of = if planned.len() == 1 { "this cell" } else { "all of these cells" };
+    let too_rarely = too_rarely(behaviour.verb().plain, of, margin);
+    Words::toned(Tone::Unclear, verdict_name(Verdict::NoClaim))
+        .then(format!(": {too_rarely}, and runs there would not show whether they do as well"))
+        .below(cells(planned))
+}
+
 fn cells(cells: &[PlannedRuns]) -> String {
+    let claims = |cell: &PlannedRuns| cell.is_claimed || !cells.iter().any(|it| it.is_claimed);
     let row = |cell: &PlannedRuns| {
         [
             format!("  {}", cell.cell),
             cell.runs.map_or_else(String::new, |runs| counted(runs, "run")),
             format!("B_s {} of {}", percent(cell.b_s), count(cell.n_simulated)),
             format!("as measured {} of {}", percent(cell.b_m), count(cell.n_as_measured)),
+            if claims(cell) { "" } else { verdict_name(Verdict::NoClaim) }.to_owned(),
         ]
     };
-    format!("\n{}", columns(&cells.iter().map(row).collect::<Vec<[String; 4]>>()))
+    format!("\n{}", columns(&cells.iter().map(row).collect::<Vec<[String; 5]>>()))
 }
 
 fn with_note(words: Words, note: Option<&Note>) -> Words {
@@ -151,6 +180,7 @@ mod tests {
             b_m: b_s,
             n_as_measured: 1000,
             is_chosen,
+            is_claimed: b_s > 0.2,
         }
     }
 
@@ -170,10 +200,28 @@ mod tests {
     #[test]
     fn the_run_that_comes_next_is_in_the_cell_that_was_planned() {
         let (chosen, other) = (planned(0.75, 900, true), planned(0.25, 800, false));
-        let next = |cell| next(&plan(&[cell], Some(9)), Path::new("first try/out"));
+        let next = |cell| next(&plan(&[cell], Some(9)), Path::new("first try/out")).unwrap();
 
         let run = "next: rsrs run EXPERIMENT.yaml --from 'first try/out'";
         assert_eq!(next(chosen), run);
         assert_eq!(next(other), format!("{run} --cell turn_rate_rad_s=0.25"));
+    }
+    #[test]
+    fn no_run_is_suggested_where_nothing_is_claimed() {
+        let (never, often) = (planned(0.25, 0, false), planned(0.75, 900, true));
+        let nothing = plan(&[never.clone()], None);
+
+        assert_eq!(next(&nothing, Path::new("out")), None);
+        assert_eq!(
+            text(&nothing).to_string(),
+            "no claim: simulated robots mill too rarely in this cell: perhaps in 10 % of their runs or fewer, \
+             so that real ones cannot mill less often by 10 percentage points, and runs there would not show \
+             whether they do as well\n\
+             \n  turn_rate_rad_s=0.25    B_s 0.0 % of 1,000  as measured 0.0 % of 1,000"
+        );
+        let both = plan(&[never, often], Some(9));
+        let run = "next: rsrs run EXPERIMENT.yaml --from out";
+        assert_eq!(next(&both, Path::new("out")).as_deref(), Some(run));
+        assert!(text(&both).to_string().contains("as measured 0.0 % of 1,000   no claim\n"));
     }
 }

@@ -10,8 +10,9 @@ use rsrs_pipeline::files::experiment_file_beside;
 use rsrs_pipeline::files::write_once;
 use rsrs_pipeline::plan_experiments::fixed::plan_campaign;
 use rsrs_pipeline::plan_experiments::{PlanOptions, REPLICATES, WANTED, plan_experiments};
-use rsrs_render::planned_experiments::{campaign_text, json, next, text};
+use rsrs_render::planned_experiments::{campaign_text, json, next, not_written, text};
 use rsrs_render::wording::shell::free;
+use rsrs_render::words::Words;
 
 use crate::bag_arguments::margin;
 use crate::commands::{Format, report};
@@ -23,7 +24,8 @@ use crate::progress::execution;
 /// Real robots are assumed to mill as often as simulated ones as measured, which are run again, and
 /// often. The real runs are shared out evenly among the cells, and `rsrs compare` is run after
 /// each; the number is the least by which it has decided, either way, with the wanted probability.
-/// Exit code 3 means that 1,024 runs do not.
+/// Exit code 3 means that 1,024 runs do not. Where simulated robots hardly mill, nothing is claimed, and
+/// no run is planned.
 ///
 /// With `--fixed` nobody looks before the last run, so that fewer suffice: their number is written
 /// into a campaign file (`-o`) before the first, and `rsrs compare` gives its verdict at that
@@ -82,7 +84,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return fixed(arguments, &options);
     }
     let planned = plan_experiments(&arguments.folder, &options)?;
-    let words = text(&planned).below(next(&planned, &arguments.folder));
+    let next = next(&planned, &arguments.folder);
+    let words = next.into_iter().fold(text(&planned), Words::below);
     report(arguments.format, &json(&planned, planned.note.as_ref()), words)?;
     Ok(if planned.runs.is_some() { Outcome::Done } else { Outcome::NegativeAnswer })
 }
@@ -103,7 +106,10 @@ fn fixed(arguments: &Arguments, options: &PlanOptions) -> anyhow::Result<Outcome
     let planned = plan_campaign(folder, options)?;
     let outcome = if planned.is_enough() { Outcome::Done } else { Outcome::NegativeAnswer };
     let mut words = campaign_text(&planned);
-    if let Some((output, experiment)) = experiment {
+    if planned.claims_nothing() {
+        let unwritten = experiment.map(|(output, _)| not_written(output));
+        words = unwritten.into_iter().fold(words, Words::below);
+    } else if let Some((output, experiment)) = experiment {
         let file = planned.file(output, &experiment, folder)?;
         let another = "give another file with `-o`: a plan that is fixed is not overwritten";
         write_once(output, file.as_bytes(), another)?;

@@ -39,6 +39,11 @@ impl PlannedCampaign {
         self.plan.decided >= self.wanted
     }
 
+    /// Whether no run of the cells decides, because nothing is claimed in any of them.
+    pub fn claims_nothing(&self) -> bool {
+        !self.is_enough() && self.cells.iter().all(|cell| !cell.is_claimed)
+    }
+
     /// The campaign file that will lie at `place`, for an experiment file and the folder of a
     /// sweep; its paths are relative to that, as far as they can be.
     pub fn file(&self, place: &Path, experiment: &Path, sweep: &Path) -> anyhow::Result<String> {

@@ -373,6 +373,16 @@ fn as_often(pooled: &Pooled, mill: &str) -> String {
     )
 }
 
+/// Why nothing is claimed in some cells.
+pub fn too_rarely(mill: &str, cells: &str, margin: f64) -> String {
+    format!(
+        "simulated robots {mill} too rarely in {cells}: perhaps in {:.0} % of their runs or fewer, so that \
+         real ones cannot {mill} less often by {}",
+        100.0 * margin,
+        percentage_points(margin)
+    )
+}
+
 fn supported_share(pooled: &Pooled) -> String {
     let share = pooled.b_r_at_least.unwrap_or_default();
     format!("B_r >= {share:.2}, at 95 %")
@@ -411,13 +421,9 @@ pub fn summary(attempts: &Attempts, verb: Verb) -> String {
         Verdict::NoClaim => {
             let cells = if n_cells == 1 { "the cell" } else { "all of the cells" };
             let cells = format!("{cells} that {} run", if n_cells == 1 { "was" } else { "were" });
-            let margin = comparison.pooled.margin;
             format!(
-                "simulated robots {mill} too rarely in {cells}: perhaps in {:.0} % of their runs or \
-                 fewer, so that real ones cannot {mill} less often by {}, and \
-                 further runs there would not show whether they do as well",
-                100.0 * margin,
-                percentage_points(margin)
+                "{}, and further runs there would not show whether they do as well",
+                too_rarely(mill, &cells, comparison.pooled.margin)
             )
         }
         Verdict::Undecided if n_cells == 0 => "no run counts".to_owned(),
