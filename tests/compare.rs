@@ -393,13 +393,13 @@ fn a_void_run_is_listed_and_not_counted() {
          verdict: undecided (no run counts)\n\
          next: rsrs run EXPERIMENT.yaml --from out --cell speed_m_s=0.15,turn_rate_rad_s=0.75 \
          --backend fleet --interface NAME -o run_2\n\
-         \x20 there one run is most informative (0.092 bit)"
+         \x20 there the fewest runs decide"
     );
     // As one more than after a mill: the forecast is that for the runs that the others are held against.
     assert_eq!(
         advice,
-        "74 further real runs there decide with a probability of 0.84, if real robots mill as those so far \
-         and as simulated ones as measured (98.5 % of 200 runs)\n"
+        "74 real runs there decide with a probability of 0.84, if real robots mill as simulated ones as \
+         measured (98.5 % of 200 runs)\n"
     );
 }
 

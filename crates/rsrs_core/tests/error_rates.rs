@@ -327,3 +327,30 @@ fn when_all_is_supported_a_cell_that_was_not_run_is_next_and_a_certain_one_is_no
     assert_eq!((experiment.cell, experiment.n_real), (cell(0.2), 0));
     assert_eq!(nothing, NextStep::Nothing);
 }
+
+#[test]
+fn without_runs_the_cell_that_decides_soonest_is_next_and_not_the_least_known_one() {
+    let often = CellRuns { part: 0.01, ..cell_runs(0.1, [0, 0], [997, 3]) };
+    let chosen = CellRuns { part: 0.5, ..cell_runs(0.2, [0, 0], [970, 30]) };
+    let half = CellRuns { part: 0.01, ..cell_runs(0.3, [0, 0], [500, 500]) };
+    let never = CellRuns { part: 0.01, ..cell_runs(0.4, [0, 0], [0, 1000]) };
+    let of_cell = |runs: &CellRuns| Share::milling(&runs.simulated);
+    let cells = [half.clone(), often, chosen, never.clone()];
+    let as_simulated = |cell: &Cell| {
+        cells.iter().find(|runs| runs.cell == *cell).map(of_cell).unwrap_or_default()
+    };
+    let without_runs = |others: &[CellRuns]| {
+        next_step(&Comparison::new(&[]), &[], others, &as_simulated)
+    };
+    let found = |others: &[CellRuns]| match without_runs(others) {
+        NextStep::Run(experiment) => (experiment.cell, experiment.runs.expect("it decides")),
+        other => panic!("expected a run, found {other:?}"),
+    };
+
+    let (first, runs) = found(&cells);
+    let alone = cells[..3].iter().map(|cell| found(std::slice::from_ref(cell)).1);
+
+    assert_eq!(Some(runs), alone.min());
+    assert_ne!(first, half.cell);
+    assert_eq!(without_runs(&[never]), NextStep::Nothing);
+}

@@ -64,6 +64,16 @@ pub const CAMPAIGNS: u32 = 2_000;
 ///
 /// If there is no such cell.
 pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) -> ExperimentPlan {
+    plan_within(MOST_RUNS, (cells, index), margin, wanted)
+}
+
+/// The same with so many runs at most, of which there is at least one.
+fn plan_within(
+    most_runs: u64,
+    (cells, index): (&[PlannedCell], usize),
+    margin: f64,
+    wanted: f64,
+) -> ExperimentPlan {
     let cell = cells[index];
     let mut real: Vec<Share> = cells.iter().map(|cell| cell.so_far).collect();
     // The probability that the campaign is undecided and has so many mills among the further runs.
@@ -71,7 +81,7 @@ pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) ->
     let (mut supported, mut violated, mut mean_runs) = (0.0, 0.0, 0.0);
     let mut by_runs: Vec<Decided> = Vec::new();
     let mut bounds = Bounds::default();
-    for runs in 1..=MOST_RUNS {
+    for runs in 1..=most_runs {
         mean_runs += undecided.iter().sum::<f64>();
         let mut after = vec![0.0; undecided.len() + 1];
         for (hits, probability) in undecided.iter().enumerate() {
@@ -100,6 +110,35 @@ pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) ->
     let last = by_runs[by_runs.len() - 1];
     let runs = (last.decided >= wanted).then_some(last.runs);
     ExperimentPlan { runs, by_runs, mean_runs }
+}
+
+/// Which of some cells decides for itself with the fewest runs, by its position, and its plan; of equals the
+/// first. Where [`MOST_RUNS`] decide in none, it is the one in which they do most probably. `None` if there
+/// are no cells; margin and `wanted` are those of [`plan`].
+pub fn soonest(cells: &[PlannedCell], margin: f64, wanted: f64) -> Option<(usize, ExperimentPlan)> {
+    let mut best: Option<(usize, ExperimentPlan)> = None;
+    for (index, cell) in cells.iter().enumerate() {
+        let fewest = best.as_ref().and_then(|(_, plan)| plan.runs);
+        let most_runs = fewest.map_or(MOST_RUNS, |runs| runs - 1);
+        if most_runs == 0 {
+            break;
+        }
+        let plan = plan_within(most_runs, (&[*cell], 0), margin, wanted);
+        let is_better = best.as_ref().is_none_or(|(_, best)| {
+            plan.runs.is_some() || best.runs.is_none() && plan.chance() > best.chance()
+        });
+        if is_better {
+            best = Some((index, plan));
+        }
+    }
+    best
+}
+
+impl ExperimentPlan {
+    /// The probability that the last of its numbers of runs has decided.
+    pub fn chance(&self) -> f64 {
+        self.by_runs.last().map_or(0.0, |last| last.decided)
+    }
 }
 
 /// Which counts of mills decide. More of them never speak against the inequality, and one further run moves
@@ -292,6 +331,23 @@ mod tests {
         let decided = exact.by_runs.last().unwrap().decided;
         // Four standard deviations of the share of 4000 campaigns.
         assert!((drawn - decided).abs() < 0.026, "{drawn} {decided}");
+    }
+
+    #[test]
+    fn the_cell_that_decides_soonest_is_found_without_planning_the_others_to_their_end() {
+        let slow = cell([(900, 1000), (880, 1000)]);
+        let often = cell([(990, 1000), (990, 1000)]);
+        let runs = |cell: PlannedCell| plan_in(&[cell], 0, MARGIN, 0.8).runs;
+        assert!(runs(slow) > runs(better()) && runs(better()) > runs(often));
+
+        for cells in [[slow, better(), often], [often, slow, better()]] {
+            let (index, plan) = soonest(&cells, MARGIN, 0.8).unwrap();
+
+            assert_eq!((cells[index], plan.runs), (often, runs(often)));
+        }
+        let first = soonest(&[better(), better()], MARGIN, 0.8).unwrap().0;
+        assert_eq!(first, 0, "of equals the first");
+        assert_eq!(soonest(&[], MARGIN, 0.8), None);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::comparison::experiment_plan::{PlannedCell, plan_in};
+use crate::comparison::experiment_plan::{ExperimentPlan, PlannedCell, plan_in, soonest};
 use crate::comparison::{CellRuns, Comparison, Verdict};
 use crate::quantity::Cell;
 use crate::statistics::posterior::probability_at_least;
@@ -68,7 +68,7 @@ const NO_INFORMATION: f64 = 1e-3;
 /// expected to be most informative is run on; once the runs support the claim, it is the most informative
 /// one of `others`. If no cell that was run makes a claim, it is the one of `others` that does and has the
 /// greatest part of the error, as the chosen cell has; of equals, the one in which simulated robots mill
-/// most often.
+/// most often. Without runs, it is the one of those that decides with the fewest; of equals the same.
 ///
 /// The comparison rests on `runs`, in the same order; `others` are the simulated runs of swept cells that
 /// were not run, and `as_measured` gives those of robots as measured in a cell, none where they are not
@@ -88,14 +88,21 @@ pub fn next_step(
     if comparison.verdict == Verdict::Violated {
         return return_to_step_1(comparison);
     }
+    let planned = |runs: &CellRuns| PlannedCell {
+        simulated: Share::milling(&runs.simulated),
+        as_measured: as_measured(&runs.cell),
+        so_far: Share::milling(&runs.real),
+        part: runs.part,
+    };
+    if runs.is_empty() {
+        return first_step(others, margin, &planned);
+    }
     let claims_nothing = comparison.verdict == Verdict::NoClaim;
-    let is_anew = comparison.verdict == Verdict::Supported || claims_nothing || runs.is_empty();
+    let is_anew = comparison.verdict == Verdict::Supported || claims_nothing;
     let candidates = if is_anew { others } else { runs };
     let informed = candidates.iter().map(|runs| information_bits(runs, margin)).enumerate();
-    let first = |index: usize| {
-        let cell = &candidates[index];
-        if claims_nothing { [cell.part, Share::milling(&cell.simulated).value()] } else { [0.0; 2] }
-    };
+    let first =
+        |index: usize| if claims_nothing { rank(&candidates[index]) } else { [0.0; 2] };
     let best = informed
         .filter(|(_, bits)| *bits > NO_INFORMATION)
         .filter(|(index, _)| !claims_nothing || candidates[*index].tested().claims(margin))
@@ -107,16 +114,10 @@ pub fn next_step(
             let by_part = part.total_cmp(&other_part).then(share.total_cmp(&other_share));
             by_part.then(one.1.total_cmp(&other.1))
         });
-    let Some((index, information_bits)) = best else {
+    let Some((index, _)) = best else {
         return NextStep::Nothing;
     };
     let cell = &candidates[index];
-    let planned = |runs: &CellRuns| PlannedCell {
-        simulated: Share::milling(&runs.simulated),
-        as_measured: as_measured(&runs.cell),
-        so_far: Share::milling(&runs.real),
-        part: runs.part,
-    };
     let plan = if is_anew {
         // A cell that was not run is decided for itself.
         plan_in(&[planned(cell)], 0, margin, DECIDES)
@@ -124,16 +125,52 @@ pub fn next_step(
         let cells: Vec<PlannedCell> = runs.iter().map(planned).collect();
         plan_in(&cells, index, margin, DECIDES)
     };
-    let Share { n: n_as_measured, .. } = as_measured(&cell.cell);
-    NextStep::Run(Experiment {
+    NextStep::Run(experiment(cell, planned(cell).as_measured, &plan, margin))
+}
+
+/// Where to begin.
+fn first_step(
+    cells: &[CellRuns],
+    margin: f64,
+    planned: &dyn Fn(&CellRuns) -> PlannedCell,
+) -> NextStep {
+    let mut claiming: Vec<&CellRuns> =
+        cells.iter().filter(|cell| cell.tested().claims(margin)).collect();
+    claiming.sort_by(|one, other| {
+        let ([part, share], [other_part, other_share]) = (rank(one), rank(other));
+        other_part.total_cmp(&part).then(other_share.total_cmp(&share))
+    });
+    let of_each: Vec<PlannedCell> = claiming.iter().map(|cell| planned(cell)).collect();
+    match soonest(&of_each, margin, DECIDES) {
+        Some((index, plan)) => {
+            let as_measured = of_each[index].as_measured;
+            NextStep::Run(experiment(claiming[index], as_measured, &plan, margin))
+        }
+        None => NextStep::Nothing,
+    }
+}
+
+/// Which of several cells comes first: the one with the greater part, as the chosen cell has, then the one in
+/// which simulated robots mill more often.
+fn rank(cell: &CellRuns) -> [f64; 2] {
+    [cell.part, Share::milling(&cell.simulated).value()]
+}
+
+fn experiment(
+    cell: &CellRuns,
+    as_measured: Share,
+    plan: &ExperimentPlan,
+    margin: f64,
+) -> Experiment {
+    Experiment {
         cell: cell.cell.clone(),
         n_real: cell.real.total(),
-        information_bits,
+        information_bits: information_bits(cell, margin),
         runs: plan.runs,
-        chance: plan.by_runs.last().map_or(0.0, |last| last.decided),
-        b_m: (n_as_measured > 0).then(|| as_measured(&cell.cell).value()),
-        n_as_measured,
-    })
+        chance: plan.chance(),
+        b_m: (as_measured.n > 0).then(|| as_measured.value()),
+        n_as_measured: as_measured.n,
+    }
 }
 
 /// Back to the robots, for the cell in which they are most certainly worse.

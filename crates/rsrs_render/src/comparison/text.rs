@@ -115,11 +115,12 @@ pub fn next_in_words(report: &Report) -> [String; 2] {
             command(&report.at_hand, experiment),
             format!("{}; {}", why_there(report, experiment), runs_that_decide(experiment, mill)),
         ],
-        NextStep::Nothing if report.verdict == Verdict::NoClaim => [
+        NextStep::Nothing if report.verdict == Verdict::NoClaim || report.cells.is_empty() => [
             "nothing".to_owned(),
             format!(
-                "in no other swept cell do simulated robots surely {mill} more often than the margin; \
-                 sweep where they do"
+                "in no {}swept cell do simulated robots surely {mill} more often than the margin; \
+                 sweep where they do",
+                if report.cells.is_empty() { "" } else { "other " }
             ),
         ],
         NextStep::Nothing => [
@@ -133,6 +134,9 @@ fn why_there(report: &Report, experiment: &Experiment) -> String {
     if report.verdict == Verdict::NoClaim {
         let mill = report.verb().plain;
         return format!("there simulated robots {mill} so often that real ones can fall short");
+    }
+    if report.cells.is_empty() {
+        return "there the fewest runs decide".to_owned();
     }
     format!("there one run is most informative ({:.3} bit)", experiment.information_bits)
 }
@@ -288,25 +292,27 @@ fn by_itself(cell: &ComparedCell) -> Words {
 
 /// How many runs decide, and how surely.
 fn runs_that_decide(experiment: &Experiment, mill: &str) -> String {
-    let assumed = match experiment.b_m {
-        Some(b_m) => format!(
-            "if real robots {mill} as those so far and as simulated ones as measured ({} of {})",
-            percent(b_m),
-            counted(experiment.n_as_measured, "run")
-        ),
-        None => format!("if real robots {mill} as those so far"),
+    let Experiment { n_real, runs, chance, b_m, n_as_measured, .. } = experiment;
+    let measured = b_m.map(|b_m| {
+        let (share, runs) = (percent(b_m), counted(*n_as_measured, "run"));
+        format!("as simulated ones as measured ({share} of {runs})")
+    });
+    let assumed = match (*n_real > 0, measured) {
+        (true, Some(measured)) => format!("if real robots {mill} as those so far and {measured}"),
+        (true, None) => format!("if real robots {mill} as those so far"),
+        (false, Some(measured)) => format!("if real robots {mill} {measured}"),
+        (false, None) => format!("as nothing is known of how often real robots {mill} there"),
     };
-    match experiment.runs {
-        Some(n) => format!(
-            "{} there decide with a probability of {:.2}, {assumed}",
-            counted(n, "further real run"),
-            experiment.chance
-        ),
+    let run = if *n_real > 0 { "further real run" } else { "real run" };
+    match runs {
+        Some(n) => {
+            let runs = counted(*n, run);
+            format!("{runs} there decide with a probability of {chance:.2}, {assumed}")
+        }
         None => format!(
-            "even {MOST_RUNS} there decide with a probability of {:.2} only, {assumed}: real robots may \
-             {mill} less often by about as much as the margin, or too few simulated runs show how often \
-             theirs do",
-            experiment.chance
+            "even {} there decide with a probability of {chance:.2} only, {assumed}: real robots may {mill} \
+             less often by about as much as the margin, or too few simulated runs show how often theirs do",
+            counted(MOST_RUNS, run)
         ),
     }
 }
