@@ -14,7 +14,8 @@ fn choose_states_what_each_factor_does_in_its_cell() {
     assert_eq!(code(&text), 0, "{}", stderr(&text));
     let printed = stdout(&text);
     // As many of these few runs mill in both worlds, so that no factor is to be blamed.
-    let told = "the factors of `harsher` do not make it worse at speed_m_s=0.15";
+    let told = "100 other runs of each do not show that the factors of `harsher` make robots do worse at \
+                speed_m_s=0.15";
     assert!(printed.contains(told), "{printed}");
     let factors = &report["factors"];
     assert_eq!(factors["n_replicates"], 100);

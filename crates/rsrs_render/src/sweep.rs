@@ -108,7 +108,7 @@ pub fn text(report: &SweepReport) -> String {
         format!("{folder}/cells.csv"),
         format!("{folder}/replicates.parquet"),
     ];
-    lines.extend(report.factors.as_ref().map(factors::text));
+    lines.extend(report.factors.as_ref().and_then(factors::shown));
     lines.push(format!("next: {}", choose_line(&report.folder)));
     lines.join("\n")
 }
