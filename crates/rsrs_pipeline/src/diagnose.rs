@@ -105,6 +105,9 @@ pub struct Hopeless {
     pub best: f64,
     /// Share of mills with it in fresh runs, in the world in which they are rarer.
     pub b_s: f64,
+    /// Fresh runs in each world.
+    #[serde(skip)]
+    pub n_replicates: u64,
 }
 
 /// A capability that is better than it needs to be.

@@ -1,8 +1,11 @@
 //! A diagnosis for people.
 
+use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::numerals::{count, counted, percent};
 use rsrs_core::quantity::{Axis, Cell};
-use rsrs_pipeline::diagnose::{Diagnosis, Hopeless, NeededChange, Spare};
+use rsrs_core::statistics::share::Share;
+use rsrs_pipeline::best_setting::BestSetting;
+use rsrs_pipeline::diagnose::{AsMeasured, Diagnosis, Hopeless, NeededChange, Spare};
 use serde::Serialize;
 
 use crate::choice::{alternatives, indented};
@@ -34,9 +37,15 @@ pub fn text(diagnosis: &Diagnosis) -> Words {
     if diagnosis.best.viable {
         lines.extend(of.surplus());
     } else {
+        let BestSetting { behaviour, wanted, b_s, n_replicates, .. } = &diagnosis.best;
+        let Verb { plain: mill, does, .. } = behaviour.verb();
         lines.extend(of.changes());
-        lines.extend(of.hopeless_ones());
-        lines.extend(of.next_steps());
+        lines.extend(helpful(&diagnosis.hopeless, share(*b_s, *n_replicates), does));
+        lines.extend(next_steps(
+            diagnosis.as_measured.as_ref(),
+            &diagnosis.causes,
+            (mill, *wanted),
+        ));
     }
     lines.into_iter().fold(of.headline(), Words::below)
 }
@@ -82,7 +91,7 @@ impl Text<'_> {
     fn changes(&self) -> Vec<String> {
         if self.0.causes.is_empty() {
             return vec![
-                "no change was found that helps: not of one capability, and not of all noise with up \
+                "no change was found that suffices: not of one capability, and not of all noise with up \
                  to three properties of the sensor, the period and the limits"
                     .to_owned(),
             ];
@@ -138,25 +147,6 @@ impl Text<'_> {
         sets
     }
 
-    fn hopeless_ones(&self) -> Vec<String> {
-        let row = |hopeless: &Hopeless| {
-            let Hopeless { capability, now, best, b_s } = hopeless;
-            let [now, best] = [now, best].map(|value| quantity(*capability, *value));
-            // What is as good as perfect has nothing to gain.
-            if now == best {
-                return None;
-            }
-            let values = format!("{now} → {best}");
-            let share = format!("{} in {}", self.0.best.behaviour.verb().does, percent(*b_s));
-            Some([format!("  {}", capability.name()), values, share])
-        };
-        let rows: Vec<[String; 3]> = self.0.hopeless.iter().filter_map(row).collect();
-        if rows.is_empty() {
-            return Vec::new();
-        }
-        vec!["not enough by itself, the best value of each:".to_owned(), columns(&rows)]
-    }
-
     /// `mills in 92.1 %, lower bound 90.2 %`.
     fn after(&self, b_s: f64, b_s_low: f64) -> String {
         let mills = self.0.best.behaviour.verb().does;
@@ -167,40 +157,86 @@ impl Text<'_> {
     fn elsewhere(&self, cell: &Cell) -> String {
         if *cell == self.0.best.cell { String::new() } else { format!(", at {}", of_cell(cell)) }
     }
+}
 
-    /// The paper's order of remedies (§III step 3): less noise first, then an upgrade, then step 1 again.
-    fn next_steps(&self) -> Vec<String> {
-        let mut steps = Vec::new();
-        if let Some(measured) = &self.0.as_measured {
-            let share = format!(
-                "as measured they {} in {} (lower bound {}) at {}",
-                self.0.best.behaviour.verb().plain,
-                percent(measured.b_s),
-                percent(measured.b_s_low),
-                measured.cell
-            );
-            steps.push(if measured.b_s_low >= self.0.best.wanted {
-                format!(
-                    "make the simulated robots less worse (`harsher:` in a sweep file; `rsrs choose` \
-                     names the factor that matters): {share}"
-                )
-            } else {
-                format!("less noise in the simulation does not suffice: {share}")
-            });
-        }
-        if let Some(cause) = self.0.causes.first() {
-            let all: Vec<String> = self.0.causes[..=cause.with.len()].iter().map(change).collect();
-            steps.push(format!("upgrade the robots: {}", all.join(", and ")));
-        }
-        if steps.is_empty() {
-            let text = "what to do: no better robot helps here, so try another controller, other settings \
-                        (`--sweep SWEEP`), or longer runs (`duration_s` of the sweep)";
-            return vec![text.to_owned()];
-        }
+/// The best value of each capability that helps without being enough, and what does not help. One
+/// helps where the intervals of the shares with it and as it is `now` do not overlap.
+fn helpful(hopeless: &[Hopeless], now: Share, does: &str) -> Vec<String> {
+    // What is as good as perfect has nothing to gain.
+    let can_change = |hopeless: &&Hopeless| {
+        let [now, best] = [hopeless.now, hopeless.best].map(|value| quantity(hopeless.capability, value));
+        now != best
+    };
+    let helps = |hopeless: &&Hopeless| {
+        share(hopeless.b_s, hopeless.n_replicates).interval().low > now.interval().high
+    };
+    let (helpful, useless): (Vec<&Hopeless>, Vec<&Hopeless>) =
+        hopeless.iter().filter(can_change).partition(helps);
+    let row = |hopeless: &&Hopeless| {
+        let Hopeless { capability, now, best, b_s, .. } = hopeless;
+        let [now, best] = [now, best].map(|value| quantity(*capability, *value));
+        let share = format!("{does} in {}", percent(*b_s));
+        [format!("  {}", capability.name()), format!("{now} → {best}"), share]
+    };
+    let mut lines = Vec::new();
+    if !helpful.is_empty() {
+        lines.push("these help, but not enough by themselves, the best value of each:".to_owned());
+        lines.push(columns(&helpful.iter().map(row).collect::<Vec<[String; 3]>>()));
+    }
+    if !useless.is_empty() {
+        let names: Vec<&str> = useless.iter().map(|it| it.capability.name()).collect();
+        lines.push(format!("by itself, no better value of these surely helps: {}", names.join(", ")));
+    }
+    lines
+}
+
+/// The share that so many runs show.
+fn share(share: f64, n: u64) -> Share {
+    Share { hits: (share * n as f64).round() as u64, n }
+}
+
+/// The paper's order of remedies (§III step 3): less noise first, then an upgrade, then step 1 again; robots
+/// `mill` in a share of `wanted`.
+fn next_steps(
+    as_measured: Option<&AsMeasured>,
+    causes: &[NeededChange],
+    (mill, wanted): (&str, f64),
+) -> Vec<String> {
+    let of_measured = as_measured.map(|measured| {
+        let share = format!(
+            "as measured they {mill} in {} (lower bound {}) at {}",
+            percent(measured.b_s),
+            percent(measured.b_s_low),
+            measured.cell
+        );
+        (measured.b_s_low >= wanted, share)
+    });
+    let mut steps = Vec::new();
+    if let Some((true, share)) = &of_measured {
+        steps.push(format!(
+            "make the simulated robots less worse (`harsher:` in a sweep file; `rsrs choose` names the \
+             factor that matters): {share}"
+        ));
+    }
+    if let Some(cause) = causes.first() {
+        let all: Vec<String> = causes[..=cause.with.len()].iter().map(change).collect();
+        steps.push(format!("upgrade the robots: {}", all.join(", and ")));
+    }
+    let mut lines = if steps.is_empty() {
+        vec![
+            "what to do: no better robot helps here, so try another controller, other settings \
+             (`--sweep SWEEP`), or longer runs (`duration_s` of the sweep)"
+                .to_owned(),
+        ]
+    } else {
         steps.push("then measure them again, from step 1: `rsrs measure plan`".to_owned());
         let numbered = (1..).zip(steps).map(|(number, step)| format!("  {number}. {step}"));
         std::iter::once("what to do, in this order:".to_owned()).chain(numbered).collect()
+    };
+    if let Some((false, share)) = of_measured {
+        lines.push(format!("less noise in the simulation alone would not suffice: {share}"));
     }
+    lines
 }
 
 fn cost(cause: &NeededChange) -> String {
@@ -271,5 +307,60 @@ mod tests {
                 "allow a speed of 0.12 m/s (the limit is 0.05 m/s)",
             ]
         );
+    }
+
+    #[test]
+    fn what_does_not_surely_help_is_not_offered() {
+        let hopeless = |capability, best, b_s| Hopeless { capability, now: 0.5, best, b_s, n_replicates: 200 };
+        let now = share(0.035, 200);
+        let range = hopeless(Axis::Range, 0.9, 0.2);
+        let speed = hopeless(Axis::Speed, 0.0125, 0.005);
+        let period = hopeless(Axis::Period, 0.1, 0.05);
+        let perfect = hopeless(Axis::TruePositive, 0.5, 0.03);
+
+        assert_eq!(
+            helpful(&[range, period.clone(), speed, perfect], now, "mills"),
+            [
+                "these help, but not enough by themselves, the best value of each:",
+                "  range of the sensor  0.5 m → 0.9 m  mills in 20.0 %",
+                "by itself, no better value of these surely helps: control period, speed",
+            ]
+        );
+        assert_eq!(helpful(&[period], now, "mills").len(), 1);
+        assert!(helpful(&[], now, "mills").is_empty());
+    }
+
+    #[test]
+    fn what_to_do_begins_with_what_can_be_done() {
+        let cell = Cell::new([(Axis::Speed, 0.15)]).unwrap();
+        let measured = AsMeasured { cell: cell.clone(), b_s: 0.4, b_s_low: 0.33 };
+        let cause = NeededChange {
+            capability: Axis::Range,
+            now: 0.45,
+            needed: 0.66,
+            b_s: 0.9,
+            b_s_low: 0.85,
+            n_replicates: 200,
+            alone: true,
+            with: Vec::new(),
+            necessary: false,
+            cost: None,
+            cell,
+        };
+        let less_noise = "less noise in the simulation alone would not suffice: as measured they mill in 40.0 % \
+                          (lower bound 33.0 %) at speed_m_s=0.15";
+
+        assert_eq!(
+            next_steps(Some(&measured), &[cause], ("mill", 0.8)),
+            [
+                "what to do, in this order:",
+                "  1. upgrade the robots: range of the sensor 0.45 m → at least 0.66 m",
+                "  2. then measure them again, from step 1: `rsrs measure plan`",
+                less_noise,
+            ]
+        );
+        let nothing = next_steps(Some(&measured), &[], ("mill", 0.8));
+        assert!(nothing[0].starts_with("what to do: no better robot helps here"), "{nothing:?}");
+        assert_eq!(nothing[1..], [less_noise]);
     }
 }

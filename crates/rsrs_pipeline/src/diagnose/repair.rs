@@ -359,12 +359,16 @@ fn without_help(
     }
     let confirmed = |(step, tried): Best| -> anyhow::Result<Hopeless> {
         let changes = changes(std::slice::from_ref(&step));
-        let b_s = match tried {
-            Some(tried) => search.confirmed(&changes, &tried.cell, 0)?.b_s,
-            None => 0.0,
+        let (b_s, n_replicates) = match tried {
+            Some(tried) => {
+                let confirmed = search.confirmed(&changes, &tried.cell, 0)?;
+                (confirmed.b_s, confirmed.n_replicates)
+            }
+            None => (0.0, 0),
         };
-        let Step { improvement, value } = step;
-        Ok(Hopeless { capability: improvement.axis, now: improvement.now, best: value, b_s })
+        let Step { improvement, value: best } = step;
+        let (capability, now) = (improvement.axis, improvement.now);
+        Ok(Hopeless { capability, now, best, b_s, n_replicates })
     };
     let mut hopeless = most.into_iter().map(confirmed).collect::<anyhow::Result<Vec<_>>>()?;
     hopeless.sort_by(|one, other| other.b_s.total_cmp(&one.b_s));
