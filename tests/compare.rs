@@ -542,7 +542,7 @@ fn a_campaign_of_a_fixed_number_of_runs_has_its_verdict_at_that_number_and_none_
     assert_eq!(report["pooled"]["margin"], 0.3);
     let text = stdout(&output);
     for line in [
-        "  fixed before the first run: 12 runs, a margin of 0.3; the claim is supported if 12 or more of 12 \
+        "  fixed before the first run: 12 runs, a margin of 0.3; the claim is supported if 12 of 12 \
          milled, and violated if 9 or fewer of 12 did\n",
         "reached wrongly with a probability of at most 0.05, at the number of runs that was fixed)\n",
         "next: nothing\n  the number of runs was fixed; another campaign is planned and judged by itself",

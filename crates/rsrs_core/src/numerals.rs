@@ -50,7 +50,10 @@ pub fn percents(low: f64, high: f64) -> String {
 
 /// A difference of shares: `10 percentage points`.
 pub fn percentage_points(share: f64) -> String {
-    format!("{:.0} percentage points", 100.0 * share)
+    match format!("{:.0}", 100.0 * share).as_str() {
+        "1" => "1 percentage point".to_owned(),
+        points => format!("{points} percentage points"),
+    }
 }
 
 /// A size: `312 bytes`, `3.1 MB`.
@@ -72,6 +75,13 @@ mod tests {
 
         assert_eq!(texts, ["0", "999", "1,000", "87,666", "1,234,567"]);
         assert_eq!((&*counted(1, "topic"), &*counted(2_000, "topic")), ("1 topic", "2,000 topics"));
+    }
+
+    #[test]
+    fn one_point_is_a_point() {
+        let texts = [0.0, 0.01, 0.1].map(percentage_points);
+
+        assert_eq!(texts, ["0 percentage points", "1 percentage point", "10 percentage points"]);
     }
 
     #[test]

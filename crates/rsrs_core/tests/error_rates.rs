@@ -336,12 +336,10 @@ fn without_runs_the_cell_that_decides_soonest_is_next_and_not_the_least_known_on
     let never = CellRuns { part: 0.01, ..cell_runs(0.4, [0, 0], [0, 1000]) };
     let of_cell = |runs: &CellRuns| Share::milling(&runs.simulated);
     let cells = [half.clone(), often, chosen, never.clone()];
-    let as_simulated = |cell: &Cell| {
-        cells.iter().find(|runs| runs.cell == *cell).map(of_cell).unwrap_or_default()
-    };
-    let without_runs = |others: &[CellRuns]| {
-        next_step(&Comparison::new(&[]), &[], others, &as_simulated)
-    };
+    let as_simulated =
+        |cell: &Cell| cells.iter().find(|runs| runs.cell == *cell).map(of_cell).unwrap_or_default();
+    let without_runs =
+        |others: &[CellRuns]| next_step(&Comparison::new(&[]), &[], others, &as_simulated);
     let found = |others: &[CellRuns]| match without_runs(others) {
         NextStep::Run(experiment) => (experiment.cell, experiment.runs.expect("it decides")),
         other => panic!("expected a run, found {other:?}"),

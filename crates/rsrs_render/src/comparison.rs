@@ -26,7 +26,8 @@ use serde::Serialize;
 
 pub use notes::{cause_in_words, note_in_words};
 pub use text::{
-    as_often_as_simulated, evidence, next_in_words, reason_in_words, text, too_rarely, verdict_name,
+    as_often_as_simulated, evidence, next_in_words, or_fewer, or_more, reason_in_words, text,
+    too_rarely, verdict_name,
 };
 
 /// Recorded runs, held against a sweep.

@@ -4,7 +4,6 @@ use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::numerals::{count, counted, percent};
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::statistics::share::Share;
-use rsrs_pipeline::best_setting::BestSetting;
 use rsrs_pipeline::diagnose::{AsMeasured, Diagnosis, Hopeless, NeededChange, Spare};
 use serde::Serialize;
 
@@ -37,14 +36,14 @@ pub fn text(diagnosis: &Diagnosis) -> Words {
     if diagnosis.best.viable {
         lines.extend(of.surplus());
     } else {
-        let BestSetting { behaviour, wanted, b_s, n_replicates, .. } = &diagnosis.best;
-        let Verb { plain: mill, does, .. } = behaviour.verb();
+        let best = &diagnosis.best;
+        let Verb { plain: mill, does, .. } = best.behaviour.verb();
         lines.extend(of.changes());
-        lines.extend(helpful(&diagnosis.hopeless, share(*b_s, *n_replicates), does));
+        lines.extend(helpful(&diagnosis.hopeless, share(best.b_s, best.n_replicates), does));
         lines.extend(next_steps(
             diagnosis.as_measured.as_ref(),
             &diagnosis.causes,
-            (mill, *wanted),
+            (mill, best.wanted),
         ));
     }
     lines.into_iter().fold(of.headline(), Words::below)
@@ -164,7 +163,8 @@ impl Text<'_> {
 fn helpful(hopeless: &[Hopeless], now: Share, does: &str) -> Vec<String> {
     // What is as good as perfect has nothing to gain.
     let can_change = |hopeless: &&Hopeless| {
-        let [now, best] = [hopeless.now, hopeless.best].map(|value| quantity(hopeless.capability, value));
+        let [now, best] =
+            [hopeless.now, hopeless.best].map(|value| quantity(hopeless.capability, value));
         now != best
     };
     let helps = |hopeless: &&Hopeless| {
@@ -185,7 +185,10 @@ fn helpful(hopeless: &[Hopeless], now: Share, does: &str) -> Vec<String> {
     }
     if !useless.is_empty() {
         let names: Vec<&str> = useless.iter().map(|it| it.capability.name()).collect();
-        lines.push(format!("by itself, no better value of these surely helps: {}", names.join(", ")));
+        lines.push(format!(
+            "by itself, no better value of these surely helps: {}",
+            names.join(", ")
+        ));
     }
     lines
 }
@@ -311,7 +314,8 @@ mod tests {
 
     #[test]
     fn what_does_not_surely_help_is_not_offered() {
-        let hopeless = |capability, best, b_s| Hopeless { capability, now: 0.5, best, b_s, n_replicates: 200 };
+        let hopeless =
+            |capability, best, b_s| Hopeless { capability, now: 0.5, best, b_s, n_replicates: 200 };
         let now = share(0.035, 200);
         let range = hopeless(Axis::Range, 0.9, 0.2);
         let speed = hopeless(Axis::Speed, 0.0125, 0.005);

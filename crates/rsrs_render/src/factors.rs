@@ -92,7 +92,8 @@ mod tests {
             "200 other runs of each do not show that the factors of `harsher` make robots do worse at \
              speed_m_s=0.15: 72.0 % end as wanted with robots as measured, and 81.0 % with all factors"
         );
-        let blamed = "which factor of `harsher` makes robots do worse at speed_m_s=0.15 (200 other runs";
+        let blamed =
+            "which factor of `harsher` makes robots do worse at speed_m_s=0.15 (200 other runs";
         assert!(text(&worse).starts_with(blamed), "{}", text(&worse));
         let cleared = "the factors of `harsher` do not make robots do worse at speed_m_s=0.15 (200 other runs";
         assert!(text(&better).starts_with(cleared), "{}", text(&better));

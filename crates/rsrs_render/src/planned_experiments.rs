@@ -14,7 +14,9 @@ use rsrs_pipeline::plan_experiments::{PlannedExperiments, PlannedRuns};
 use serde::Serialize;
 
 use crate::columns::columns;
-use crate::comparison::{as_often_as_simulated, note_in_words, too_rarely, verdict_name};
+use crate::comparison::{
+    as_often_as_simulated, note_in_words, or_fewer, or_more, too_rarely, verdict_name,
+};
 use crate::json::with;
 use crate::wording::shell::experiment_beside;
 use crate::words::{Tone, Words};
@@ -94,13 +96,15 @@ pub fn campaign_text(plan: &PlannedCampaign) -> Words {
     let did = plan.behaviour.verb().did;
     let from = match test.supported_from {
         Some(least) => {
-            format!("\nsupported if {least} or more {did} (probability {})", percent(*supported))
+            let or_more = or_more(least, test.n_claimed);
+            format!("\nsupported if {or_more} {did} (probability {})", percent(*supported))
         }
         None => "\nno number of them supports the claim".to_owned(),
     };
     let up_to = match test.violated_up_to {
         Some(most) => {
-            format!("violated if {most} or fewer did (probability {})", percent(*violated))
+            let or_fewer = or_fewer(most, plan.runs);
+            format!("violated if {or_fewer} did (probability {})", percent(*violated))
         }
         None => "no number of them violates it".to_owned(),
     };
@@ -144,8 +148,9 @@ fn with_note(words: Words, note: Option<&Note>) -> Words {
 
 /// What runs decide.
 fn claim(behaviour: Behaviour, margin: f64) -> String {
+    let less = if margin > 0.0 { format!(" − {margin}") } else { String::new() };
     format!(
-        "whether real robots {} (`B_r ≥ B_s − {margin}`),",
+        "whether real robots {} (`B_r ≥ B_s{less}`),",
         as_often_as_simulated(behaviour.verb().plain, margin)
     )
 }

@@ -28,8 +28,8 @@ use rsrs_render::latex;
 /// stands whatever they came to. Exit code 3 means that the claim is violated, or that a run cannot be
 /// labelled.
 ///
-/// The last lines are what to do next: the experiment that is most informative, or, where real robots
-/// mill less often, back to measuring them.
+/// The last lines are what to do next: the experiment that is most informative, before the first run that
+/// counts the one that decides soonest, or, where real robots mill less often, back to measuring them.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -7,6 +7,7 @@ use anyhow::Context;
 use rsrs_core::comparison::{Verdict, decided};
 use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
 use rsrs_core::diagram::folder::CHOICE;
+use rsrs_core::numerals::counted;
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::pooled::PooledTest;
@@ -279,10 +280,10 @@ impl DryRun<'_> {
                 .real_time_factor
                 .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
             let run = format!(
-                "{}, {} s over DDS{pace}, {} messages recorded: ",
+                "{}, {} s over DDS{pace}, {} recorded: ",
                 name(index),
                 summary.duration_s,
-                summary.n_messages
+                counted(summary.n_messages, "message")
             );
             self.print(Words::from(run).then(toned_phase_of(&labelled)))?;
             summaries.push(summary);

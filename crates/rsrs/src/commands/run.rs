@@ -202,8 +202,8 @@ fn text((summary, judged): (&RunSummary, Window), same: Option<String>) -> Words
     let pace = summary
         .real_time_factor
         .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
-    let (duration_s, n_messages) = (summary.duration_s, summary.n_messages);
-    let mut words = Words::from(format!("{bag}: {duration_s} s, {n_messages} messages{pace}"));
+    let (duration_s, messages) = (summary.duration_s, counted(summary.n_messages, "message"));
+    let mut words = Words::from(format!("{bag}: {duration_s} s, {messages}{pace}"));
     if summary.ending != EndingKind::Completed {
         let ending = Words::toned(Tone::Bad, summary.ending.key());
         words = words.below(ending.then(format!(": {}", summary.reason)));
@@ -293,5 +293,15 @@ mod tests {
 
             assert_eq!(matches!(outcome, Outcome::Done), is_done, "{summary:?}");
         }
+    }
+    #[test]
+    fn messages_are_counted_as_those_of_a_bag_are() {
+        let printed = |n_messages| {
+            let summary = RunSummary { n_messages, ..completed() };
+            text((&summary, Window::default()), None).to_string()
+        };
+
+        assert_eq!(printed(71_384), ": 300 s, 71,384 messages");
+        assert_eq!(printed(1), ": 300 s, 1 message");
     }
 }

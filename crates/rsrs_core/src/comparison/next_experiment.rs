@@ -101,8 +101,7 @@ pub fn next_step(
     let is_anew = comparison.verdict == Verdict::Supported || claims_nothing;
     let candidates = if is_anew { others } else { runs };
     let informed = candidates.iter().map(|runs| information_bits(runs, margin)).enumerate();
-    let first =
-        |index: usize| if claims_nothing { rank(&candidates[index]) } else { [0.0; 2] };
+    let first = |index: usize| if claims_nothing { rank(&candidates[index]) } else { [0.0; 2] };
     let best = informed
         .filter(|(_, bits)| *bits > NO_INFORMATION)
         .filter(|(index, _)| !claims_nothing || candidates[*index].tested().claims(margin))

@@ -177,7 +177,6 @@ fn of_cell(report: &Report, cell: &ComparedCell) -> Vec<Words> {
 
 fn of_all(report: &Report) -> Vec<String> {
     let pooled = &report.pooled;
-    let points = percentage_points(pooled.margin);
     let decides = 1.0 / SIGNIFICANCE;
     let Verb { plain: mill, did: milled, .. } = report.verb();
     let mut lines = vec![format!(
@@ -195,13 +194,13 @@ fn of_all(report: &Report) -> Vec<String> {
         evidence(pooled.e_violated)
     ));
     let Some(e_supported) = pooled.e_supported else {
-        let nothing = "nothing is claimed that they could fall short of by";
-        lines.push(format!("  {nothing} {points}"));
+        let by = by_margin(pooled.margin);
+        lines.push(format!("  nothing is claimed that they could fall short of{by}"));
         return lines;
     };
     lines.push(format!(
-        "  evidence that they {mill} as often, or at most {points} less often, in {}: {} (from \
-         {decides} on the claim is supported)",
+        "  evidence that they {mill} as often{}, in {}: {} (from {decides} on the claim is supported)",
+        or_less_often(pooled.margin),
         runs_that_claim(pooled),
         evidence(e_supported)
     ));
@@ -215,7 +214,7 @@ fn of_all(report: &Report) -> Vec<String> {
 
 /// What a campaign shows whose number of runs was fixed.
 pub fn of_fixed(fixed: &FixedCampaign, verb: Verb, pooled: &Pooled) -> String {
-    let (mill, margin) = (verb.plain, percentage_points(pooled.margin));
+    let (mill, by) = (verb.plain, by_margin(pooled.margin));
     match fixed.verdict {
         _ if fixed.made < fixed.runs => format!(
             "{} of the {} runs are made that were fixed before the first, and there is no verdict before \
@@ -224,9 +223,9 @@ pub fn of_fixed(fixed: &FixedCampaign, verb: Verb, pooled: &Pooled) -> String {
         ),
         Verdict::Violated => less_often(mill),
         Verdict::Supported => as_often(pooled, mill),
-        Verdict::NoClaim => format!(
-            "simulated robots {mill} too rarely for real ones to {mill} less often by {margin}"
-        ),
+        Verdict::NoClaim => {
+            format!("simulated robots {mill} too rarely for real ones to {mill} less often{by}")
+        }
         Verdict::Undecided => {
             "the runs that were fixed before the first do not decide, and no further ones will"
                 .to_owned()
@@ -243,11 +242,11 @@ fn that_decides(fixed: &FixedCampaign, margin: f64, milled: &str) -> String {
     };
     let supported = supported_from.map_or_else(
         || "no number supports the claim".to_owned(),
-        |least| format!("the claim is supported if {least} or more of {n_claimed} {milled}"),
+        |least| format!("the claim is supported if {} {milled}", or_more(least, n_claimed)),
     );
     let violated = violated_up_to.map_or_else(
         || "none violates it".to_owned(),
-        |most| format!("violated if {most} or fewer of {runs} did"),
+        |most| format!("violated if {} did", or_fewer(most, *runs)),
     );
     let left_out = match left_out {
         0 => String::new(),
@@ -255,6 +254,16 @@ fn that_decides(fixed: &FixedCampaign, margin: f64, milled: &str) -> String {
         n => format!("; {n} were left out after their start, and are held against either"),
     };
     format!("{design}; {supported}, and {violated}{left_out}")
+}
+
+/// `34 or more of 40`.
+pub fn or_more(least: u64, of: u64) -> String {
+    if least == of { format!("{least} of {of}") } else { format!("{least} or more of {of}") }
+}
+
+/// `29 or fewer of 40`.
+pub fn or_fewer(most: u64, of: u64) -> String {
+    if most == 0 { format!("none of {of}") } else { format!("{most} or fewer of {of}") }
 }
 
 /// What comes after the runs that there are.
@@ -366,8 +375,20 @@ fn less_often(mill: &str) -> String {
 
 /// `mill as often as simulated ones, or at most 10 percentage points less often`.
 pub fn as_often_as_simulated(mill: &str, margin: f64) -> String {
-    let points = percentage_points(margin);
-    format!("{mill} as often as simulated ones, or at most {points} less often")
+    format!("{mill} as often as simulated ones{}", or_less_often(margin))
+}
+
+fn or_less_often(margin: f64) -> String {
+    if margin > 0.0 {
+        format!(", or at most {} less often", percentage_points(margin))
+    } else {
+        String::new()
+    }
+}
+
+/// By how much they may, after a verb.
+fn by_margin(margin: f64) -> String {
+    if margin > 0.0 { format!(" by {}", percentage_points(margin)) } else { String::new() }
 }
 
 /// What is supported.
@@ -381,11 +402,15 @@ fn as_often(pooled: &Pooled, mill: &str) -> String {
 
 /// Why nothing is claimed in some cells.
 pub fn too_rarely(mill: &str, cells: &str, margin: f64) -> String {
+    let perhaps = if margin > 0.0 {
+        format!("{:.0} % of their runs or fewer", 100.0 * margin)
+    } else {
+        "none of their runs".to_owned()
+    };
     format!(
-        "simulated robots {mill} too rarely in {cells}: perhaps in {:.0} % of their runs or fewer, so that \
-         real ones cannot {mill} less often by {}",
-        100.0 * margin,
-        percentage_points(margin)
+        "simulated robots {mill} too rarely in {cells}: perhaps in {perhaps}, so that real ones cannot {mill} \
+         less often{}",
+        by_margin(margin)
     )
 }
 
@@ -441,5 +466,30 @@ pub fn summary(attempts: &Attempts, verb: Verb) -> String {
             ),
             None => "the runs do not decide yet".to_owned(),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_margin_of_nothing_is_not_named() {
+        assert_eq!(as_often_as_simulated("mill", 0.0), "mill as often as simulated ones");
+        assert_eq!(
+            as_often_as_simulated("mill", 0.1),
+            "mill as often as simulated ones, or at most 10 percentage points less often"
+        );
+        assert_eq!(
+            too_rarely("mill", "this cell", 0.0),
+            "simulated robots mill too rarely in this cell: perhaps in none of their runs, so that real ones \
+             cannot mill less often"
+        );
+    }
+
+    #[test]
+    fn numbers_that_decide_are_bounds_only_where_they_bound_something() {
+        assert_eq!([or_more(34, 40), or_more(12, 12)], ["34 or more of 40", "12 of 12"]);
+        assert_eq!([or_fewer(29, 40), or_fewer(0, 3)], ["29 or fewer of 40", "none of 3"]);
     }
 }

@@ -33,8 +33,8 @@ pub fn comparison(comparison: &Comparison) -> Vec<Table> {
         "cell",
         "real runs",
         "simulated runs",
-        "evidence that less often",
-        "evidence that as often",
+        "evidence for less often",
+        "evidence for as often",
         "by itself",
     ];
     vec![
