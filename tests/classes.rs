@@ -239,7 +239,7 @@ fn a_profile_of_a_class_that_cannot_be_or_that_a_robot_does_not_have_is_refused(
     with_profiles_of(here, &["robot_2"]);
 
     let mut command = confined_rsrs();
-    command.arg("run").arg(&file).args(["--interface", "127.0.0.1"]);
+    command.arg("run").arg(&file);
     let output = command.output().expect("the program was built for this test");
 
     assert!(!output.status.success(), "{}", stdout(&output));
@@ -342,7 +342,7 @@ fn a_fleet_that_is_not_in_the_order_of_its_names_has_no_classes() {
     let file = files(folder.path(), &swapped);
 
     let mut command = confined_rsrs();
-    command.arg("run").arg(&file).args(["--interface", "127.0.0.1"]);
+    command.arg("run").arg(&file);
     let output = command.output().expect("the program was built for this test");
 
     assert!(!output.status.success(), "{}", stdout(&output));
