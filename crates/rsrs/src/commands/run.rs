@@ -294,6 +294,7 @@ mod tests {
             assert_eq!(matches!(outcome, Outcome::Done), is_done, "{summary:?}");
         }
     }
+
     #[test]
     fn messages_are_counted_as_those_of_a_bag_are() {
         let printed = |n_messages| {
