@@ -3,10 +3,10 @@
 use crate::axes::left_of_cells_px;
 use crate::boundary::OUTSIDE_PX;
 use crate::chart::BELOW_PX;
-use crate::header::MARGIN_PX;
+use crate::header::{Heading, MARGIN_PX};
 use crate::legend;
-use crate::panel::{HEADING_PX, Lines, above_px};
-use crate::picture::DiagramPicture;
+use crate::panel::{Lines, above_px};
+use crate::picture::{DiagramPicture, Panel};
 use crate::plot::size_px;
 use crate::slice::Slice;
 use crate::theme::Theme;
@@ -57,8 +57,6 @@ impl Arrangement {
     /// Arranges a picture with one panel or more, of these slices.
     pub fn new(picture: &DiagramPicture, slices: &[Slice]) -> Self {
         let lines = Lines::new(picture);
-        let has_headings = picture.panels.iter().any(|panel| !panel.heading.is_empty());
-        let heading_px = if has_headings { HEADING_PX + 5.0 } else { 0.0 };
         let natural_px = natural_px(slices);
         let axes_px = slices.iter().map(|slice| left_of_cells_px(slice, natural_px.1));
         let free = Self {
@@ -68,13 +66,14 @@ impl Arrangement {
             legend: LegendPlace::Right,
             n_columns: slices.len().min(if slices.len() == 4 { 2 } else { MOST_COLUMNS }),
             axis_px: axes_px.fold(0.0, f64::max),
-            above_px: above_px(lines) + heading_px,
+            above_px: above_px(lines),
             beside_px: if lines == Lines::Drawn { 2.0 * OUTSIDE_PX + 9.0 } else { 10.0 },
         };
-        match picture.width_px {
+        let wide = match picture.width_px {
             None => free.as_wide_as_it_takes(),
             Some(width_px) => free.within(width_px, slices.len(), picture.theme),
-        }
+        };
+        wide.below_headings(picture)
     }
 
     fn as_wide_as_it_takes(mut self) -> Self {
@@ -110,6 +109,14 @@ impl Arrangement {
         self.legend = legend;
         self.n_columns = n_columns;
         self.plot_px = (plot_width_px, plot_width_px * natural_px.1 / natural_px.0);
+        self
+    }
+
+    /// With room above the cells for the highest heading.
+    fn below_headings(mut self, picture: &DiagramPicture) -> Self {
+        let height_px = |panel: &Panel| Heading::new(&panel.heading, self.plot_px.0).height_px();
+        let highest_px = picture.panels.iter().map(height_px).fold(0.0, f64::max);
+        self.above_px += if highest_px > 0.0 { highest_px + 5.0 } else { 0.0 };
         self
     }
 

@@ -3,7 +3,7 @@
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::{labels, round_steps, widest_px};
 use crate::svg::{Element, centred_text, line_of_text, number, rectangle, through};
-use crate::text::{Weight, wrap};
+use crate::text::{Weight, width_px, wrap};
 
 /// Size of the numbers at the ticks, in pixels.
 pub const TICK_PX: f64 = 11.0;
@@ -76,7 +76,7 @@ impl Chart {
     pub fn frame(&self, x_name: &str) -> Element {
         let border =
             rectangle(self.left_px, self.top_px, self.width_px, self.height_px).outlined(INK, 1.0);
-        let ticks = ticks(self.x, |texts| self.width_px / (widest_px(texts, TICK_PX) + 12.0));
+        let ticks = self.x_ticks();
         let bottom_px = self.bottom_px();
         let lines: String = ticks
             .iter()
@@ -93,6 +93,17 @@ impl Chart {
             .child(tick_lines(&lines))
             .child(tick_texts("middle").children(texts))
             .child(name)
+    }
+
+    fn x_ticks(&self) -> Vec<(f64, String)> {
+        ticks(self.x, |texts| self.width_px / (widest_px(texts, TICK_PX) + 12.0))
+    }
+
+    /// How far the last number below reaches beyond the right edge, in pixels.
+    pub fn overhang_px(&self) -> f64 {
+        let Some((value, text)) = self.x_ticks().pop() else { return 0.0 };
+        let right_px = self.x_px(value) + width_px(&text, TICK_PX, Weight::Regular) / 2.0;
+        (right_px - self.left_px - self.width_px).max(0.0)
     }
 
     /// Ticks and name of the y-axis, which may be empty.

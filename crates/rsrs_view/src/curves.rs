@@ -7,11 +7,11 @@ use rsrs_core::statistics::share::Share;
 use crate::arrangement::NARROW_MARGIN_PX;
 use crate::boundary::{Side, dashes};
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, NAME_PX, legend, stroke_mark};
-use crate::header::{MARGIN_PX, header};
+use crate::header::{HEADING_PX, Heading, MARGIN_PX, header};
 use crate::palette::{BLUE, GREEN, INK, QUIET_INK, VERMILION};
 use crate::scale::{ends, label, labels};
-use crate::svg::{Element, line_of_text, number, rectangle, through};
-use crate::text::{Weight, width_px, wrap};
+use crate::svg::{Element, number, rectangle, through};
+use crate::text::{Weight, width_px};
 use crate::theme::Theme;
 
 /// The narrowest curve beside another one on a page whose width is given, in pixels.
@@ -26,9 +26,6 @@ const SMALL_PX: (f64, f64) = (236.0, 150.0);
 const COLUMNS: usize = 3;
 /// Between curves, besides their axes.
 const BETWEEN_PX: f64 = 14.0;
-const HEADING_PX: f64 = 12.5;
-/// From one line of a heading to the next.
-const HEADING_LINE_PX: f64 = 15.0;
 /// A curve of at most so many values shows each as a dot.
 const MOST_DOTS: usize = 40;
 
@@ -134,19 +131,11 @@ pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictur
     let (mut panels, mut charts) = (Vec::new(), Vec::new());
     let mut top_px = header_px + 10.0;
     for row in picture.curves.chunks(columns) {
-        let n_lines = row.iter().map(|curve| heading_lines(curve, width_px).len()).max();
-        let more = n_lines.unwrap_or(0).saturating_sub(1) as f64;
-        let above_px = HEADING_PX + 10.0 + more * HEADING_LINE_PX;
+        let heights_px = row.iter().map(|curve| Heading::new(&curve.heading, width_px).height_px());
+        let above_px = heights_px.fold(HEADING_PX, f64::max) + 10.0;
         for (column, curve) in row.iter().enumerate() {
             let left_px = margin_px + LEFT_PX + column as f64 * pitch_px;
-            let chart = Chart {
-                left_px,
-                top_px: top_px + above_px,
-                width_px,
-                height_px,
-                x: span(curve),
-                y: [0.0, 1.0],
-            };
+            let chart = chart(curve, (left_px, top_px + above_px), (width_px, height_px));
             let y_name = if column == 0 { y_name(curve, height_px) } else { String::new() };
             let wanted = picture.wanted.as_ref().map(|(share, _)| *share);
             panels.push(panel(curve, &chart, wanted).child(chart.y_axis(&y_name)));
@@ -167,6 +156,11 @@ pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictur
         .children(panels)
         .children(legend);
     Ok(DrawnCurves { svg: format!("{page}\n"), size_px, charts })
+}
+
+/// Where a curve is drawn, from its upper left corner on, in pixels.
+fn chart(curve: &Curve, (left_px, top_px): (f64, f64), (width_px, height_px): (f64, f64)) -> Chart {
+    Chart { left_px, top_px, width_px, height_px, x: span(curve), y: [0.0, 1.0] }
 }
 
 /// How curves share a page, in pixels.
@@ -195,7 +189,10 @@ impl Page {
         let each_px = |columns: usize| (room_px - axes_px(columns)) / columns as f64;
         let fits = |columns: &usize| each_px(*columns) >= LEAST_PX;
         let columns = (1..=n.min(COLUMNS)).rev().find(fits).unwrap_or(1);
-        let width_px = each_px(columns);
+        // As the numbers below are those of the narrower curves, the last may leave its room by a hair.
+        let overhang_px = |curve| chart(curve, (0.0, 0.0), (each_px(columns), 0.0)).overhang_px();
+        let overhangs_px = picture.curves.iter().map(overhang_px);
+        let width_px = each_px(columns) - overhangs_px.fold(0.0, f64::max) / columns as f64;
         let curve_px = (width_px, width_px * curve_px.1 / curve_px.0);
         Self { margin_px: NARROW_MARGIN_PX, columns, curve_px, width_px: page_px }
     }
@@ -247,12 +244,7 @@ fn span(curve: &Curve) -> [f64; 2] {
 }
 
 fn panel(curve: &Curve, chart: &Chart, wanted: Option<f64>) -> Element {
-    let lines = heading_lines(curve, chart.width_px);
-    let n = lines.len();
-    let heading = lines.into_iter().enumerate().map(|(index, line)| {
-        let above_px = 8.0 + (n - 1 - index) as f64 * HEADING_LINE_PX;
-        line_of_text(chart.left_px, chart.top_px - above_px, &line).bold(HEADING_PX, INK)
-    });
+    let heading = Heading::new(&curve.heading, chart.width_px);
     let is_counted = curve.axis == Axis::Robots;
     Element::new("g")
         .children(curve.range.map(|range| shade(chart, range)))
@@ -269,12 +261,7 @@ fn panel(curve: &Curve, chart: &Chart, wanted: Option<f64>) -> Element {
         .children(curve.real.iter().map(|run| real(chart, curve.behaviour, run)))
         .children(curve.marked.map(|value| pointer(chart, value)))
         .child(chart.frame(&x_name(curve, chart.width_px)))
-        .children(heading)
-}
-
-/// The heading in lines that leave no curve.
-fn heading_lines(curve: &Curve, width_px: f64) -> Vec<String> {
-    wrap(&curve.heading, HEADING_PX, Weight::Bold, width_px)
+        .children(heading.drawn(chart.left_px, chart.top_px - 8.0))
 }
 
 fn shade(chart: &Chart, [low, high]: [f64; 2]) -> Element {

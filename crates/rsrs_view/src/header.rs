@@ -11,6 +11,10 @@ use crate::theme::Theme;
 pub const MARGIN_PX: f64 = 24.0;
 const TITLE_PX: f64 = 16.0;
 const SUBTITLE_PX: f64 = 11.5;
+/// Height of the letters above one of several panels, in pixels.
+pub const HEADING_PX: f64 = 12.5;
+/// From one line of a heading to the next.
+const HEADING_LINE_PX: f64 = 15.0;
 /// Above a picture in a paper.
 const PAPER_PX: f64 = 4.0;
 
@@ -40,6 +44,38 @@ pub fn header(
         y_px = end_px;
     }
     (texts, y_px + 4.0)
+}
+
+/// The heading of one of several panels, in lines that leave its room.
+#[derive(Clone, Debug)]
+pub struct Heading {
+    lines: Vec<String>,
+}
+
+impl Heading {
+    /// Wraps a heading to the room there is, in pixels; an empty one has no lines.
+    pub fn new(text: &str, room_px: f64) -> Self {
+        Self { lines: wrap(text, HEADING_PX, Weight::Bold, room_px) }
+    }
+
+    /// What it takes from the baseline of its last line upwards, in pixels; of an empty one 0.
+    pub fn height_px(&self) -> f64 {
+        match self.lines.len() {
+            0 => 0.0,
+            n => HEADING_PX + (n - 1) as f64 * HEADING_LINE_PX,
+        }
+    }
+
+    /// Draws it from its left edge, its last line on a baseline, in pixels.
+    pub fn drawn(&self, left_px: f64, baseline_px: f64) -> Vec<Element> {
+        let line = |(below, line): (usize, &String)| {
+            let y_px = baseline_px - below as f64 * HEADING_LINE_PX;
+            line_of_text(left_px, y_px, line).bold(HEADING_PX, INK)
+        };
+        let mut lines: Vec<Element> = self.lines.iter().rev().enumerate().map(line).collect();
+        lines.reverse();
+        lines
+    }
 }
 
 /// Draws a text of quiet letters below a place, wrapped to the room there is, and finds where it ends

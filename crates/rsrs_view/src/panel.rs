@@ -4,17 +4,14 @@ use rsrs_core::judge::phase::Phase;
 
 use crate::axes::axes;
 use crate::boundary::{self, Boundary};
+use crate::header::Heading;
 use crate::legend::Contents;
 use crate::marks;
 use crate::overlay::{self, ChosenShape};
-use crate::palette::INK;
 use crate::picture::{DiagramPicture, Numbers, Panel};
 use crate::plot::{self, NumberPlace, Plot, quantity};
-use crate::svg::{Element, line_of_text};
+use crate::svg::Element;
 use crate::symbol::Filling;
-
-/// Height of the letters above a panel, in pixels.
-pub const HEADING_PX: f64 = 12.5;
 
 /// A panel that is drawn.
 pub struct Drawing {
@@ -92,15 +89,13 @@ pub fn above_px(lines: Lines) -> f64 {
     }
 }
 
-fn heading(panel: &Panel, plot: &Plot, lines: Lines) -> Option<Element> {
-    let is_alone = panel.heading.is_empty();
+fn heading(panel: &Panel, plot: &Plot, lines: Lines) -> Vec<Element> {
     let bottom_px = match lines {
         Lines::Drawn => above_px(lines),
         Lines::None => 7.0,
     };
-    let text =
-        line_of_text(plot.left_px, plot.top_px - bottom_px, &panel.heading).bold(HEADING_PX, INK);
-    (!is_alone).then_some(text)
+    Heading::new(&panel.heading, plot.right_px - plot.left_px)
+        .drawn(plot.left_px, plot.top_px - bottom_px)
 }
 
 /// The boundaries of all panels, each once: a line has one letter and one kind of dashes everywhere.

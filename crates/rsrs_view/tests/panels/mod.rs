@@ -1,6 +1,7 @@
 //! Pictures of several panels, and that all of them can be read on any page.
 
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
+use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::quantity::{Axis, Cell};
 use rsrs_core::robot::unicycle::Pose;
@@ -82,6 +83,22 @@ fn pages_of_curves_can_be_read() {
     }
 
     assert!(svg.contains("in reach, holds right of the line"));
+}
+
+#[test]
+fn the_last_number_below_a_curve_keeps_the_margin_of_its_page() {
+    let swept = |at: u32| DiagramCell {
+        cell: cell(&format!("speed_m_s={}", 0.05 + 0.05 * f64::from(at))),
+        counts: PhaseCounts::new([Phase::STABLE_MILLING; 9]),
+    };
+    let diagram = PhaseDiagram { axes: vec![Axis::Speed], cells: (0..6).map(swept).collect() };
+    let picture = DiagramPicture { x: Axis::Speed, y: None, ..plain(&diagram) };
+    for (name, width_px) in [("curve_60_mm", 226.8), ("curve_88_mm", 332.6)] {
+        let svg = draw(name, &DiagramPicture { width_px: Some(width_px), ..picture.clone() }).0;
+
+        let right_px = f64::from(readable::right_of_texts_px(&svg));
+        assert!(right_px <= width_px - 7.5, "{name}: {right_px} of {width_px} px");
+    }
 }
 
 #[test]
@@ -182,4 +199,35 @@ fn several_panels_share_a_legend_and_fit_any_page() {
     let narrow = DiagramPicture { width_px: Some(100.0), ..plain(&diagram) };
     let error = svg(&narrow).unwrap_err();
     assert_eq!(error.to_string(), "the page is 100 px wide, expected 226 px or more");
+}
+
+#[test]
+fn long_headings_are_wrapped_above_their_panels() {
+    let diagram = three_axes(&[6.0, 9.0]);
+    let line = Boundary {
+        label: "in reach".to_owned(),
+        points: vec![(0.0, 0.0), (0.4, 0.4 * 7.0)],
+        holds: Side::Below,
+    };
+    let panel = |(robots, angle): (f64, &str), boundaries: &[Boundary]| Panel {
+        heading: format!("{robots} robots, half-angle of the sensor {angle}"),
+        at: vec![(Axis::Robots, robots)],
+        boundaries: boundaries.to_vec(),
+        ..Panel::new(&diagram)
+    };
+    let slices = [(6.0, "0.1 rad (5.7°)"), (9.0, "0.1 rad (5.7°)"), (6.0, "1 rad"), (9.0, "1 rad")];
+    for (name, width_px, boundaries) in [
+        ("headings", None, &[line.clone()][..]),
+        ("headings_without_lines", None, &[]),
+        ("headings_180_mm", Some(680.0), &[line.clone()]),
+        ("headings_88_mm", Some(332.6), &[line.clone()]),
+        ("headings_60_mm", Some(226.8), &[]),
+    ] {
+        let panels = slices.iter().map(|slice| panel(*slice, boundaries)).collect();
+
+        // It asserts that no text lies on another one or leaves the page.
+        let (svg, _) = draw(name, &DiagramPicture { panels, width_px, ..plain(&diagram) });
+
+        assert_eq!(svg.matches(">6 robots,").count(), 2, "{name}");
+    }
 }

@@ -66,6 +66,14 @@ pub fn assert_readable(name: &str, svg: &str) {
     }
 }
 
+/// The right edge of the texts of a picture, in pixels.
+pub fn right_of_texts_px(svg: &str) -> f32 {
+    let tree = parse(svg).expect("the picture is an SVG");
+    let mut found = Found::default();
+    found.look_through(tree.root());
+    found.texts.iter().map(|written| written.room.right()).fold(0.0, f32::max)
+}
+
 /// An area that nothing shows through.
 struct Ground {
     room: Rect,
