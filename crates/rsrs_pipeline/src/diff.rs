@@ -70,7 +70,7 @@ pub struct CellDifference {
     pub shares: ShareDifference,
 }
 
-/// Compares two sweeps.
+/// Compares two sweeps; the results are both of them, with the cells that both have.
 ///
 /// # Errors
 ///
@@ -79,8 +79,8 @@ pub fn diff(
     from: &Path,
     to: &Path,
     world: World,
-) -> anyhow::Result<(SweepDifference, SweepResult)> {
-    let (one, mut other) = (folder::read(from)?, folder::read(to)?);
+) -> anyhow::Result<(SweepDifference, [SweepResult; 2])> {
+    let (mut one, mut other) = (folder::read(from)?, folder::read(to)?);
     let (first, second) = (one.of_world(world)?, other.of_world(world)?);
     let behaviours = [&one, &other].map(|result| result.source.sweep.behaviour.known());
     if behaviours[0] != behaviours[1] {
@@ -129,11 +129,13 @@ pub fn diff(
         noun: other.source.sweep.behaviour.known().noun(),
         cells,
     };
-    let is_common = |entry: &DiagramCell| first.find(&entry.cell).is_some();
-    for diagram in std::iter::once(&mut other.diagram).chain(&mut other.as_measured) {
-        diagram.cells.retain(is_common);
+    let is_common = |entry: &DiagramCell| difference.cells.iter().any(|it| it.cell == entry.cell);
+    for result in [&mut one, &mut other] {
+        for diagram in std::iter::once(&mut result.diagram).chain(&mut result.as_measured) {
+            diagram.cells.retain(is_common);
+        }
     }
-    Ok((difference, other))
+    Ok((difference, [one, other]))
 }
 
 /// The values of two sweeps and their profiles that differ; axes are compared by their cells.

@@ -50,6 +50,8 @@ pub struct DiagramOptions {
     pub chosen: Option<Choice>,
     /// The title; the robot's name in a sentence if not given.
     pub title: Option<String>,
+    /// The line below it; what else it takes to repeat the sweep if not given.
+    pub subtitle: Option<String>,
     /// Numbers that the cells show in the place of their phases.
     pub values: Option<CellNumbers>,
     /// Whether `B_s`, or what is shown in its place, is written into the cells.
@@ -116,24 +118,14 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
 
 /// As [`of_sweep`], with where the cells lie.
 pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<DrawnDiagram> {
-    let diagram = result.of_world(options.worlds.first())?;
-    let mut unused =
-        diagram.axes.iter().copied().filter(|axis| options.at.iter().all(|(at, _)| at != axis));
-    let x = options.x.or_else(|| unused.next()).unwrap_or(Axis::Speed);
-    let y = options.y.or_else(|| {
-        diagram
-            .axes
-            .iter()
-            .copied()
-            .find(|axis| *axis != x && options.at.iter().all(|(at, _)| at != axis))
-    });
+    let of = Drawn::new(result, options)?;
+    let (x, y) = (of.x, of.y);
     if options.values.is_some() && y.is_none() {
         return Err(with_help(
             "a sweep of one axis has curves of its phases, and no map",
             "leave `--value` out, or sweep two axes",
         ));
     }
-    let of = Drawn { result, options, x, y };
     let panels = of.panels()?;
     let shown = of.shown(&panels);
     let conditions = of.conditions()?;
@@ -150,7 +142,10 @@ pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<D
         x,
         y,
         title,
-        subtitle: subtitle(result, diagram, options, &conditions),
+        subtitle: match &options.subtitle {
+            Some(subtitle) => subtitle.clone(),
+            None => of.facts()?.join(", "),
+        },
         details: how(result, options.worlds, &conditions)?,
         chosen: options.chosen.as_ref().map(|choice| &choice.cell),
         chosen_note: options.chosen.as_ref().map(confirmed),
@@ -175,6 +170,11 @@ fn fitted_to_others(source: &ResolvedSweep) -> impl Iterator<Item = String> {
     let of_classes =
         classes.filter_map(move |(class, own)| of(format!("the profile of class {class}"), own));
     of("their profile".to_owned(), &source.profile).into_iter().chain(of_classes)
+}
+
+/// What the line below the title of a sweep states, fact by fact.
+pub(crate) fn facts(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<Vec<String>> {
+    Drawn::new(result, options)?.facts()
 }
 
 /// The result of `rsrs validate` that is kept in the folder of a sweep, in words; `None` if there is none.
@@ -229,6 +229,16 @@ struct Drawn<'a> {
 }
 
 impl<'a> Drawn<'a> {
+    fn new(result: &'a SweepResult, options: &'a DiagramOptions) -> anyhow::Result<Self> {
+        let diagram = result.of_world(options.worlds.first())?;
+        let is_open = |axis: &Axis| options.at.iter().all(|(at, _)| at != axis);
+        let mut open = diagram.axes.iter().copied().filter(is_open);
+        let x = options.x.or_else(|| open.next()).unwrap_or(Axis::Speed);
+        let mut others = diagram.axes.iter().copied().filter(is_open);
+        let y = options.y.or_else(|| others.find(|axis| *axis != x));
+        Ok(Self { result, options, x, y })
+    }
+
     /// A panel for each slice in each world.
     fn panels(&self) -> anyhow::Result<Vec<Panel<'a>>> {
         let Self { result, options, .. } = self;
@@ -320,6 +330,53 @@ impl<'a> Drawn<'a> {
         Ok(self.plane(diagram, world, &self.slices()?[0])?.1)
     }
 
+    /// What else it takes to repeat the sweep: robots, time, floor, and each value that it fixes.
+    fn facts(&self) -> anyhow::Result<Vec<String>> {
+        let Self { result, options, .. } = self;
+        let diagram = result.of_world(options.worlds.first())?;
+        let conditions = self.conditions()?;
+        let sweep = &result.source.sweep;
+        let is_of_both = options.values.as_ref().is_some_and(|values| values.is_of_both_worlds);
+        let world = match options.worlds {
+            Worlds::One(world) if !is_of_both => robots(result, world),
+            Worlds::One(_) | Worlds::Both => "robots made worse and robots as measured",
+        };
+        let is_swept = |axis: Axis| diagram.axes.contains(&axis);
+        let mut facts = vec![world.to_owned()];
+        if !is_swept(Axis::Robots) {
+            facts.push(quantity::named(Axis::Robots, conditions.robots as f64));
+        }
+        facts.push(format!("{} s", sweep.duration_s));
+        facts.push(replicates(diagram));
+        match &conditions.placement {
+            _ if is_swept(Axis::PlacementRadius) => {}
+            Placement::DiscFacingOut { radius_m } => {
+                facts.push(format!("start disc {} m", significant(*radius_m)));
+            }
+            Placement::BoxFacingOut(sides) | Placement::BoxFacingAnyWay(sides) => {
+                let [width_m, height_m] = [sides.width_m, sides.height_m].map(significant);
+                facts.push(format!("start box {width_m} × {height_m} m"));
+            }
+            Placement::Given { .. } => facts.push("starts from a table".to_owned()),
+            Placement::Pair { .. } => {}
+        }
+        match conditions.arena.walls_m() {
+            _ if is_swept(Axis::Arena) => {}
+            Some(_) => facts.push(match &conditions.world.arena {
+                None => format!("arena {} m", significant(conditions.arena.side_m)),
+                Some(arena) => format!("arena {}", arena.in_words()),
+            }),
+            None => facts.push("no walls".to_owned()),
+        }
+        let stated = [Axis::Robots, Axis::PlacementRadius, Axis::Arena];
+        let fixed = sweep.fixed.values.iter().filter(|(axis, _)| !stated.contains(axis));
+        facts.extend(fixed.map(|(axis, value)| quantity::named(*axis, *value)));
+        if !conditions.world.is_empty() {
+            facts.push(conditions.world.in_words());
+        }
+        Ok(facts)
+    }
+
     fn plane(
         &self,
         diagram: &PhaseDiagram,
@@ -391,52 +448,12 @@ fn slice(
     options.at.iter().copied().chain(free.into_iter().zip(rest)).collect()
 }
 
-fn subtitle(
-    result: &SweepResult,
-    diagram: &PhaseDiagram,
-    options: &DiagramOptions,
-    conditions: &Conditions,
-) -> String {
-    let sweep = &result.source.sweep;
-    let is_of_both = options.values.as_ref().is_some_and(|values| values.is_of_both_worlds);
-    let world = match options.worlds {
-        Worlds::One(world) if !is_of_both => robots(result, world),
-        Worlds::One(_) | Worlds::Both => "robots made worse and robots as measured",
-    };
+fn replicates(diagram: &PhaseDiagram) -> String {
     let n = |entry: &DiagramCell| entry.counts.total();
     let least = diagram.cells.iter().map(n).min().unwrap_or(0);
     let most = diagram.cells.iter().map(n).max().unwrap_or(0);
-    let replicates = if least == most { least.to_string() } else { format!("{least} to {most}") };
-    let mut facts = vec![world.to_owned()];
-    if !diagram.axes.contains(&Axis::Robots) {
-        facts.push(format!("{} robots", conditions.robots));
-    }
-    facts.push(format!("{} s", sweep.duration_s));
-    facts.push(format!("{replicates} replicates per cell"));
-    match &conditions.placement {
-        _ if diagram.axes.contains(&Axis::PlacementRadius) => {}
-        Placement::DiscFacingOut { radius_m } => {
-            facts.push(format!("start disc {} m", significant(*radius_m)));
-        }
-        Placement::BoxFacingOut(sides) | Placement::BoxFacingAnyWay(sides) => {
-            let [width_m, height_m] = [sides.width_m, sides.height_m].map(significant);
-            facts.push(format!("start box {width_m} × {height_m} m"));
-        }
-        Placement::Given { .. } => facts.push("starts from a table".to_owned()),
-        Placement::Pair { .. } => {}
-    }
-    match conditions.arena.walls_m() {
-        _ if diagram.axes.contains(&Axis::Arena) => {}
-        Some(_) => facts.push(match &conditions.world.arena {
-            None => format!("arena {} m", significant(conditions.arena.side_m)),
-            Some(arena) => format!("arena {}", arena.in_words()),
-        }),
-        None => facts.push("no walls".to_owned()),
-    }
-    if !conditions.world.is_empty() {
-        facts.push(conditions.world.in_words());
-    }
-    facts.join(", ")
+    let n = if least == most { least.to_string() } else { format!("{least} to {most}") };
+    format!("{n} replicates per cell")
 }
 
 /// The robots of a world.
@@ -500,4 +517,78 @@ fn plane(
 
 fn is_at(cell: &Cell, at: &[(Axis, f64)]) -> bool {
     at.iter().all(|(axis, value)| cell.get(*axis) == Some(*value))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use rsrs_core::diagram::sweep_file::SweepFile;
+    use rsrs_core::judge::counts::PhaseCounts;
+    use rsrs_core::judge::phase::Phase;
+
+    use super::*;
+
+    /// Flockbots as measured, swept by a file of these lines, of which each cell milled so many times.
+    pub(crate) fn swept(lines: &str, n: usize) -> SweepResult {
+        let text = format!(
+            "profile: flockbot.yaml\nharsher: none\nreplicates: {n}\nduration_s: 120\nseed: 1\n{lines}"
+        );
+        let sweep = SweepFile::parse("sweep.yaml", &text).expect("the tests write sweeps well");
+        let robot = rsrs_testing::conditions::flockbot();
+        let source = ResolvedSweep::of_robot("sweep.yaml", sweep, robot, Path::new(""))
+            .expect("it needs no file");
+        let cells: Vec<DiagramCell> = source
+            .cells("sweep.yaml")
+            .expect("Flockbots can be there")
+            .into_iter()
+            .map(|(cell, _)| DiagramCell {
+                cell,
+                counts: PhaseCounts::new(vec![Phase::STABLE_MILLING; n]),
+            })
+            .collect();
+        let diagram = PhaseDiagram { axes: cells[0].cell.axes(), cells };
+        SweepResult { source, diagram, as_measured: None }
+    }
+
+    /// The texts of a picture in one line, however they are wrapped.
+    pub(crate) fn words(svg: &str) -> String {
+        let texts = svg.split("<text").skip(1).filter_map(|text| {
+            let (_, text) = text.split_once('>')?;
+            Some(text.split_once("</text>")?.0)
+        });
+        texts.collect::<Vec<&str>>().join(" ")
+    }
+
+    fn line_below_the_title(result: &SweepResult) -> String {
+        facts(result, &DiagramOptions::default()).expect("the sweep is whole").join(", ")
+    }
+
+    #[test]
+    fn every_value_that_a_sweep_fixes_stands_below_the_title_once() {
+        let result = swept(
+            "axes: {speed_m_s: [0.1, 0.2], turn_rate_rad_s: [0.5, 1]}\n\
+             fixed: {robots: 9, placement_radius_m: 0.825, arena_m: 15, half_angle_rad: 0.25, \
+             range_m: 0.9, turn_bias_rad_s: 0.02}",
+            6,
+        );
+
+        insta::assert_snapshot!(
+            line_below_the_title(&result),
+            @"robots as measured, 9 robots, 120 s, 6 replicates per cell, start disc 0.825 m, arena 15 m, half-angle of the sensor 0.25 rad (14.3°), range of the sensor 0.9 m, turn bias 0.02 rad/s"
+        );
+    }
+
+    #[test]
+    fn a_curve_names_the_axis_that_its_sweep_fixes() {
+        let result = swept(
+            "axes: {speed_m_s: [0.1, 0.2]}\nfixed: {robots: 9, turn_rate_rad_s: 0.75, arena_m: 15}",
+            6,
+        );
+        let options = DiagramOptions::default();
+
+        let svg = of_sweep(&result, &options).expect("it can be drawn");
+
+        let line = line_below_the_title(&result);
+        assert!(line.ends_with("arena 15 m, turning rate 0.75 rad/s"), "{line}");
+        assert!(words(&svg).contains("turning rate 0.75 rad/s"), "{svg}");
+    }
 }
