@@ -17,6 +17,8 @@ use crate::theme::Theme;
 const GRID: &str = "#dde3e8";
 /// From one robot to the next in the table, in pixels.
 const ROW_PX: f64 = 15.0;
+/// From the end of an axis to the middle of its letter, and around that, in pixels.
+const LETTER_PX: f64 = 7.0;
 
 /// Start poses and the text about them.
 #[derive(Clone, Debug)]
@@ -146,7 +148,7 @@ pub fn svg(picture: &PlacementPicture) -> String {
         .children(walls(&field, picture.walls_m, Some(picture.world)))
         .children(picture.area.border(&field))
         .children(things(&field, picture.world, &objects_m))
-        .children(axes(&field, half_x_m.min(half_y_m)))
+        .children(axes(&field, half_x_m.min(half_y_m), picture))
         .children(bodies)
         .children(names)
         .children(of_objects)
@@ -214,20 +216,37 @@ fn table(picture: &PlacementPicture, top_px: f64) -> (Vec<Element>, f64) {
     (texts, top_px + n_rows as f64 * ROW_PX)
 }
 
-/// Short arrows for x and y at the origin.
-fn axes(field: &Field, half_extent_m: f64) -> [Element; 3] {
+/// Arrows for x and y at the origin, short ones, or as long as it takes for their letters to lie beside all
+/// robots.
+fn axes(field: &Field, half_extent_m: f64, picture: &PlacementPicture) -> [Element; 3] {
     let (x_px, y_px) = field.point(0.0, 0.0);
-    let length_px = 0.12 * half_extent_m * field.px_per_m;
+    let free_px = picture.radius_m * field.px_per_m + LETTER_PX;
+    let is_free = |letter: (f64, f64)| {
+        picture.robots.iter().all(|(_, pose)| {
+            let robot = field.point(pose.x_m, pose.y_m);
+            libm::hypot(robot.0 - letter.0, robot.1 - letter.1) > free_px
+        })
+    };
+    let short_px = 0.12 * half_extent_m * field.px_per_m;
+    let length_px = |way: (f64, f64)| {
+        let end = |length_px: &f64| {
+            let away_px = length_px + LETTER_PX;
+            is_free((x_px + way.0 * away_px, y_px + way.1 * away_px))
+        };
+        let mut lengths_px = (0..15).map(|step| short_px * (1.0 + 0.5 * f64::from(step)));
+        lengths_px.find(end).unwrap_or(short_px)
+    };
+    let (right_px, up_px) = (length_px((1.0, 0.0)), length_px((0.0, -1.0)));
     let (x, y) = (number(x_px), number(y_px));
-    let (left, right) = (number(x_px - length_px / 2.0), number(x_px + length_px));
-    let (upper, lower) = (number(y_px - length_px), number(y_px + length_px / 2.0));
+    let (left, right) = (number(x_px - short_px / 2.0), number(x_px + right_px));
+    let (upper, lower) = (number(y_px - up_px), number(y_px + short_px / 2.0));
     let cross =
         Element::path(&format!("M{left} {y}H{right}M{x} {lower}V{upper}")).outlined(QUIET_INK, 1.2);
     let named = |x_px, y_px, text| small(x_px, y_px, text).with("fill", QUIET_INK);
     [
         cross,
-        named(x_px + length_px + 3.0, y_px + 4.0, "x"),
-        named(x_px - 3.0, y_px - length_px - 4.0, "y"),
+        named(x_px + right_px + 3.0, y_px + 4.0, "x"),
+        named(x_px - 3.0, y_px - up_px - 4.0, "y"),
     ]
 }
 
@@ -273,6 +292,29 @@ mod tests {
         };
 
         assert!(height(&picture(&[at(0.5)])) < height(&picture(&[at(-0.5)])));
+    }
+
+    #[test]
+    fn the_letters_at_the_origin_lie_under_no_robot() {
+        let at = |x_m, y_m| ("robot_1".to_owned(), Pose { x_m, y_m, heading_rad: 0.0 });
+        let number = |svg: &str, before: &str, name: &str| -> f64 {
+            let tag =
+                &svg[svg[..svg.find(before).expect("it is there")].rfind('<').expect("a tag")..];
+            let value =
+                tag.split(&format!(" {name}=\"")).nth(1).and_then(|it| it.split('"').next());
+            value.expect("it has that").parse().expect("a number")
+        };
+        let up_px = |svg: &str| number(svg, ">y<", "y");
+        let robots = [at(0.0, 0.14)];
+
+        let svg = picture(&robots);
+
+        let above_px = up_px(&picture(&[at(0.5, -0.5)])) - up_px(&svg);
+        let body = &svg[svg.rfind("<circle").expect("a body is drawn")..];
+        let centre_px = number(body, ">", "cy");
+        let radius_px = number(body, ">", "r");
+        assert!(above_px > 0.0, "the arrow is longer");
+        assert!(up_px(&svg) < centre_px - radius_px, "{svg}");
     }
 
     #[test]
