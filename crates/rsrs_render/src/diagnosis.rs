@@ -39,7 +39,11 @@ pub fn text(diagnosis: &Diagnosis) -> Words {
         let best = &diagnosis.best;
         let Verb { plain: mill, does, .. } = best.behaviour.verb();
         lines.extend(of.changes());
-        lines.extend(helpful(&diagnosis.hopeless, share(best.b_s, best.n_replicates), does));
+        lines.extend(helpful(
+            &diagnosis.hopeless,
+            Share::from_value(best.b_s, best.n_replicates),
+            does,
+        ));
         lines.extend(next_steps(
             diagnosis.as_measured.as_ref(),
             &diagnosis.causes,
@@ -168,7 +172,7 @@ fn helpful(hopeless: &[Hopeless], now: Share, does: &str) -> Vec<String> {
         now != best
     };
     let helps = |hopeless: &&Hopeless| {
-        share(hopeless.b_s, hopeless.n_replicates).interval().low > now.interval().high
+        Share::from_value(hopeless.b_s, hopeless.n_replicates).interval().low > now.interval().high
     };
     let (helpful, useless): (Vec<&Hopeless>, Vec<&Hopeless>) =
         hopeless.iter().filter(can_change).partition(helps);
@@ -191,11 +195,6 @@ fn helpful(hopeless: &[Hopeless], now: Share, does: &str) -> Vec<String> {
         ));
     }
     lines
-}
-
-/// The share that so many runs show.
-fn share(share: f64, n: u64) -> Share {
-    Share { hits: (share * n as f64).round() as u64, n }
 }
 
 /// The paper's order of remedies (§III step 3): less noise first, then an upgrade, then step 1 again; robots
@@ -316,7 +315,7 @@ mod tests {
     fn what_does_not_surely_help_is_not_offered() {
         let hopeless =
             |capability, best, b_s| Hopeless { capability, now: 0.5, best, b_s, n_replicates: 200 };
-        let now = share(0.035, 200);
+        let now = Share::from_value(0.035, 200);
         let range = hopeless(Axis::Range, 0.9, 0.2);
         let speed = hopeless(Axis::Speed, 0.0125, 0.005);
         let period = hopeless(Axis::Period, 0.1, 0.05);

@@ -22,7 +22,7 @@ pub fn text(ablation: &Ablation) -> String {
 /// without them do not overlap.
 pub fn shown(ablation: &Ablation) -> Option<String> {
     let n = ablation.n_replicates;
-    let interval = |share: f64| Share { hits: (share * n as f64).round() as u64, n }.interval();
+    let interval = |share: f64| Share::from_value(share, n).interval();
     let [measured, all] = [ablation.b_s_as_measured, ablation.b_s_with_all].map(interval);
     if all.low > measured.high {
         return Some(format!(

@@ -160,6 +160,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         chosen: folder::read_choice(&arguments.folder)?,
         experiments: arguments.experiments()?,
         title: arguments.title.clone(),
+        subtitle: None,
         values: arguments.values(&result)?,
         numbers: if arguments.no_numbers { Numbers::Hidden } else { Numbers::Shown },
         worlds: arguments.world.into(),

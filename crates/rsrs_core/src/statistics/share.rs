@@ -16,6 +16,16 @@ pub struct Share {
 }
 
 impl Share {
+    /// The share of `n` runs that was written as a number from 0 to 1.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a part of a count is a count"
+    )]
+    pub fn from_value(value: f64, n: u64) -> Self {
+        Self { hits: (value * n as f64).round() as u64, n }
+    }
+
     /// The share itself; 0 without runs.
     pub fn value(self) -> f64 {
         if self.n == 0 { 0.0 } else { self.hits as f64 / self.n as f64 }

@@ -96,7 +96,7 @@ fn the_last_number_below_a_curve_keeps_the_margin_of_its_page() {
     for (name, width_px) in [("curve_60_mm", 226.8), ("curve_88_mm", 332.6)] {
         let svg = draw(name, &DiagramPicture { width_px: Some(width_px), ..picture.clone() }).0;
 
-        let right_px = f64::from(readable::right_of_texts_px(&svg));
+        let right_px = f64::from(readable::assert_readable(name, &svg));
         assert!(right_px <= width_px - 7.5, "{name}: {right_px} of {width_px} px");
     }
 }

@@ -37,8 +37,8 @@ pub fn keep(name: &str, svg: &str, width_px: u32) -> Pixmap {
     pixmap
 }
 
-/// Asserts that every text of a picture can be read.
-pub fn assert_readable(name: &str, svg: &str) {
+/// Asserts that every text of a picture can be read, and returns where the rightmost ends, in pixels.
+pub fn assert_readable(name: &str, svg: &str) -> f32 {
     let tree = parse(svg).expect("the picture is an SVG");
     let mut found = Found::default();
     found.look_through(tree.root());
@@ -64,13 +64,6 @@ pub fn assert_readable(name: &str, svg: &str) {
             );
         }
     }
-}
-
-/// The right edge of the texts of a picture, in pixels.
-pub fn right_of_texts_px(svg: &str) -> f32 {
-    let tree = parse(svg).expect("the picture is an SVG");
-    let mut found = Found::default();
-    found.look_through(tree.root());
     found.texts.iter().map(|written| written.room.right()).fold(0.0, f32::max)
 }
 
