@@ -119,10 +119,12 @@ pub fn not_written(output: &Path) -> String {
 /// Why runs in some cells would decide nothing.
 fn nothing_claimed(behaviour: Behaviour, margin: f64, planned: &[PlannedRuns]) -> Words {
     let of = if planned.len() == 1 { "this cell" } else { "all of these cells" };
+    let without_runs = |cell: &PlannedRuns| PlannedRuns { runs: None, ..cell.clone() };
+    let unplanned: Vec<PlannedRuns> = planned.iter().map(without_runs).collect();
     let too_rarely = too_rarely(behaviour.verb().plain, of, margin);
     Words::toned(Tone::Unclear, verdict_name(Verdict::NoClaim))
         .then(format!(": {too_rarely}, and runs there would not show whether they do as well"))
-        .below(cells(planned))
+        .below(cells(&unplanned))
 }
 
 fn cells(cells: &[PlannedRuns]) -> String {
