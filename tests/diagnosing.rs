@@ -346,15 +346,16 @@ fn the_repositorys_robots_are_diagnosed_and_mill_when_mended() {
         .replace("robot_sd: 0.0262843", &format!("robot_sd: {gains}"));
     let (before, rest) = text.split_once("  polygon_m:\n").expect("its sensor has corners");
     let (corners, after) = rest.split_once("  true_positive:").expect("and rates behind them");
-    let corners: String = corners
+    let corners: Vec<String> = corners
         .lines()
         .map(|line| {
             let (list, number) = line.rsplit_once(' ').expect("a number is in a list");
             let number: f64 = number.parse().expect("a corner has numbers");
-            format!("{list} {:.4}\n", number * farther)
+            format!("{list} {:.4}", number * farther)
         })
         .collect();
-    let mended = format!("{before}  polygon_m:\n{corners}  true_positive:{after}");
+    let corners = corners.join("\n");
+    let mended = format!("{before}  polygon_m:\n{corners}\n  true_positive:{after}");
     let path = folder.path().join("mended.yaml");
     std::fs::write(&path, mended).expect("the folder is writable");
     assert_eq!(diagnose(&path)["viable"], true, "with {gains} and {farther} times the range");

@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     /// A cell, in which simulated robots do as is wanted in so many of 1,000 runs.
-    fn planned(turn_rate_rad_s: f64, mills: u64, is_chosen: bool) -> PlannedRuns {
+    fn planned(turn_rate_rad_s: f64, mills: u64) -> PlannedRuns {
         let b_s = mills as f64 / 1000.0;
         PlannedRuns {
             cell: Cell::new([(Axis::TurnRate, turn_rate_rad_s)]).unwrap(),
@@ -186,7 +186,7 @@ mod tests {
             n_simulated: 1000,
             b_m: b_s,
             n_as_measured: 1000,
-            is_chosen,
+            is_chosen: false,
             is_claimed: b_s > 0.2,
         }
     }
@@ -206,17 +206,20 @@ mod tests {
 
     #[test]
     fn the_run_that_comes_next_is_in_the_cell_that_was_planned() {
-        let (chosen, other) = (planned(0.75, 900, true), planned(0.25, 800, false));
+        let chosen = PlannedRuns { is_chosen: true, ..planned(0.75, 900) };
+        let other = planned(0.25, 800);
         let next = |cell| next(&plan(&[cell], Some(9)), Path::new("first try/out")).unwrap();
 
         let run = "next: rsrs run EXPERIMENT.yaml --from 'first try/out'";
         assert_eq!(next(chosen), run);
         assert_eq!(next(other), format!("{run} --cell turn_rate_rad_s=0.25"));
     }
+
     #[test]
     fn no_run_is_suggested_where_nothing_is_claimed() {
-        let (never, often) = (planned(0.25, 0, false), planned(0.75, 900, true));
-        let nothing = plan(&[never.clone()], None);
+        let never = planned(0.25, 0);
+        let often = PlannedRuns { is_chosen: true, ..planned(0.75, 900) };
+        let nothing = plan(std::slice::from_ref(&never), None);
 
         assert_eq!(next(&nothing, Path::new("out")), None);
         assert_eq!(

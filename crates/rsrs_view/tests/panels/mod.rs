@@ -219,8 +219,8 @@ fn long_headings_are_wrapped_above_their_panels() {
     for (name, width_px, boundaries) in [
         ("headings", None, &[line.clone()][..]),
         ("headings_without_lines", None, &[]),
-        ("headings_180_mm", Some(680.0), &[line.clone()]),
-        ("headings_88_mm", Some(332.6), &[line.clone()]),
+        ("headings_180_mm", Some(680.0), std::slice::from_ref(&line)),
+        ("headings_88_mm", Some(332.6), std::slice::from_ref(&line)),
         ("headings_60_mm", Some(226.8), &[]),
     ] {
         let panels = slices.iter().map(|slice| panel(*slice, boundaries)).collect();
