@@ -358,6 +358,17 @@ fn the_repositorys_robots_are_diagnosed_and_mill_when_mended() {
     let mended = format!("{before}  polygon_m:\n{corners}\n  true_positive:{after}");
     let path = folder.path().join("mended.yaml");
     std::fs::write(&path, mended).expect("the folder is writable");
-    assert_eq!(diagnose(&path)["viable"], true, "with {gains} and {farther} times the range");
+    // From the disc that was searched: that of the mended robots by themselves is wider.
+    let (start_m, at) = (&smars["denser_start"]["now_m"], &smars["causes"][0]["cell"]);
+    let sweep = folder.path().join("sweep.yaml");
+    let lines = format!(
+        "profile: mended.yaml\ncells: [{at}]\nfixed: {{placement_radius_m: {start_m}, arena_m: 15}}\n\
+         duration_s: 300\nseed: 1\n"
+    );
+    std::fs::write(&sweep, lines).expect("the folder is writable");
+    let sweep = sweep.to_str().expect("a path in UTF-8");
+    let with_sweep = ["diagnose", "mended.yaml", "--sweep", sweep, "--format", "json"];
+    let mended = json(&rsrs(folder.path(), &with_sweep));
+    assert_eq!(mended["viable"], true, "with {gains} and {farther} times the range: {mended:#}");
     assert!(gains < 0.05 && farther > 1.5);
 }
