@@ -1,5 +1,6 @@
 //! The network in which robots are.
 
+use rsrs_fleet::placement::PlaceCheck;
 use rsrs_fleet::record::Backend;
 use rsrs_ros::environment::Environment;
 use rsrs_ros::logging::{self, Level};
@@ -29,8 +30,18 @@ pub fn other_middleware() -> Option<OtherMiddleware> {
 }
 
 /// Refuses flags that say something of a fleet where the robots are simulated: who has forgotten
-/// `--backend fleet` would take the run for one of the fleet. Each flag stands with whether it was given.
-pub fn refuse_flags_of_a_fleet(backend: Backend, flags: &[(&str, bool)]) -> anyhow::Result<()> {
+/// `--backend fleet` would take the run for one of the fleet.
+pub fn refuse_flags_of_a_fleet(
+    backend: Backend,
+    network: &InterfaceArguments,
+    place_command: Option<&str>,
+    place_check: Option<PlaceCheck>,
+) -> anyhow::Result<()> {
+    let flags = [
+        ("--interface", !network.interface.is_empty()),
+        ("--place-command", place_command.is_some()),
+        ("--place-check", place_check.is_some()),
+    ];
     let given = flags.iter().find(|(_, is_given)| *is_given && backend == Backend::Simulator);
     given.map_or(Ok(()), |(flag, _)| {
         Err(bad_arguments(with_help(

@@ -144,7 +144,7 @@ pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<D
         title,
         subtitle: match &options.subtitle {
             Some(subtitle) => subtitle.clone(),
-            None => of.facts()?.join(", "),
+            None => of.facts(&conditions)?.join(", "),
         },
         details: how(result, options.worlds, &conditions)?,
         chosen: options.chosen.as_ref().map(|choice| &choice.cell),
@@ -174,7 +174,8 @@ fn fitted_to_others(source: &ResolvedSweep) -> impl Iterator<Item = String> {
 
 /// What the line below the title of a sweep states, fact by fact.
 pub(crate) fn facts(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<Vec<String>> {
-    Drawn::new(result, options)?.facts()
+    let of = Drawn::new(result, options)?;
+    of.facts(&of.conditions()?)
 }
 
 /// The result of `rsrs validate` that is kept in the folder of a sweep, in words; `None` if there is none.
@@ -331,10 +332,9 @@ impl<'a> Drawn<'a> {
     }
 
     /// What else it takes to repeat the sweep: robots, time, floor, and each value that it fixes.
-    fn facts(&self) -> anyhow::Result<Vec<String>> {
+    fn facts(&self, conditions: &Conditions) -> anyhow::Result<Vec<String>> {
         let Self { result, options, .. } = self;
         let diagram = result.of_world(options.worlds.first())?;
-        let conditions = self.conditions()?;
         let sweep = &result.source.sweep;
         let is_of_both = options.values.as_ref().is_some_and(|values| values.is_of_both_worlds);
         let world = match options.worlds {

@@ -81,12 +81,12 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let backend = arguments.backend;
-    let flags = [
-        ("--interface", !arguments.network.interface.is_empty()),
-        ("--place-command", arguments.place_command.is_some()),
-        ("--place-check", arguments.place_check.is_some()),
-    ];
-    refuse_flags_of_a_fleet(backend, &flags)?;
+    refuse_flags_of_a_fleet(
+        backend,
+        &arguments.network,
+        arguments.place_command.as_deref(),
+        arguments.place_check,
+    )?;
     let Campaign { text, mut items } =
         campaign::read(&arguments.campaign, backend, arguments.other.profile())?;
     for differ in items.iter().filter_map(|item| item.other_profile.as_ref()).take(1) {

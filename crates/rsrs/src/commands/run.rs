@@ -74,12 +74,12 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let flags = [
-        ("--interface", !arguments.network.interface.is_empty()),
-        ("--place-command", arguments.place_command.is_some()),
-        ("--place-check", arguments.place_check.is_some()),
-    ];
-    refuse_flags_of_a_fleet(arguments.backend, &flags)?;
+    refuse_flags_of_a_fleet(
+        arguments.backend,
+        &arguments.network,
+        arguments.place_command.as_deref(),
+        arguments.place_check,
+    )?;
     let plan = Plan::read(&Request {
         experiment: arguments.setup.experiment.clone(),
         cell: arguments.setup.cell.clone(),
