@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use rand::rngs::ChaCha8Rng;
+use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use rsrs_core::robot::controller::Command;
 use rsrs_fleet::controller::Settings;
@@ -157,11 +157,25 @@ const AHEAD: u64 = 16_384;
 /// After so long, in milliseconds, what got lost is sent again.
 const RESEND_MS: u64 = 60;
 
+/// What is drawn, of which no two have the same numbers.
+#[derive(Clone, Copy)]
+pub enum Stream {
+    Scenario,
+    Network,
+    Stop,
+    Stalls,
+}
+
+/// The draws of one kind for a seed: with so many of them, quick ones.
+pub fn draws(seed: u64, stream: Stream) -> Xoshiro256PlusPlus {
+    Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_add((stream as u64) << 60))
+}
+
 pub struct Network {
     seed: u64,
     faults: Faults,
     latest_ms: u64,
-    generator: ChaCha8Rng,
+    generator: Xoshiro256PlusPlus,
     /// What comes due in each millisecond, in order; a ring.
     slots: Vec<Vec<Item>>,
     /// By pair: when the last reliable message arrives.
@@ -170,8 +184,7 @@ pub struct Network {
 
 impl Network {
     pub fn new(seed: u64, faults: Faults) -> Self {
-        let mut generator = ChaCha8Rng::seed_from_u64(seed);
-        generator.set_stream(1);
+        let generator = draws(seed, Stream::Network);
         let slots = (0..AHEAD).map(|_| Vec::new()).collect();
         let stall_ms = faults.stalls.map_or(0, |stalls| stalls.length_ms);
         let latest_ms = faults.delay_ms.max(faults.repeat_ms) + stall_ms;
@@ -239,7 +252,7 @@ impl Network {
         let (stalls, link) = (self.faults.stalls?, self.link(node)? as u64);
         let nth = now_ms / stalls.every_ms;
         let place = self.seed.wrapping_mul(1 << 20).wrapping_add(link << 10).wrapping_add(nth);
-        let draw = ChaCha8Rng::seed_from_u64(place).random_range(0..stalls.every_ms);
+        let draw = draws(place, Stream::Stalls).random_range(0..stalls.every_ms);
         let start_ms = nth * stalls.every_ms + draw.min(stalls.every_ms - stalls.length_ms);
         let end_ms = start_ms + stalls.length_ms;
         (start_ms..end_ms).contains(&now_ms).then_some(end_ms)

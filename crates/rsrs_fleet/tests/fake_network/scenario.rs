@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
+use rand::RngExt;
+use rand::rngs::Xoshiro256PlusPlus;
 use rsrs_fleet::experiment::RobotLost;
 
-use crate::network::{Faults, Node};
+use crate::network::{Faults, Node, Stream, draws};
 
 /// Robots of the fleets to which the worst happens.
 const N_ROBOTS: usize = 3;
@@ -140,7 +140,7 @@ impl Scenario {
 
     /// Anything may go wrong; at the end it is put right, and another run is made.
     pub fn draw(seed: u64) -> Self {
-        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        let mut generator = draws(seed, Stream::Scenario);
         let mut draw = Draw { generator: &mut generator };
         let body = draw.of(&[Body::Real, Body::Real, Body::Simulated, Body::Lockstep]);
         let mut scenario = Self {
@@ -165,9 +165,6 @@ impl Scenario {
             scenario.ahead_ms = vec![scenario.ahead_ms[0]; N_ROBOTS];
             scenario.too_fast_ppm = vec![scenario.too_fast_ppm[0]; N_ROBOTS];
         }
-        let mut generator = ChaCha8Rng::seed_from_u64(seed);
-        generator.set_stream(3);
-        let mut draw = Draw { generator: &mut generator };
         if body == Body::Real && draw.chance(0.3) {
             scenario.controller_only = (0..N_ROBOTS).map(|_| draw.chance(0.5)).collect();
         }
@@ -181,9 +178,6 @@ impl Scenario {
             scenario.happenings.retain(|(_, happening)| !is_start(happening));
             scenario.happenings.push((draw.of(&[1, 30, 100, 300]), Happening::Start(1)));
         }
-        let mut generator = ChaCha8Rng::seed_from_u64(seed);
-        generator.set_stream(4);
-        let mut draw = Draw { generator: &mut generator };
         scenario.has_button[1] = draw.chance(0.3);
         for (button, is_there) in scenario.has_button.into_iter().enumerate() {
             for (probability, happening) in [
@@ -202,8 +196,7 @@ impl Scenario {
     /// A person stops everything in the middle of what else goes wrong.
     pub fn draw_with_stop(seed: u64) -> Self {
         let mut scenario = Self::draw(seed);
-        let mut generator = ChaCha8Rng::seed_from_u64(seed);
-        generator.set_stream(2);
+        let mut generator = draws(seed, Stream::Stop);
         let stop_ms = generator.random_range(1_000..LAST_HAPPENING_MS);
         let is_other = |happening: &Happening| *happening == Happening::Stop;
         scenario.happenings.retain(|(_, happening)| !is_other(happening));
@@ -212,7 +205,7 @@ impl Scenario {
 }
 
 struct Draw<'a> {
-    generator: &'a mut ChaCha8Rng,
+    generator: &'a mut Xoshiro256PlusPlus,
 }
 
 impl Draw<'_> {
