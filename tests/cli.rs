@@ -450,6 +450,12 @@ fn what_is_typed_wrong_ends_with_2() {
         (vec!["measure", "plan", "--robots", "0"], "robots"),
         (vec!["report", "out", "-o", "a.pdf"], "name the report `-o report.html`"),
         (vec!["sweep", sweep, "-o", "a", "--adaptive", "--width", "1.5"], "error: --adaptive: "),
+        (vec!["sweep", sweep, "-o", "a", "--threads", "0"], "'--threads <N>'"),
+        (vec!["answer", "a.yaml", "--width", "88mm"], "written with `-o`"),
+        (
+            vec!["diagram", "out", "-o", "a.svg", "--value", "difference", "--world", "harsher"],
+            "leave out `--world`",
+        ),
     ] {
         let output = rsrs(place.path(), &arguments);
 

@@ -105,7 +105,7 @@ const ONE_WAY: [(&str, &[&str]); 16] = [
     ),
 ];
 /// The rooms of the core, each of which names only those before it.
-const CORE: [&str; 22] = [
+const CORE: [&str; 23] = [
     "bounds",
     "help",
     "natural_order",
@@ -125,6 +125,7 @@ const CORE: [&str; 22] = [
     "judge",
     "trials",
     "conditions",
+    "exploration",
     "capability",
     "diagram",
     "comparison",

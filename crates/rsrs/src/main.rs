@@ -20,6 +20,7 @@ mod progress_log;
 mod question;
 mod setting_arguments;
 mod starter_files;
+mod threads_argument;
 mod watch;
 mod wheel_arguments;
 

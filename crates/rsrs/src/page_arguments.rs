@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use rsrs_pipeline::error::with_help;
 use rsrs_render::picture_file::{Length, PageStyle, PictureFile};
 use rsrs_view::theme::Theme;
 
@@ -12,14 +13,8 @@ use crate::failure::bad_arguments;
 pub struct PageArguments {
     /// For a screen, or for a paper, where a caption explains it: without title, facts and notes,
     /// which become the file's description (default: screen).
-    #[arg(
-        long,
-        value_name = "THEME",
-        value_enum,
-        default_value = "screen",
-        hide_default_value = true
-    )]
-    theme: ThemeName,
+    #[arg(long, value_name = "THEME", value_enum)]
+    theme: Option<ThemeName>,
     /// Width on paper, such as 88mm, 8.8cm or 3.5in; a PNG has 600 dots per inch (default: as wide
     /// as needed).
     #[arg(long, value_name = "WIDTH")]
@@ -39,10 +34,28 @@ impl PageArguments {
         Ok(file.styled(self.style()))
     }
 
+    /// The same where a picture is drawn only if it is asked for.
+    pub fn file_if(self, path: Option<&Path>) -> anyhow::Result<Option<PictureFile<'_>>> {
+        self.check(path, "-o")?;
+        path.map(|path| self.file(path)).transpose()
+    }
+
+    /// Refuses a style where nothing is drawn, for want of a flag.
+    pub fn check(self, drawn: Option<&Path>, flag: &str) -> anyhow::Result<()> {
+        let given = [("--theme", self.theme.is_some()), ("--width", self.width.is_some())];
+        match (drawn, given.into_iter().find(|(_, is_given)| *is_given)) {
+            (None, Some((style, _))) => Err(bad_arguments(with_help(
+                format!("`{style}` is of a picture, and none is asked for"),
+                format!("name where it is to be written with `{flag}`"),
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     pub fn style(self) -> PageStyle {
         let theme = match self.theme {
-            ThemeName::Screen => Theme::Screen,
-            ThemeName::Paper => Theme::Paper,
+            None | Some(ThemeName::Screen) => Theme::Screen,
+            Some(ThemeName::Paper) => Theme::Paper,
         };
         PageStyle { theme, width: self.width }
     }

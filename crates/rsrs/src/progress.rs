@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use rsrs_core::numerals::count;
-use rsrs_pipeline::execution::{Execution, Observer, RunCounter, n_threads};
+use rsrs_pipeline::execution::{Execution, Observer, RunCounter};
 use rsrs_sim::sweep::Progress;
 
 use crate::interrupt;
@@ -135,13 +135,12 @@ impl Observer for Terminal {
     }
 }
 
-/// Simulations whose progress is shown, and which Ctrl-C calls off from now on, in as many threads
-/// as asked for, or else as the machine runs at once.
+/// Simulations in so many threads whose progress is shown, and which Ctrl-C calls off from now on.
 ///
 /// This starts a thread: a process moves into another network before it.
-pub fn execution(threads: Option<usize>) -> anyhow::Result<Execution<'static>> {
+pub fn execution(n_threads: usize) -> anyhow::Result<Execution<'static>> {
     static TERMINAL: OnceLock<Terminal> = OnceLock::new();
     let cancel = interrupt::listen()?;
     let observer = TERMINAL.get_or_init(|| Terminal { cancel });
-    Ok(Execution { n_threads: threads.unwrap_or_else(n_threads), observer })
+    Ok(Execution { n_threads, observer })
 }

@@ -2,7 +2,7 @@
 
 use rsrs_pipeline::choose::{CONFIRM, SearchOptions};
 
-use crate::progress::execution;
+use crate::threads_argument::ThreadsArgument;
 
 /// The same of `choose`, `answer` and `diagnose`, which look for one setting.
 #[derive(Clone, Copy, clap::Args)]
@@ -15,15 +15,14 @@ pub struct SettingArguments {
     #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
           value_parser = clap::value_parser!(u64).range(1..))]
     pub confirm: u64,
-    /// Threads (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
+    #[command(flatten)]
+    pub threads: ThreadsArgument,
 }
 
 impl SettingArguments {
     /// The same for the search.
     pub fn options(self, wanted: f64) -> anyhow::Result<SearchOptions<'static>> {
         let Self { robots, confirm, threads } = self;
-        Ok(SearchOptions { robots, wanted, confirm, execution: execution(threads)? })
+        Ok(SearchOptions { robots, wanted, confirm, execution: threads.execution()? })
     }
 }

@@ -8,6 +8,7 @@ pub mod source;
 use std::collections::BTreeSet;
 use std::fmt;
 
+use serde::Serialize;
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, IgnoredAny, MapAccess, Visitor};
 
 use self::kind::Kind;
@@ -108,6 +109,12 @@ pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, DocumentE
         }
         DocumentError { problem: kind::of_another(refused.problem, text), ..refused }
     })
+}
+
+/// Plain data as a YAML document. Types have functions of their own that call it, so that how each is
+/// written is compiled once, as it is with [`parse`].
+pub fn to_yaml<T: Serialize>(data: &T) -> String {
+    serde_saphyr::to_string(data).expect("words, numbers, lists and maps have a YAML form")
 }
 
 /// Whether there are blank lines and comments alone.

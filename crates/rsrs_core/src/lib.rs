@@ -13,6 +13,7 @@
 //! - [`trials`]: how it is measured, and whether the simulator agrees with the trials;
 //! - [`conditions`]: everything that an outcome may depend on, the paper's `E`;
 //! - [`judge`]: what a swarm did, which phase that is, how sure that is and which judges agree;
+//! - [`exploration`]: what a search for controllers follows from;
 //! - [`diagram`]: the cells that a sweep file spans, how often each ended in each phase, what geometry
 //!   expects of them, and which of them to run;
 //! - [`tracker`]: how a tracker publishes where robots are, and what that is on the floor;
@@ -38,6 +39,7 @@ pub mod capability;
 pub mod comparison;
 pub mod conditions;
 pub mod diagram;
+pub mod exploration;
 pub mod judge;
 pub mod natural_order;
 pub mod quantity;

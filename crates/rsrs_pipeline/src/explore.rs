@@ -35,7 +35,7 @@ use crate::execution::Execution;
 use crate::files::read_text;
 use crate::sweep::source::{read_controller, read_profile, read_world, robots_beside};
 use folder::Folder;
-use settings::Settings;
+use settings::settings;
 use trial::TestBed;
 
 /// What is searched for, with which robots.
@@ -242,7 +242,7 @@ pub fn explore(
 ) -> anyhow::Result<Explored> {
     let measured = read_profile(profile)?;
     let test_bed = TestBed::new(&measured, options)?;
-    let settings = Settings::new(options, &test_bed);
+    let settings = settings(options, &test_bed);
     let mut open_folder = Folder::open(folder, &measured, &settings, options.starts)?;
     let finds = search::search(&test_bed, &mut open_folder.journal, options)?;
     gallery::write(&test_bed, &open_folder, finds, options)

@@ -57,7 +57,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
+    let picture = arguments.page.file_if(arguments.output.as_deref())?;
     let options = AnswerOptions {
         sweep: arguments.sweep.as_deref(),
         other_profile: arguments.other.profile(),

@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use crate::commands::{Format, print_text, report, report_written};
 use crate::failure::Outcome;
-use crate::progress::execution;
 use crate::setting_arguments::SettingArguments;
 use rsrs_pipeline::choose::extension::extensions;
 use rsrs_pipeline::choose::pseudo_realities::{
@@ -118,7 +117,7 @@ fn report_with_factors<T: Serialize>(
 ) -> anyhow::Result<()> {
     let result = folder::read(&arguments.folder)?;
     let replicates = REPLICATES.min(arguments.setting.confirm);
-    let execution = execution(arguments.setting.threads)?;
+    let execution = arguments.setting.threads.execution()?;
     let factors = ablate(&result.source, cell, replicates, execution)?;
     let draws = arguments.pseudo_realities.map(|profiles| Draws {
         profiles,

@@ -78,8 +78,8 @@ pub struct Arguments {
     page: PageArguments,
     /// The robots: made worse by the sweep's factors, as measured, or both side by side (default:
     /// harsher).
-    #[arg(long, value_enum, default_value = "harsher", hide_default_value = true)]
-    world: Robots,
+    #[arg(long, value_enum)]
+    world: Option<Robots>,
 }
 
 /// Which robots a diagram shows.
@@ -110,9 +110,14 @@ fn cell_numbers() -> impl TypedValueParser<Value = CellNumber> {
 }
 
 impl Arguments {
+    /// The worlds that are shown.
+    fn worlds(&self) -> Worlds {
+        self.world.unwrap_or(Robots::Harsher).into()
+    }
+
     /// What the cells show in the place of their phases.
     fn values(&self, result: &SweepResult) -> anyhow::Result<Option<CellNumbers>> {
-        let worlds = Worlds::from(self.world).all();
+        let worlds = self.worlds().all();
         self.value.map(|value| value.of_sweep(&self.folder, result, worlds)).transpose()
     }
 
@@ -135,6 +140,12 @@ impl Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if arguments.value == Some(CellNumber::Difference) && arguments.world.is_some() {
+        return Err(bad_arguments(with_help(
+            "a difference is between both worlds, and `--world` names what is shown",
+            "leave out `--world`",
+        )));
+    }
     if latex::is_tex(&arguments.output) {
         if arguments.value.is_some() {
             return Err(bad_arguments(with_help(
@@ -143,7 +154,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             )));
         }
         let result = folder::read(&arguments.folder)?;
-        let tables = Worlds::from(arguments.world).all().iter();
+        let tables = arguments.worlds().all().iter();
         let tables: Vec<String> =
             tables.map(|world| latex::cells(&result, *world)).collect::<Result<_, _>>()?;
         write_file(&arguments.output, tables.concat().as_bytes())?;
@@ -163,7 +174,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         subtitle: None,
         values: arguments.values(&result)?,
         numbers: if arguments.no_numbers { Numbers::Hidden } else { Numbers::Shown },
-        worlds: arguments.world.into(),
+        worlds: arguments.worlds(),
         style: arguments.page.style(),
         validation: validation(&arguments.folder, &result.source)?,
     };
@@ -171,7 +182,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(picture) = picture {
         picture.write(&svg)?;
     } else {
-        write_file(&arguments.output, page(&result, arguments.world.into(), &svg)?.as_bytes())?;
+        write_file(&arguments.output, page(&result, arguments.worlds(), &svg)?.as_bytes())?;
     }
     report_written(Format::Text, &arguments.output)?;
     Ok(Outcome::Done)

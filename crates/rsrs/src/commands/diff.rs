@@ -50,7 +50,7 @@ enum Robots {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
+    let picture = arguments.page.file_if(arguments.output.as_deref())?;
     let world = match arguments.world {
         Robots::Harsher => World::Harsher,
         Robots::AsMeasured => World::AsMeasured,

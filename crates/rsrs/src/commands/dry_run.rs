@@ -22,8 +22,8 @@ use crate::commands::{self, Format, report};
 use crate::experiment_bar::{TerminalOperator, above_bars};
 use crate::failure::Outcome;
 use crate::notes::print_note;
-use crate::progress::execution;
 use crate::starter_files::StarterFiles;
+use crate::threads_argument::ThreadsArgument;
 use rsrs_operate::run::RunSummary;
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_operate::run::side_by_side::{self, Completed, Experiments};
@@ -31,7 +31,6 @@ use rsrs_pipeline::choose::{self, Chosen};
 use rsrs_pipeline::compare;
 use rsrs_pipeline::compare::prediction::CHOSEN;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::execution::n_threads;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
 use rsrs_pipeline::sweep::result::SweepResult;
@@ -66,9 +65,8 @@ pub struct Arguments {
     #[arg(long, value_name = "SEED", default_value_t = 1, hide_default_value = true,
           value_parser = clap::value_parser!(u64).range(..1 << 62))]
     seed: u64,
-    /// Threads of the sweep, and experiments side by side (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    threads: ThreadsArgument,
     /// Folder to make; it must not exist (default: `results/dry-run`, with a number if taken).
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -154,7 +152,7 @@ impl DryRun<'_> {
 
         let (folder, sweep) = (self.folder.clone(), self.folder.join("sweep"));
         let name = files.sweep.display().to_string();
-        let watched = execution(self.arguments.threads)?;
+        let watched = self.arguments.threads.execution()?;
         let result = sweep_into(&sweep, &name, source, watched, picture::into_folder)?;
         self.print(swept(&result))?;
         let options = choose::SearchOptions {
@@ -260,7 +258,7 @@ impl DryRun<'_> {
         let mut real = Share::default();
         let experiments = Experiments {
             requests: &requests,
-            n_at_once: self.arguments.threads.unwrap_or_else(n_threads),
+            n_at_once: self.arguments.threads.number(),
             network: &self.network,
             operator: &TerminalOperator,
             made_again: &|index, attempt| {

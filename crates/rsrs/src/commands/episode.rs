@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use rsrs_core::quantity::Cell;
 use rsrs_pipeline::compare::prediction::nothing_chosen;
 use rsrs_pipeline::episode::replicate::{only_cell, replay};
+use rsrs_pipeline::execution::n_threads;
 use rsrs_pipeline::sweep::folder::read_choice;
 use rsrs_render::episode::text;
 
@@ -48,7 +49,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             None => only_cell(folder)?.ok_or_else(|| nothing_chosen(folder))?,
         },
     };
-    let episode = replay(folder, &cell, *replicate, output, execution(None)?)?;
+    let episode = replay(folder, &cell, *replicate, output, execution(n_threads())?)?;
     report(arguments.format, &episode, text(&episode))?;
     Ok(Outcome::Done)
 }

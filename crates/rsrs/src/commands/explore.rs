@@ -11,7 +11,7 @@ use rsrs_sim::exploration::space::Directions;
 
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, bad_arguments};
-use crate::progress::execution;
+use crate::threads_argument::ThreadsArgument;
 use rsrs_render::explored::{draw, text};
 
 /// Explore what a swarm of these robots can do, beyond the given controller.
@@ -75,9 +75,8 @@ pub struct Arguments {
     /// Seed of the search and of its runs.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..1 << 63))]
     seed: u64,
-    /// Threads (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    threads: ThreadsArgument,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -137,7 +136,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         replicates: arguments.replicates,
         duration_s: arguments.duration,
         seed: arguments.seed,
-        execution: execution(arguments.threads)?,
+        execution: arguments.threads.execution()?,
     };
     let explored = explore(&arguments.profile, &arguments.output, &options)?;
     draw(&explored)?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::print_always;
-use crate::progress::execution;
+use crate::threads_argument::ThreadsArgument;
 use rsrs_pipeline::sweep::merge::merge;
 use rsrs_render::picture;
 use rsrs_render::sweep::{SweepReport, text};
@@ -27,9 +27,8 @@ pub struct Arguments {
     /// Folder to make; it must not exist, unless this very command was interrupted.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Threads (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    threads: ThreadsArgument,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -37,7 +36,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { shards, output, .. } = arguments;
-    let execution = execution(arguments.threads)?;
+    let execution = arguments.threads.execution()?;
     let result = merge(shards, output, execution, picture::into_folder)?;
     let summary = SweepReport::new(output, &result, execution)?;
     if let Some(warning) = summary.warning() {

@@ -68,7 +68,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let picture = arguments.output.as_deref().map(|path| arguments.page.file(path)).transpose()?;
+    let picture = arguments.page.file_if(arguments.output.as_deref())?;
     let plan = Plan::read(&Request {
         experiment: arguments.setup.experiment.clone(),
         cell: arguments.setup.cell.clone(),

@@ -17,7 +17,7 @@ use rsrs_render::words::Words;
 use crate::bag_arguments::margin;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::progress::execution;
+use crate::threads_argument::ThreadsArgument;
 
 /// Plan real runs: how many decide whether robots mill as often as simulated.
 ///
@@ -64,9 +64,8 @@ pub struct Arguments {
     /// that exists is not overwritten.
     #[arg(short, long, value_name = "FILE", requires = "fixed")]
     output: Option<PathBuf>,
-    /// Threads (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    threads: ThreadsArgument,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -78,7 +77,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         margin: arguments.margin,
         wanted: arguments.decided,
         replicates: arguments.replicates,
-        execution: execution(arguments.threads)?,
+        execution: arguments.threads.execution()?,
     };
     if arguments.fixed {
         return fixed(arguments, &options);

@@ -10,7 +10,7 @@ use rsrs_core::world::WorldFile;
 use crate::commands::{Format, print_text, report};
 use crate::failure::{Outcome, check_flag};
 use crate::notes::print_always;
-use crate::progress::execution;
+use crate::threads_argument::ThreadsArgument;
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::execution::Execution;
 use rsrs_pipeline::sweep::shard::Shard;
@@ -60,9 +60,8 @@ pub struct Arguments {
     /// So a sweep is spread over machines: each makes a folder of its own.
     #[arg(long, value_name = "I/N", conflicts_with = "adaptive")]
     shard: Option<Shard>,
-    /// Threads (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    threads: ThreadsArgument,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -80,7 +79,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         check_flag("--adaptive", source.sweep.check(&name).map_err(helped))?;
     }
     warn_of_lost_capabilities(&source);
-    let execution = execution(arguments.threads)?;
+    let execution = arguments.threads.execution()?;
     if let Some(shard) = arguments.shard {
         return run_shard((folder, shard), &name, &source, arguments.format, execution);
     }

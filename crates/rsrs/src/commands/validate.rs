@@ -69,6 +69,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    arguments.page.check(arguments.output.as_deref(), "-o")?;
     let usual = ReachOptions::default();
     let options = ValidateOptions {
         trajectories: arguments.trajectories.clone(),

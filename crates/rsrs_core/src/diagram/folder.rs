@@ -1,7 +1,7 @@
 //! The folder of a sweep: how what is in it is called, and what was swept into it.
 
-use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
 
 use super::sweep_file::SweepFile;
 use crate::document::{self, DocumentError};
@@ -36,6 +36,16 @@ impl SweptSource {
     /// Reads the text of [`SWEEP`], called `file` in errors.
     pub fn parse(file: &str, text: &str) -> Result<Self, DocumentError> {
         document::parse(file, text)
+    }
+
+    /// The same of a sweep and its profile as a YAML document, to which its provenance is still to be added.
+    pub fn to_yaml(sweep: &SweepFile, profile: &RobotProfile) -> String {
+        #[derive(Serialize)]
+        struct Written<'a> {
+            sweep: &'a SweepFile,
+            profile: &'a RobotProfile,
+        }
+        document::to_yaml(&Written { sweep, profile })
     }
 }
 

@@ -225,6 +225,11 @@ impl SweepFile {
         Ok(sweep)
     }
 
+    /// The sweep as a YAML document.
+    pub fn to_yaml(&self) -> String {
+        document::to_yaml(self)
+    }
+
     /// The kind of interval that its counts allow for.
     pub fn interval_kind(&self) -> IntervalKind {
         match self.adaptive {

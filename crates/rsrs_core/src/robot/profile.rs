@@ -256,6 +256,11 @@ impl RobotProfile {
         Ok(profile)
     }
 
+    /// The profile as a YAML document.
+    pub fn to_yaml(&self) -> String {
+        document::to_yaml(self)
+    }
+
     /// Names this profile's content in provenance records: 16 hexadecimal digits.
     pub fn digest(&self) -> String {
         let mut digest = crate::digest::Digest::new("profile");

@@ -350,6 +350,11 @@ impl WorldFile {
         Ok(world)
     }
 
+    /// The world as a YAML document.
+    pub fn to_yaml(&self) -> String {
+        document::to_yaml(self)
+    }
+
     /// Whether each part of it can be; that of no part can.
     pub fn check(&self) -> Result<(), WorldFlaw> {
         if let Some(arena) = &self.arena {

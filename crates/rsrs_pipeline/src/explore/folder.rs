@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use rsrs_core::conditions::controller_table::ControllerTable;
+use rsrs_core::exploration::ExplorationSettings;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::world::WorldFile;
 
 use super::StartTable;
 use super::file_names::{CONTROLLER, PROFILE, SETTINGS, STARTS, WORLD};
 use super::journal::Journal;
-use super::settings::Settings;
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
 use crate::files::{make_folder, read_text, write_file};
@@ -35,11 +36,11 @@ impl Folder {
     pub fn open(
         path: &Path,
         robot: &RobotProfile,
-        settings: &Settings,
+        settings: &ExplorationSettings,
         starts: Option<&StartTable>,
     ) -> anyhow::Result<Self> {
-        let written = serde_saphyr::to_string(settings).context("the settings as YAML")?;
-        let profile = serde_saphyr::to_string(robot).context("the profile as YAML")?;
+        let written = settings.to_yaml();
+        let profile = robot.to_yaml();
         refuse_other_things(path)?;
         make_folder(path)?;
         let Some(lock) = try_lock(&path.join(LOCK))? else {
@@ -48,10 +49,8 @@ impl Folder {
                 "wait for it, or give this one another folder",
             ));
         };
-        let table = settings.controller.as_ref().map(serde_saphyr::to_string).transpose();
-        let table = table.context("the controller as YAML")?;
-        let world = settings.world.as_ref().map(serde_saphyr::to_string).transpose();
-        let world = world.context("the world as YAML")?;
+        let table = settings.controller.as_ref().map(ControllerTable::to_yaml);
+        let world = settings.world.as_ref().map(WorldFile::to_yaml);
         let files = [
             (PROFILE, Some(&profile)),
             (SETTINGS, Some(&written)),

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use rsrs_core::conditions::controller_table::ControllerSource;
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
 use rsrs_core::judge::behaviour::Behaviour;
@@ -60,7 +59,7 @@ pub fn write(
         if let Name::Behaviour(behaviour) = trial.name {
             let name = format!("{:02}_{}.yaml", index + 1, trial.name.key());
             let sweep = PathBuf::from(SWEEPS).join(name);
-            let text = sweep_text(test_bed, (&trial, behaviour), &entry, options)?;
+            let text = sweep_text(test_bed, (&trial, behaviour), &entry, options);
             write_file(&open_folder.path.join(&sweep), text.as_bytes())?;
             entry.sweep = Some(sweep);
             phase = Some(behaviour.wanted());
@@ -140,7 +139,7 @@ fn sweep_text(
     (trial, behaviour): (&Trial, Behaviour),
     found: &FoundController,
     options: &ExploreOptions,
-) -> anyhow::Result<String> {
+) -> String {
     let (axes, mut values) = axes(test_bed, trial);
     values.push((Axis::Robots, options.robots as f64));
     if options.world.is_none_or(|world| world.arena.is_none()) {
@@ -170,7 +169,7 @@ fn sweep_text(
     .within_wheels(test_bed.robots());
     let world = options.world.map(|_| WorldSource::File(format!("../{WORLD}")));
     let sweep = SweepFile { world, ..sweep };
-    let yaml = serde_saphyr::to_string(&sweep).context("the sweep as YAML")?;
+    let yaml = sweep.to_yaml();
     // The values of axes are fractions in files, and a person writes no fraction of a robot.
     let [fraction, whole] = [
         format!("{}: {:.1}\n", Axis::Robots, options.robots as f64),
@@ -178,11 +177,11 @@ fn sweep_text(
     ];
     let yaml = yaml.replacen(&fraction, &whole, 1);
     let FoundController { words, share, n_replicates, .. } = found;
-    Ok(format!(
+    format!(
         "# Around a controller that was found by `rsrs explore`: {words}, in {} of {n_replicates} runs.\n\
          {yaml}",
         percent(*share)
-    ))
+    )
 }
 
 /// The two numbers of a controller that are swept, around their values, and the others.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::document;
+use rsrs_core::exploration::ExplorationSettings;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::behaviour::rule::Rules;
 use rsrs_core::judge::order::OrderParameters;
@@ -14,7 +14,6 @@ use rsrs_sim::exploration::space::Directions;
 
 use super::ExploreOptions;
 use super::file_names::{PROFILE, SETTINGS};
-use super::settings::Settings;
 use super::trial::{Name, TestBed};
 use crate::error::helped;
 use crate::execution::Execution;
@@ -43,8 +42,8 @@ impl Judge {
     pub fn of_search(folder: &Path) -> anyhow::Result<Self> {
         let robots = read_profile(&folder.join(PROFILE))?;
         let file = folder.join(SETTINGS);
-        let settings: Settings =
-            document::parse(&file.display().to_string(), &read_text(&file)?).map_err(helped)?;
+        let settings = ExplorationSettings::parse(&file.display().to_string(), &read_text(&file)?)
+            .map_err(helped)?;
         let has_arena = settings.world.as_ref().is_some_and(|world| world.arena.is_some());
         let options = ExploreOptions {
             wanted: settings.behaviour,

@@ -33,6 +33,12 @@ pub struct ResolvedSweep {
     pub provenance: ResultProvenance,
 }
 
+/// Which program made a result, beside what was swept.
+#[derive(Serialize, Deserialize)]
+struct Made {
+    provenance: ResultProvenance,
+}
+
 impl ResolvedSweep {
     /// Reads a sweep file and the profile that it names.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
@@ -84,10 +90,6 @@ impl ResolvedSweep {
 
     /// Reads the text of `sweep.yaml` in a result folder, called `file` in errors.
     pub fn parse_result(file: &str, text: &str) -> Result<Self, DocumentError> {
-        #[derive(Deserialize)]
-        struct Made {
-            provenance: ResultProvenance,
-        }
         let SweptSource { sweep, profile, .. } = SweptSource::parse(file, text)?;
         let Made { provenance } = document::parse(file, text)?;
         Ok(Self { sweep, profile, provenance })
@@ -95,7 +97,9 @@ impl ResolvedSweep {
 
     /// The text of `sweep.yaml` in a result folder.
     pub fn to_yaml(&self) -> anyhow::Result<String> {
-        serde_saphyr::to_string(self).context("the sweep as YAML")
+        let Self { sweep, profile, provenance } = self;
+        let made = serde_saphyr::to_string(&Made { provenance: provenance.clone() });
+        Ok(SweptSource::to_yaml(sweep, profile) + &made.context("the provenance as YAML")?)
     }
 
     /// Reads a sweep file and its profile, or what a sweep has left of both in its result folder.

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use rsrs_core::capability::{LostCapability, lost_capabilities};
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::harsher::HarsherFactors;
@@ -107,6 +106,7 @@ struct FitOutput<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    arguments.page.check(arguments.pictures.as_deref(), "--pictures")?;
     check_name(&arguments.name).map_err(bad_arguments)?;
     let unmeasured = unmeasured(arguments)?;
     let mixture = if arguments.mixed { Mixture::Allowed } else { Mixture::Refused };
@@ -116,7 +116,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let simulated = HarsherFactors::for_robot(&profile).apply(&profile)?;
     let lost = lost_capabilities(&profile, &simulated);
     if let Some(path) = &arguments.output {
-        let text = serde_saphyr::to_string(&profile).context("the profile as YAML")?;
+        let text = profile.to_yaml();
         write_file(path, text.as_bytes())?;
     }
     if let Some(folder) = &arguments.pictures {

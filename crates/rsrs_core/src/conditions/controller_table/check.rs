@@ -225,6 +225,11 @@ impl ControllerTable {
         Ok(table)
     }
 
+    /// The table as a YAML document.
+    pub fn to_yaml(&self) -> String {
+        document::to_yaml(self)
+    }
+
     /// Whether each part of the table can be; [`Self::check_rows`] says whether all together are a controller.
     pub fn check(&self) -> Result<(), TableFlaw> {
         for (name, number) in &self.numbers {
