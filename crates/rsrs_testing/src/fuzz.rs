@@ -96,9 +96,9 @@ impl Harness<'_> {
     }
 }
 
-/// For how long a harness runs: 5 s, if `RSRS_FUZZ_S` does not say otherwise.
+/// For how long a harness runs: 2 s, if `RSRS_FUZZ_S` does not say otherwise.
 pub fn duration() -> Duration {
-    Duration::from_secs(number("RSRS_FUZZ_S").unwrap_or(5))
+    Duration::from_secs(number("RSRS_FUZZ_S").unwrap_or(2))
 }
 
 /// For how long this thread has had a processor: a machine that stands still makes no input slow.
