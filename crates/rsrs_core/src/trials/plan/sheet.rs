@@ -62,14 +62,17 @@ impl Plan {
 
     /// What all of it takes: most of it is not driving.
     fn time_in_words(&self, n_trials: usize) -> String {
-        let hours = |time_s: f64| format!("{:.1} h", time_s / 3600.0);
+        let time = |time_s: f64| match time_s / 60.0 {
+            minutes if minutes < 60.0 => format!("{minutes:.0} min"),
+            minutes => format!("{:.1} h", minutes / 60.0),
+        };
         let by_hand_s = n_trials as f64 * BY_HAND_S;
         format!(
             "About {} in all: {} of driving and reading, and {} by hand, if placing and writing down take \
              {:.0} min for each of the {n_trials} trials.",
-            hours(self.duration_s + by_hand_s),
-            hours(self.duration_s),
-            hours(by_hand_s),
+            time(self.duration_s + by_hand_s),
+            time(self.duration_s),
+            time(by_hand_s),
             BY_HAND_S / 60.0
         )
     }
