@@ -71,10 +71,10 @@ impl Setting {
 /// step: a profile, a sweep, or the results of one.
 pub fn source(value: &Bound<'_, PyAny>) -> PyResult<Folder> {
     if let Ok(sweep) = value.cast::<Sweep>() {
-        return Folder::holding("sweep.yaml", &sweep.get().to_yaml()?);
+        return Folder::holding("sweep.yaml", &sweep.get().to_yaml());
     }
     if let Ok(profile) = value.cast::<Profile>() {
-        return Folder::holding("profile.yaml", &profile.get().to_yaml()?);
+        return Folder::holding("profile.yaml", &profile.get().to_yaml());
     }
     if let Ok(result) = value.cast::<SweepResult>() {
         return Ok(Folder::kept(result.get().path().to_path_buf()));

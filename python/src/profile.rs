@@ -8,7 +8,7 @@ use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::sweep::source::read_profile;
 
-use crate::error::{helped, our_mistake, raised, refused};
+use crate::error::{helped, raised, refused};
 use crate::json::{keys_as_text, to_python};
 
 /// A robot as it was measured: `rsrs.Profile.load("flockbot.yaml")`, or from the text of such a file.
@@ -33,11 +33,11 @@ impl Profile {
     }
     /// Writes the profile into a file, as YAML.
     fn save(&self, path: PathBuf) -> PyResult<()> {
-        write_file(&path, self.to_yaml()?.as_bytes()).map_err(raised)
+        write_file(&path, self.to_yaml().as_bytes()).map_err(raised)
     }
     /// The profile as YAML.
-    pub fn to_yaml(&self) -> PyResult<String> {
-        serde_saphyr::to_string(&self.0).map_err(our_mistake)
+    pub fn to_yaml(&self) -> String {
+        self.0.to_yaml()
     }
     /// The name of the kind of robot.
     #[getter]
@@ -80,7 +80,7 @@ impl Profile {
         to_python(py, &self.0)
     }
     fn __getnewargs__(&self) -> PyResult<(String,)> {
-        Ok((self.to_yaml()?,))
+        Ok((self.to_yaml(),))
     }
     fn __repr__(&self) -> String {
         let RobotProfile { name, body, actuation, .. } = &self.0;

@@ -121,8 +121,8 @@ impl Sweep {
         self.conditions_of(index, self::world(world)?)
     }
     /// The sweep with its profile as YAML, which needs no other file.
-    pub fn to_yaml(&self) -> PyResult<String> {
-        self.source.to_yaml().map_err(our_mistake)
+    pub fn to_yaml(&self) -> String {
+        self.source.to_yaml()
     }
     /// Simulates every cell in both worlds: with the robots made worse, and as measured.
     ///

@@ -8,16 +8,13 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
-use rsrs_pipeline::execution::{Execution, Observer, RunCounter, n_threads};
+use rsrs_pipeline::execution::{Execution, MOST_THREADS, Observer, RunCounter, n_threads};
 use rsrs_sim::sweep::Progress as Done;
 
 use crate::error::{panicked, raised, refused};
 
 /// How often progress is shown and signals are looked for: nobody notices the delay, and it costs nothing.
 const LOOK: Duration = Duration::from_millis(20);
-
-/// The most threads that somebody can mean.
-const MOST_THREADS: usize = 4096;
 
 /// Who is told how far work has come.
 pub enum Progress {
@@ -106,7 +103,7 @@ impl RunCounter for Counter<'_> {
 fn threads(wanted: Option<usize>) -> PyResult<usize> {
     match wanted {
         None => Ok(n_threads()),
-        Some(n) if (1..=MOST_THREADS).contains(&n) => Ok(n),
+        Some(n) if (1..=MOST_THREADS).contains(&(n as u64)) => Ok(n),
         Some(n) => Err(refused(format!("threads is {n}, expected from 1 to {MOST_THREADS}"))),
     }
 }

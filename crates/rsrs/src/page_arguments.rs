@@ -34,19 +34,19 @@ impl PageArguments {
         Ok(file.styled(self.style()))
     }
 
-    /// The same where a picture is drawn only if it is asked for.
+    /// The same where a picture is drawn only if `-o` names one.
     pub fn file_if(self, path: Option<&Path>) -> anyhow::Result<Option<PictureFile<'_>>> {
-        self.check(path, "-o")?;
+        self.check(path, "name it with `-o`")?;
         path.map(|path| self.file(path)).transpose()
     }
 
-    /// Refuses a style where nothing is drawn, for want of a flag.
-    pub fn check(self, drawn: Option<&Path>, flag: &str) -> anyhow::Result<()> {
+    /// Refuses a style where no picture is drawn; `help` is what else to type.
+    pub fn check(self, drawn: Option<&Path>, help: &'static str) -> anyhow::Result<()> {
         let given = [("--theme", self.theme.is_some()), ("--width", self.width.is_some())];
         match (drawn, given.into_iter().find(|(_, is_given)| *is_given)) {
             (None, Some((style, _))) => Err(bad_arguments(with_help(
-                format!("`{style}` is of a picture, and none is asked for"),
-                format!("name where it is to be written with `{flag}`"),
+                format!("`{style}` is for pictures, and none is asked for"),
+                help,
             ))),
             _ => Ok(()),
         }

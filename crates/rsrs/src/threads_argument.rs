@@ -1,7 +1,7 @@
 //! How many threads simulate, on the command line.
 
 use clap::builder::RangedU64ValueParser;
-use rsrs_pipeline::execution::{Execution, n_threads};
+use rsrs_pipeline::execution::{Execution, MOST_THREADS, n_threads};
 
 use crate::progress::execution;
 
@@ -9,7 +9,7 @@ use crate::progress::execution;
 #[derive(Clone, Copy, clap::Args)]
 pub struct ThreadsArgument {
     /// Threads (default: as many as the machine runs at once).
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..))]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=MOST_THREADS))]
     threads: Option<usize>,
 }
 

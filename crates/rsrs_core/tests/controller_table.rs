@@ -328,8 +328,7 @@ fn a_table_and_its_machine_read_back_what_they_print() {
     let table = parsed(SEARCH);
     let controller = table.resolve(&[], None, 0.1).unwrap();
 
-    let yaml: ControllerTable =
-        serde_saphyr::from_str(&serde_saphyr::to_string(&table).unwrap()).unwrap();
+    let yaml: ControllerTable = serde_saphyr::from_str(&table.to_yaml()).unwrap();
     let json: Controller =
         serde_json::from_str(&serde_json::to_string(&controller).unwrap()).unwrap();
 

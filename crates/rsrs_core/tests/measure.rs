@@ -109,7 +109,7 @@ fn every_number_of_a_fitted_profile_has_a_source() {
 fn a_fitted_profile_survives_being_written_and_read() {
     let profile = flockbot().profile("flockbot", &Unmeasured::default());
 
-    let text = serde_saphyr::to_string(&profile).unwrap();
+    let text = profile.to_yaml();
 
     assert_eq!(RobotProfile::parse("p.yaml", &text).unwrap(), profile);
 }

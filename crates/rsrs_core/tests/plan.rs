@@ -37,6 +37,23 @@ fn the_sheet_reads_as_it_is_to_be_done() {
 }
 
 #[test]
+fn what_takes_less_than_an_hour_is_stated_in_minutes() {
+    let small = PlanRequest {
+        robots: vec!["robot_1".to_owned()],
+        n_commands: 1,
+        gain_precision: 0.1,
+        n_distances: Some(3),
+        n_bearings: 1,
+        ..PlanRequest::default()
+    };
+
+    let text = Plan::new(small).unwrap().text();
+
+    let line = text.lines().find(|line| line.contains(" in all: ")).unwrap();
+    assert!(line.starts_with("About ") && line.matches(" min ").count() == 4, "{line}");
+}
+
+#[test]
 fn tables_that_are_filled_in_can_be_read() {
     let plan = Plan::new(request()).unwrap();
     let n_commands = plan.robots.len() * plan.repetitions * 5;

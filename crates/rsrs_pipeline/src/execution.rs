@@ -88,6 +88,9 @@ impl Execution<'_> {
     }
 }
 
+/// The most threads that somebody can mean.
+pub const MOST_THREADS: u64 = 4096;
+
 /// As many threads as the machine runs at once.
 pub fn n_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)

@@ -55,7 +55,7 @@ impl Reported<'_> {
     fn page(&self) -> anyhow::Result<ReportPage> {
         let Self { result, comparison, .. } = self;
         let cells = cells::facts(self)?;
-        let sweep = result.source.to_yaml()?;
+        let sweep = result.source.to_yaml();
         let mut details = vec![("The sweep with its profile".to_owned(), sweep)];
         if let Some(comparison) = comparison {
             details.insert(

@@ -140,12 +140,6 @@ impl Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    if arguments.value == Some(CellNumber::Difference) && arguments.world.is_some() {
-        return Err(bad_arguments(with_help(
-            "a difference is between both worlds, and `--world` names what is shown",
-            "leave out `--world`",
-        )));
-    }
     if latex::is_tex(&arguments.output) {
         if arguments.value.is_some() {
             return Err(bad_arguments(with_help(
@@ -153,6 +147,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
                 "all numbers of all runs are in `replicates.parquet`",
             )));
         }
+        arguments.page.check(None, "a table has the style of its document: leave it out")?;
         let result = folder::read(&arguments.folder)?;
         let tables = arguments.worlds().all().iter();
         let tables: Vec<String> =
@@ -162,6 +157,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(Outcome::Done);
     }
     let is_page = arguments.output.extension().is_some_and(|ending| ending == "html");
+    // The tables of a page are of one world, whatever its picture shows.
+    if arguments.value == Some(CellNumber::Difference) && arguments.world.is_some() && !is_page {
+        return Err(bad_arguments(with_help(
+            "a difference is between both worlds, and `--world` names one or two pictures",
+            "leave out `--world`",
+        )));
+    }
     let picture = (!is_page).then(|| picture_file(arguments)).transpose()?;
     let result = folder::read(&arguments.folder)?;
     let options = DiagramOptions {

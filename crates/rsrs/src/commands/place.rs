@@ -68,6 +68,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if arguments.check {
+        arguments.page.check(None, "`--check` draws none: leave it out")?;
+    }
     let picture = arguments.page.file_if(arguments.output.as_deref())?;
     let plan = Plan::read(&Request {
         experiment: arguments.setup.experiment.clone(),

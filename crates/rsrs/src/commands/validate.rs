@@ -69,7 +69,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    arguments.page.check(arguments.output.as_deref(), "-o")?;
+    let beside_sweep = arguments.sweep.is_dir().then_some(arguments.sweep.as_path());
+    let drawn = arguments.output.as_deref().or(beside_sweep);
+    arguments.page.check(drawn, "name a folder for them with `-o`")?;
     let usual = ReachOptions::default();
     let options = ValidateOptions {
         trajectories: arguments.trajectories.clone(),

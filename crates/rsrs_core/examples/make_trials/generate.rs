@@ -179,7 +179,7 @@ impl Trials {
         let mut profile = fitted.profile(kind.name, &unmeasured);
         profile.provenance.source = format!("made-up trials; {}", profile.provenance.source);
         // JSON is YAML too, but people read this file.
-        let text = serde_saphyr::to_string(&profile).expect("a profile is plain data");
+        let text = profile.to_yaml();
         format!(
             "# {}\n# No such robot was measured: the trials are made up and this profile is fitted \
              to them, both by\n# `cargo run -p rsrs_core --example make_trials`.\n{text}",

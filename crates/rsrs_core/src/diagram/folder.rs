@@ -38,7 +38,7 @@ impl SweptSource {
         document::parse(file, text)
     }
 
-    /// The same of a sweep and its profile as a YAML document, to which its provenance is still to be added.
+    /// A sweep and its profile as YAML; whoever writes the file appends their `provenance`.
     pub fn to_yaml(sweep: &SweepFile, profile: &RobotProfile) -> String {
         #[derive(Serialize)]
         struct Written<'a> {

@@ -140,8 +140,7 @@ impl Scenario {
 
     /// Anything may go wrong; at the end it is put right, and another run is made.
     pub fn draw(seed: u64) -> Self {
-        let mut generator = draws(seed, Stream::Scenario);
-        let mut draw = Draw { generator: &mut generator };
+        let mut draw = Draw { generator: draws(seed, Stream::Scenario) };
         let body = draw.of(&[Body::Real, Body::Real, Body::Simulated, Body::Lockstep]);
         let mut scenario = Self {
             body,
@@ -204,11 +203,11 @@ impl Scenario {
     }
 }
 
-struct Draw<'a> {
-    generator: &'a mut Xoshiro256PlusPlus,
+struct Draw {
+    generator: Xoshiro256PlusPlus,
 }
 
-impl Draw<'_> {
+impl Draw {
     fn chance(&mut self, probability: f64) -> bool {
         self.generator.random::<f64>() < probability
     }

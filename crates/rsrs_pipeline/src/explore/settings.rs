@@ -1,4 +1,4 @@
-//! What a search follows from.
+//! What a search follows from, by its options.
 
 use rsrs_core::conditions::start_file::StartPlacement;
 use rsrs_core::exploration::ExplorationSettings;
@@ -8,8 +8,8 @@ use super::ExploreOptions;
 use super::file_names::STARTS;
 use super::trial::TestBed;
 
-/// That of a search with these options. How many controllers are tried is no part of it: a longer search
-/// begins with a shorter one.
+/// What a search with these options follows from. How many controllers are tried is no part of it: a longer
+/// search begins with a shorter one.
 pub fn settings(options: &ExploreOptions, test_bed: &TestBed) -> ExplorationSettings {
     ExplorationSettings {
         behaviour: options.wanted,

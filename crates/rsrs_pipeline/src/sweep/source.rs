@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::controller_table::{ControllerSource, ControllerTable};
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
@@ -23,7 +22,7 @@ use crate::measure::plan_folder::enabled_robots;
 use crate::provenance::ResultProvenance;
 
 /// A sweep that needs no other file: what `sweep.yaml` in a result folder holds.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ResolvedSweep {
     /// The sweep as written, defaults filled in.
     pub sweep: SweepFile,
@@ -96,10 +95,10 @@ impl ResolvedSweep {
     }
 
     /// The text of `sweep.yaml` in a result folder.
-    pub fn to_yaml(&self) -> anyhow::Result<String> {
+    pub fn to_yaml(&self) -> String {
         let Self { sweep, profile, provenance } = self;
-        let made = serde_saphyr::to_string(&Made { provenance: provenance.clone() });
-        Ok(SweptSource::to_yaml(sweep, profile) + &made.context("the provenance as YAML")?)
+        let made = Made { provenance: provenance.clone() };
+        SweptSource::to_yaml(sweep, profile) + &document::to_yaml(&made)
     }
 
     /// Reads a sweep file and its profile, or what a sweep has left of both in its result folder.
@@ -253,4 +252,25 @@ pub fn robots_beside(profile: &Path) -> anyhow::Result<Option<usize>> {
         return Ok(None);
     }
     Ok(Some(enabled_robots(&path)?.len()).filter(|n_robots| *n_robots > 0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_again_in_three_parts() {
+        let sweep = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../launch_configs/sweeps/flockbot_speed_turn.yaml"
+        );
+        let source = ResolvedSweep::read(Path::new(sweep)).unwrap();
+
+        let text = source.to_yaml();
+
+        let is_part = |line: &&str| !line.starts_with([' ', '-', '#']);
+        let parts: Vec<&str> = text.lines().filter(is_part).collect();
+        assert_eq!(parts, ["sweep:", "profile:", "provenance:"]);
+        assert_eq!(ResolvedSweep::parse_result("sweep.yaml", &text).unwrap(), source);
+    }
 }

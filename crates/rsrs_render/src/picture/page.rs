@@ -29,7 +29,7 @@ pub fn page(result: &SweepResult, worlds: Worlds, svg: &str) -> anyhow::Result<S
         "Swept by rsrs {}, commit {}, seed {}.",
         source.provenance.version, source.provenance.commit, source.sweep.seed
     ));
-    page.details("The sweep with its profile", &source.to_yaml()?);
+    page.details("The sweep with its profile", &source.to_yaml());
     Ok(page.finish())
 }
 

@@ -106,7 +106,9 @@ struct FitOutput<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    arguments.page.check(arguments.pictures.as_deref(), "--pictures")?;
+    arguments
+        .page
+        .check(arguments.pictures.as_deref(), "name a folder for them with `--pictures`")?;
     check_name(&arguments.name).map_err(bad_arguments)?;
     let unmeasured = unmeasured(arguments)?;
     let mixture = if arguments.mixed { Mixture::Allowed } else { Mixture::Refused };

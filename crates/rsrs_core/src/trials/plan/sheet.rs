@@ -62,8 +62,8 @@ impl Plan {
 
     /// What all of it takes: most of it is not driving.
     fn time_in_words(&self, n_trials: usize) -> String {
-        let time = |time_s: f64| match time_s / 60.0 {
-            minutes if minutes < 60.0 => format!("{minutes:.0} min"),
+        let time = |time_s: f64| match (time_s / 60.0).ceil() {
+            minutes if minutes < 60.0 => format!("{minutes} min"),
             minutes => format!("{:.1} h", minutes / 60.0),
         };
         let by_hand_s = n_trials as f64 * BY_HAND_S;

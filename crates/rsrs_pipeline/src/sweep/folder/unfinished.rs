@@ -72,7 +72,7 @@ pub struct Unfinished {
 ///
 /// If the folder holds anything else than this very sweep, or another process is at work in it.
 pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<FolderState> {
-    let sweep = source.to_yaml()?;
+    let sweep = source.to_yaml();
     let made = make(folder, &sweep)?;
     let is_begun = is_unfinished(folder);
     let lock = match made {
