@@ -451,7 +451,8 @@ fn what_is_typed_wrong_ends_with_2() {
         (vec!["report", "out", "-o", "a.pdf"], "name the report `-o report.html`"),
         (vec!["sweep", sweep, "-o", "a", "--adaptive", "--width", "1.5"], "error: --adaptive: "),
         (vec!["sweep", sweep, "-o", "a", "--threads", "0"], "'--threads <N>'"),
-        (vec!["answer", "a.yaml", "--width", "88mm"], "written with `-o`"),
+        (vec!["answer", "a.yaml", "--width", "88mm"], "name it with `-o`"),
+        (vec!["diagram", "out", "-o", "a.tex", "--theme", "paper"], "leave it out"),
         (
             vec!["diagram", "out", "-o", "a.svg", "--value", "difference", "--world", "harsher"],
             "leave out `--world`",
