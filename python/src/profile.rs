@@ -79,8 +79,8 @@ impl Profile {
     fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, &self.0)
     }
-    fn __getnewargs__(&self) -> PyResult<(String,)> {
-        Ok((self.to_yaml(),))
+    fn __getnewargs__(&self) -> (String,) {
+        (self.to_yaml(),)
     }
     fn __repr__(&self) -> String {
         let RobotProfile { name, body, actuation, .. } = &self.0;
