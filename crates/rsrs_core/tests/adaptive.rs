@@ -126,12 +126,6 @@ fn adaptive_sweep(sweep: u64) -> (Schedule, Vec<PhaseCounts>) {
     }
 }
 
-fn full_grid(sweep: u64, replicates: u64) -> Vec<PhaseCounts> {
-    let mut counts = vec![PhaseCounts::default(); SIDE * SIDE];
-    simulate(&mut random(sweep), &mut counts, &vec![replicates; SIDE * SIDE]);
-    counts
-}
-
 /// Where along each row the share falls through one half, by linear interpolation.
 fn boundary(share: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     let crossing = |turn: usize| {
@@ -157,15 +151,29 @@ fn squared_error(counts: &[PhaseCounts]) -> f64 {
 #[test]
 fn an_adaptive_sweep_finds_the_boundary_with_a_fifth_of_the_replicates() {
     const SWEEPS: u64 = 40;
-    let mean = |of: &dyn Fn(u64) -> f64| (0..SWEEPS).map(of).sum::<f64>() / SWEEPS as f64;
-    let spent = |sweep| adaptive_sweep(sweep).1.iter().map(PhaseCounts::total).sum::<u64>() as f64;
+    const N_CELLS: usize = SIDE * SIDE;
+    let mean = |numbers: &mut dyn Iterator<Item = f64>| numbers.sum::<f64>() / SWEEPS as f64;
 
-    let replicates_per_cell = mean(&spent) / (SIDE * SIDE) as f64;
-    let adaptive = mean(&|sweep| squared_error(&adaptive_sweep(sweep).1));
+    let sweeps: Vec<_> = (0..SWEEPS).map(|sweep| adaptive_sweep(sweep).1).collect();
+    let spent = |counts: &Vec<PhaseCounts>| {
+        counts.iter().map(PhaseCounts::total).sum::<u64>() as f64 / N_CELLS as f64
+    };
+    let replicates_per_cell = mean(&mut sweeps.iter().map(spent));
+    let adaptive = mean(&mut sweeps.iter().map(|counts| squared_error(counts)));
 
-    let grid = |replicates| mean(&|sweep| squared_error(&full_grid(sweep, replicates)));
-    let equal = (16..400).step_by(8).find(|replicates| grid(*replicates) <= adaptive);
-    let equal = equal.expect("a full grid of 400 replicates is as good") as f64;
+    let none = vec![PhaseCounts::default(); N_CELLS];
+    let mut grids: Vec<_> = (0..SWEEPS).map(|sweep| (random(sweep), none.clone())).collect();
+    let mut replicates = 0;
+    while replicates == 0
+        || mean(&mut grids.iter().map(|(_, counts)| squared_error(counts))) > adaptive
+    {
+        assert!(replicates < 400, "a full grid of 400 replicates is as good");
+        for (random, counts) in &mut grids {
+            simulate(random, counts, &[8; N_CELLS]);
+        }
+        replicates += 8;
+    }
+    let equal = f64::from(replicates);
     let saving = equal / replicates_per_cell;
     assert!(saving >= 5.0, "{saving:.2}: {replicates_per_cell:.1} per cell as good as {equal}");
 }
