@@ -175,7 +175,11 @@ impl FleetUnderTest {
                 if self.micro.wheels() != (0, 0) {
                     return run;
                 }
-                assert!(start.elapsed() < 2 * TIMEOUT, "the wheels do not turn");
+                if start.elapsed() > 2 * TIMEOUT {
+                    signal(&run, "INT");
+                    let (_, printed) = run.wait(TIMEOUT);
+                    panic!("the wheels do not turn:\n{printed}");
+                }
                 std::thread::sleep(LOOK);
             }
             endings += &run.wait(TIMEOUT).1;
