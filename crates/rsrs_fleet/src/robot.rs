@@ -27,6 +27,7 @@ use crate::timing::{
 };
 
 pub use stand_reason::StandReason;
+pub(crate) use stand_reason::WORLD_REPLACED;
 
 /// What happens to a robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +43,8 @@ pub enum Event {
     CommandRefused,
     /// A message on one of the e-stop's topics; locks are those of other robots.
     EStop(Message),
-    /// The simulator that this robot is in has placed no world with it, or has placed one.
+    /// The simulator that this robot is in has placed no world with it, or has placed one: the run that it
+    /// belonged to ended with the world before, although its lease may come again.
     WithoutWorld(bool),
     /// The driver of its wheels or sensor failed.
     Fault(String),
@@ -226,7 +228,12 @@ impl Robot {
             Event::EStop(Message::Locks { locks, .. }) if !self.asking.is_over(now) => {
                 self.e_stop.adopt(&locks, now);
             }
-            Event::WithoutWorld(is_without) => self.is_without_world = is_without,
+            Event::WithoutWorld(is_without) => {
+                self.is_without_world = is_without;
+                if self.bound.is_some() {
+                    self.latched.get_or_insert_with(|| WORLD_REPLACED.to_owned());
+                }
+            }
             Event::CommandRefused => self.command = None,
             Event::Fault(reason) => self.fault = Some(reason),
             Event::Repaired => self.fault = None,

@@ -2,6 +2,9 @@
 
 use crate::message::{E_STOP_REASON, StopCause};
 
+/// Why a robot of a simulator stands whose run was paused while somebody placed another world.
+pub(crate) const WORLD_REPLACED: &str = "its world was placed anew";
+
 /// Why a robot stands.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StandReason {

@@ -458,6 +458,25 @@ fn an_old_word_confirms_nothing_while_a_silent_runner_may_come_back() {
 }
 
 #[test]
+fn a_run_that_was_paused_goes_on_in_its_own_world_only() {
+    for is_placed_anew in [false, true] {
+        let mut robot = moving();
+        robot.options.lapse = Lapse::Freezes;
+        robot.on_event(Event::Tick, ms(700));
+        assert_eq!(robot.standing(ms(700)), Some(StandReason::LeaseLapsed));
+        if is_placed_anew {
+            robot.on_event(Event::WithoutWorld(false), ms(800));
+        }
+
+        let status = robot.on_event(controller(DIGEST, ms(900)), ms(900)).expect("a status is due");
+        robot.on_event(lease(1, LeaseState::Running, status.counter), ms(900));
+
+        let stands = is_placed_anew.then(|| StandReason::Latched(WORLD_REPLACED.to_owned()));
+        assert_eq!(robot.standing(ms(900)), stands);
+    }
+}
+
+#[test]
 fn a_controller_that_was_started_again_and_set_anew_is_of_no_run() {
     let mut robot = moving();
     robot.options.lapse = Lapse::Freezes;

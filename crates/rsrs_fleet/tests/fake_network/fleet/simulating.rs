@@ -98,6 +98,7 @@ impl Fleet {
             Body::Real | Body::Simulated => (Time::RealTime, Lapse::Stops),
         };
         for robot in self.all_robots() {
+            self.step_gate(robot, robot::Event::WithoutWorld(false))?;
             let options = options(robot, lapse);
             if options != self.robots[robot].options {
                 // A robot that has to change is switched off and on again, and keeps the e-stop: its
