@@ -160,7 +160,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     // The tables of a page are of one world, whatever its picture shows.
     if arguments.value == Some(CellNumber::Difference) && arguments.world.is_some() && !is_page {
         return Err(bad_arguments(with_help(
-            "a difference is between both worlds, and `--world` names one or two pictures",
+            "a difference is between both worlds, and `--world` chooses what is shown of them",
             "leave out `--world`",
         )));
     }
