@@ -12,7 +12,7 @@ use crate::message::RobotState;
 use crate::parameters::{Deviation, Value, gate};
 use crate::placement;
 use crate::preflight::{ClockLead, DiagnosticError, Problem, UnfitTopic};
-use crate::robot::StandReason;
+use crate::robot::{StandReason, WORLD_REPLACED};
 use crate::runner::{AbortCause, Failure, LossCause, SampleKind, Target};
 use crate::simulator::VoidCause;
 
@@ -224,7 +224,7 @@ fn voids() -> Vec<Cause> {
 }
 
 fn stands() -> Vec<Cause> {
-    causes!(StandReason {
+    let mut causes = causes!(StandReason {
         Idle {}: "No run has it.", "Nothing, before a run.";
         Asking {}: "Its node has just started, and takes over what the e-stop has locked.", "Wait for 2 s.";
         WithoutWorld {}: "A simulated robot without a world.", "Let a run set its conditions, or set `cell` by hand.";
@@ -234,7 +234,13 @@ fn stands() -> Vec<Cause> {
         EStop {}: "The e-stop is pressed, or its publisher fell silent in the run.", "When the floor is safe, `rsrs stop --release`.";
         Latched { 0: text("stopped by the runner") }: "It stands until the next run arms it.", "Nothing.";
         Fault { 0: text("no valid reading of the sensor for more than 500 ms, from /robot_3/hardware/range") }: "Its sensor or its wheels do not work.", "Repair what is named.";
-    })
+    });
+    causes.push(Cause {
+        shown: WORLD_REPLACED.to_owned(),
+        means: "Somebody set the simulator's parameters, or reset it, while the run was paused.",
+        remedy: "Run it again; look for a second runner.",
+    });
+    causes
 }
 
 /// The page of the book, as Markdown, with more chapters on what the protocol does not know, such

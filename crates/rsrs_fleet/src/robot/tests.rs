@@ -473,7 +473,23 @@ fn a_run_that_was_paused_goes_on_in_its_own_world_only() {
 
         let stands = is_placed_anew.then(|| StandReason::Latched(WORLD_REPLACED.to_owned()));
         assert_eq!(robot.standing(ms(900)), stands);
+        let status = robot.on_event(Event::Tick, ms(1_000)).expect("a status is due");
+        robot.on_event(lease(2, LeaseState::Armed, status.counter), ms(1_000));
+        assert_eq!(robot.latched(), None, "the next run may have it");
     }
+}
+
+#[test]
+fn a_robot_that_a_runner_stopped_stands_for_that_in_any_world() {
+    let mut robot = moving();
+    let status = robot.on_event(Event::Tick, ms(100)).expect("a status is due");
+    robot.on_event(lease(1, LeaseState::Stopped, status.counter), ms(100));
+    let stopped = robot.latched().map(str::to_owned);
+
+    robot.on_event(Event::WithoutWorld(false), ms(200));
+
+    assert!(stopped.is_some());
+    assert_eq!(robot.latched().map(str::to_owned), stopped);
 }
 
 #[test]

@@ -201,6 +201,11 @@ impl SafetyOracle {
         }
     }
 
+    /// The run that it belonged to ended with its world.
+    pub fn world_is_replaced(&mut self, now_ms: u64) {
+        self.must_stand(now_ms, "its world was placed anew");
+    }
+
     fn must_stand(&mut self, now_ms: u64, why: &'static str) {
         self.must_stand_since.get_or_insert((now_ms, why));
         if self.binding.epoch > 0 {

@@ -99,6 +99,7 @@ impl Fleet {
         };
         for robot in self.all_robots() {
             self.step_gate(robot, robot::Event::WithoutWorld(false))?;
+            self.oracles[robot].world_is_replaced(self.now_ms);
             let options = options(robot, lapse);
             if options != self.robots[robot].options {
                 // A robot that has to change is switched off and on again, and keeps the e-stop: its
