@@ -185,6 +185,7 @@ fn aborts() -> Vec<Cause> {
         LostAll {}: "No robot is left in the run.", "Look at the network of the computer of the run.";
         SecondPublisher { topic: topic(), node: text("/teleop") }: "Another program began to steer a robot, such as teleoperation.", "End that program before the next run.";
         UnnamedPublisher { topic: topic() }: "The same, by a program whose node is not announced, as in ROS 2 Humble.", "`ros2 topic info -v` on the topic.";
+        WorldReplaced {}: "Somebody set the simulator's parameters, reset it or started it again, while it did not hold its world: in a countdown or a pause.", "Run it again; look for a second runner.";
         Interrupted { reason: text("interrupted") }: "Ctrl-C or SIGTERM, or this program's network has ended, which is then the reason shown.", "Nothing after Ctrl-C; else start again.";
     })
 }

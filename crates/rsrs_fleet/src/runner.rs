@@ -32,6 +32,7 @@ mod pose_gaps;
 mod requests;
 mod roster;
 mod search;
+mod simulated_world;
 mod start_check;
 mod unexpected_publishers;
 
@@ -48,6 +49,7 @@ use pose_gaps::PoseGaps;
 use requests::Requests;
 use roster::{LossTimeouts, Roster, RunBinding, Unarmed};
 use search::Search;
+use simulated_world::SimulatedWorld;
 use start_check::StartCheck;
 use unexpected_publishers::UnexpectedPublishers;
 
@@ -101,6 +103,7 @@ pub struct Runner {
     recorder_closed: bool,
     closing: Closing,
     recorded: u64,
+    simulated_world: SimulatedWorld,
     simulated_at: Option<Duration>,
     last_lease: Option<(LeaseState, Duration)>,
     outcome: Option<Outcome>,
@@ -143,6 +146,7 @@ impl Runner {
             recorder_closed: false,
             closing: Closing::default(),
             recorded: 0,
+            simulated_world: SimulatedWorld::default(),
             simulated_at: None,
             last_lease: None,
             outcome: None,
@@ -349,8 +353,16 @@ impl Runner {
     /// The simulator of this run, if it has one, ends it; another one has nothing to do with it.
     fn receive_simulator(&mut self, status: Status, now: Duration, actions: &mut Vec<Action>) {
         let is_of_another = !status.run_id.is_empty() && status.run_id != self.options.run_id;
+        let is_asked_for = !matches!(self.phase, Phase::Discover | Phase::Configure);
+        if !self.options.expected.simulator || is_of_another || !is_asked_for {
+            return;
+        }
+        let digest = self.options.simulator_digest;
+        if self.simulated_world.is_replaced(&status, digest, self.has_started) {
+            return self.abort(&AbortCause::WorldReplaced, now, actions);
+        }
         // Before the recorder is open, a status still refers to the run before.
-        if !self.options.expected.simulator || is_of_another || !self.recorder_opened {
+        if !self.recorder_opened {
             return;
         }
         match status.state {

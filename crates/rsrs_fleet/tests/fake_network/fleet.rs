@@ -59,6 +59,8 @@ pub struct Story {
     pub stops: Vec<Stop>,
     /// Attempts to set a parameter, and how many of them were refused.
     pub meddled: (u64, u64),
+    /// Runs whose world a person took away after it was confirmed, and which heard of it.
+    pub n_without_world: u64,
     /// What happened, line by line, if it is to be printed.
     pub narrative: Vec<String>,
 }
@@ -171,7 +173,7 @@ impl Fleet {
             held_until_ms: vec![0; n_robots],
             held_by: vec![(0, String::new()); n_robots],
             runners: BTreeMap::new(),
-            simulator: (!is_real).then(SimulatorHost::default),
+            simulator: (!is_real).then(|| SimulatorHost::new(0)),
             stopper: None,
             buttons: [None; N_BUTTONS],
             locks: vec![Locks::default(); n_robots],

@@ -18,7 +18,8 @@
 //!   publishes `false`, or by a release that names it, and a source that falls silent in a run
 //!   locks;
 //! - wheels whose process has died or hangs stand within their own 250 ms;
-//! - a runner that hears another one which goes before it neither arms nor runs, and parameters stay while a run holds them;
+//! - a runner that hears another one which goes before it, or that its simulated world has gone, neither
+//!   arms nor runs, and parameters stay while a run holds them;
 //! - in lockstep every robot moves once in every step, by the answer to what it sensed in that step;
 //! - every runner that lives finishes with its bag closed;
 //! - when all is healed, another run arms, moves every robot and is completed.
@@ -122,6 +123,7 @@ fn no_seed_breaks_an_invariant() {
             before.iter().any(|(_, outcome)| **outcome != Outcome::Completed),
             refused > 0,
             meddled > refused,
+            story.n_without_world > 0,
         ]
     });
 
@@ -130,6 +132,7 @@ fn no_seed_breaks_an_invariant() {
         assert!(*count >= n_seeds / 10, "only {count} of {n_seeds} {what}");
     }
     assert!(counts[3] > n_seeds / 100 && counts[4] > n_seeds / 100, "meddlers were {counts:?}");
+    assert!(counts[5] > n_seeds / 1_000, "{} runs heard that their world had gone", counts[5]);
 }
 
 #[test]
@@ -288,4 +291,39 @@ fn in_lockstep_a_dead_simulator_ends_the_run_and_the_next_one_works() {
 
     assert_ne!(story.outcomes[&0], Outcome::Completed);
     assert_eq!(story.outcomes[&LAST_RUNNER], Outcome::Completed);
+}
+
+#[test]
+fn a_run_does_not_go_on_without_its_world() {
+    for body in [Body::Simulated, Body::Lockstep] {
+        let calm = Scenario { body, ..Scenario::calm(1) };
+        let mut ends = Vec::new();
+        for at_ms in (900..1_300).step_by(5) {
+            let story = play(calm.clone().with(at_ms, Happening::PlaceAnother));
+            let n_without_world = story.n_without_world;
+            assert!(n_without_world == 0 || story.outcomes[&0] != Outcome::Completed, "{at_ms} ms");
+            ends.push(format!("{:?}", story.outcomes[&0]));
+        }
+        // Before it is set, it is placed; once the robots are armed, it is held.
+        assert!(ends.first().is_some_and(|end| end == "Completed"), "{body:?}: {ends:#?}");
+        assert!(ends.last().is_some_and(|end| end == "Completed"), "{body:?}: {ends:#?}");
+        assert!(ends.iter().any(|end| end.contains("placed anew")), "{body:?}: {ends:#?}");
+    }
+
+    // A pause is over when its runner goes on, which finds another world then.
+    let mut n_replaced = 0;
+    for at_ms in (1_200..1_500).step_by(25) {
+        let paused = Scenario { body: Body::Lockstep, ..Scenario::calm(1) }
+            .with(at_ms, Happening::Stall(Node::Runner(0), 700))
+            .with(at_ms + 650, Happening::PlaceAnother);
+        let story = play(paused);
+        let has_its_world = story.n_without_world == 0;
+        assert_eq!(
+            story.outcomes[&0] == Outcome::Completed,
+            has_its_world,
+            "{at_ms} ms: {story:?}"
+        );
+        n_replaced += u64::from(!has_its_world);
+    }
+    assert!(n_replaced > 0, "no world was placed in a pause");
 }

@@ -53,6 +53,8 @@ pub enum Happening {
     ButtonFallsSilent(usize),
     /// A person sets the parameters of a controller.
     Meddle(usize),
+    /// A person sets another world in the simulator, if there is one.
+    PlaceAnother,
     /// A stranger sends a robot a command that is beyond its limits.
     Beyond(usize),
     /// The disk of the runner's host is full.
@@ -274,6 +276,7 @@ impl Draw {
             (0.3, Happening::Press(0)),
             (0.3, Happening::ButtonFallsSilent(0)),
             (0.15, Happening::Meddle(other)),
+            (0.15, Happening::PlaceAnother),
             (0.15, Happening::Beyond(one)),
             (0.05, Happening::DiskFull),
         ] {

@@ -108,3 +108,49 @@ fn a_recorder_that_does_not_take_the_last_step_fails_the_run() {
 
     assert_eq!(bench.problems(), ["recorder: took step 0, expected 10"]);
 }
+
+#[test]
+fn a_run_ends_when_the_simulator_has_another_world_or_the_same_from_its_start() {
+    use RobotState::{Armed, Idle, Moving};
+    // What the simulator reports: before the robots move, and then, each with the number of the status.
+    type Told = (u64, RobotState, u64);
+    let cases: [(&str, &[Told], &[Told], bool); 7] = [
+        ("its world goes on", &[(1, Armed, 7)], &[(2, Armed, 7), (3, Moving, 7)], false),
+        ("it is placed again before the start", &[(1, Armed, 7), (2, Armed, 7)], &[], false),
+        ("another one in the countdown", &[(1, Armed, 7), (2, Armed, 8)], &[], true),
+        ("another one in the run", &[(1, Armed, 7)], &[(2, Moving, 7), (3, Armed, 8)], true),
+        ("the same from its start", &[(1, Armed, 7)], &[(2, Moving, 7), (3, Armed, 7)], true),
+        (
+            "none, after it was started again",
+            &[(1, Armed, 7)],
+            &[(2, Moving, 7), (9, Idle, 0)],
+            true,
+        ),
+        ("an old status comes late", &[(5, Armed, 7)], &[(6, Moving, 7), (4, Idle, 0)], false),
+    ];
+    for (what, before, then, is_another) in cases {
+        let mut bench = Bench::with(|options| {
+            options.length = RunLength::RealTime { duration: Duration::from_secs(4) };
+            options.countdown = Duration::from_secs(1);
+        });
+        let tell = |bench: &mut Bench, told: &[Told]| {
+            for &(counter, state, parameter_digest) in told {
+                let Event::SimulatorStatus(status) = simulator(state, "") else { unreachable!() };
+                let status = Status { counter, parameter_digest, ..status };
+                bench.give(Event::SimulatorStatus(status));
+            }
+        };
+        while bench.state() != Some(LeaseState::Armed) {
+            bench.beat();
+        }
+        tell(&mut bench, before);
+        if !before.iter().any(|told| told.2 == 8) {
+            bench.run();
+        }
+        tell(&mut bench, then);
+
+        let reason = "the simulator's world was placed anew".to_owned();
+        let expected = if is_another { Outcome::Aborted { reason } } else { Outcome::Completed };
+        assert_eq!(bench.end().0, expected, "{what}");
+    }
+}

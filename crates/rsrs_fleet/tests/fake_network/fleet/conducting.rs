@@ -41,6 +41,8 @@ pub(super) struct RunnerHost {
     /// By robot and counter: when the statuses were sent that it has received.
     received: Vec<BTreeMap<u64, Sent>>,
     asks_simulator: bool,
+    /// The number of the simulator's status that confirmed its world.
+    confirmed_by: Option<u64>,
     has_configured: bool,
     /// When it last received another runner.
     other_ms: Option<u64>,
@@ -89,6 +91,7 @@ impl Fleet {
             looked_ms: 0,
             received: vec![BTreeMap::new(); self.scenario.n_robots],
             asks_simulator: false,
+            confirmed_by: None,
             has_configured: false,
             other_ms: None,
             must_stop: None,
@@ -159,7 +162,14 @@ impl Fleet {
                 self.give_runner(runner, Event::ControllerStatus { robot, status })
             }
             (Message::SimulatorStatus(status), _) => {
+                let is_placed = status.parameter_digest == PLACED;
+                let is_later = host.confirmed_by.is_some_and(|counter| counter < status.counter);
+                if is_later && !is_placed && host.machine.outcome().is_none() {
+                    self.story.n_without_world += 1;
+                    host.must_stop.get_or_insert("its world has gone".to_owned());
+                }
                 if std::mem::take(&mut host.asks_simulator) {
+                    host.confirmed_by = is_placed.then_some(status.counter);
                     let result = if status.state == RobotState::Fault {
                         Err(status.stop_reason.clone())
                     } else {

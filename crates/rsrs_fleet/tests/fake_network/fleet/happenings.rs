@@ -5,7 +5,7 @@ use rsrs_fleet::message::{Lease, LeaseState};
 use rsrs_fleet::runner;
 use rsrs_fleet::stopper::{self, StopCommand, Stopper};
 
-use super::simulating::SimulatorHost;
+use super::simulating::{ANOTHER, SimulatorHost};
 use super::{AFTERMATH_MS, BEYOND, Fleet, LAST_RUNNER, N_RUNNERS, name, new_controller};
 use crate::network::{Item, Message, Node};
 use crate::scenario::{Body, Happening, N_BUTTONS};
@@ -34,6 +34,13 @@ impl Fleet {
             }
             Happening::ButtonFallsSilent(button) => self.buttons[button] = None,
             Happening::Meddle(robot) => return self.meddle(robot),
+            Happening::PlaceAnother => {
+                if self.simulator.is_some() && self.processes[self.slot(Node::Simulator)].is_up {
+                    // It is not placed while a run holds its own.
+                    drop(self.place(ANOTHER)?);
+                    return self.look_at_gates();
+                }
+            }
             Happening::Beyond(robot) => {
                 let command = BEYOND[robot % BEYOND.len()];
                 let message = Message::Command(command, None);
@@ -72,7 +79,7 @@ impl Fleet {
             Node::Runner(runner) => {
                 self.runners.remove(&runner);
             }
-            Node::Simulator => self.simulator = Some(SimulatorHost::default()),
+            Node::Simulator => self.simulator = Some(SimulatorHost::new(self.now_ms)),
             Node::Controller(robot) => self.mouths[robot] = None,
             _ => {}
         }

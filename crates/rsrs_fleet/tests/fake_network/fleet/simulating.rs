@@ -16,15 +16,24 @@ const PERIOD_NS: u64 = 130_000_000;
 pub(super) const STEPS: u64 = 40;
 /// Names the world that runs ask for.
 pub(super) const PLACED: u64 = 7;
+/// Names a world that a person asks for.
+pub(super) const ANOTHER: u64 = 8;
 
 /// The simulator's process.
-#[derive(Default)]
 pub(super) struct SimulatorHost {
     machine: Simulator,
     placed: u64,
     /// The step that was sensed last, and how often the world has moved.
     step: u64,
     moved: u64,
+}
+
+impl SimulatorHost {
+    /// One that starts now.
+    pub fn new(now_ms: u64) -> Self {
+        let machine = Simulator::new().counting_from(now_ms);
+        Self { machine, placed: 0, step: 0, moved: 0 }
+    }
 }
 
 /// What a robot senses in a step.
@@ -68,7 +77,7 @@ impl Fleet {
         match message {
             Message::Recorded(step) => self.deliver_to_simulator(Event::Recorded { step })?,
             Message::Set(_) => {
-                let result = self.place()?;
+                let result = self.place(PLACED)?;
                 self.send(Node::Simulator, from, Message::SetAnswer(Target::Simulator, result));
             }
             other => panic!("the simulator receives {other:?}"),
@@ -86,8 +95,8 @@ impl Fleet {
         self.look_at_gates()
     }
 
-    /// Places the world, unless a run holds it.
-    fn place(&mut self) -> Result<Result<(), String>, String> {
+    /// Places a world, unless a run holds the one that is there.
+    pub(super) fn place(&mut self, world: u64) -> Result<Result<(), String>, String> {
         let now = self.local(Node::Simulator);
         let is_bound = |host: &RobotHost| host.gate.is_in_run(now);
         if self.robots.iter().any(is_bound) {
@@ -113,9 +122,9 @@ impl Fleet {
             }
         }
         let host = self.simulator.as_mut().expect("only a simulator receives this");
-        (host.placed, host.step, host.moved) = (PLACED, 0, 0);
+        (host.placed, host.step, host.moved) = (world, 0, 0);
         self.deliver_to_simulator(Event::Placed(Placed {
-            digest: PLACED,
+            digest: world,
             robots: self.all_robots().map(name).collect(),
             steps: STEPS,
             period_ns: PERIOD_NS,
