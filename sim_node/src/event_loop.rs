@@ -182,7 +182,7 @@ impl<'a> Simulation<'a> {
             is_quitting: false,
             stamp_ns: None,
             robots,
-            machine: Simulator::new().counting_from(wire::first_counter(wall_time())),
+            machine: Simulator::new(),
             placed_world: None,
             clock: session.publish_on(&node, topics::CLOCK.name, topics::CLOCK.qos)?,
             digest: session.publish_on(&node, digest.name, digest.qos)?,

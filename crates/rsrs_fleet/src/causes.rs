@@ -13,7 +13,7 @@ use crate::parameters::{Deviation, Value, gate};
 use crate::placement;
 use crate::preflight::{ClockLead, DiagnosticError, Problem, UnfitTopic};
 use crate::robot::{StandReason, WORLD_REPLACED};
-use crate::runner::{AbortCause, Failure, LossCause, SampleKind, Target};
+use crate::runner::{self, AbortCause, Failure, LossCause, SampleKind, Target};
 use crate::simulator::VoidCause;
 
 /// One thing that can go wrong.
@@ -185,7 +185,6 @@ fn aborts() -> Vec<Cause> {
         LostAll {}: "No robot is left in the run.", "Look at the network of the computer of the run.";
         SecondPublisher { topic: topic(), node: text("/teleop") }: "Another program began to steer a robot, such as teleoperation.", "End that program before the next run.";
         UnnamedPublisher { topic: topic() }: "The same, by a program whose node is not announced, as in ROS 2 Humble.", "`ros2 topic info -v` on the topic.";
-        WorldReplaced {}: "Somebody set the simulator's parameters, reset it or started it again, while it did not hold its world: in a countdown or a pause.", "Run it again; look for a second runner.";
         Interrupted { reason: text("interrupted") }: "Ctrl-C or SIGTERM, or this program's network has ended, which is then the reason shown.", "Nothing after Ctrl-C; else start again.";
     })
 }
@@ -218,10 +217,17 @@ fn motions() -> Vec<Cause> {
 
 fn voids() -> Vec<Cause> {
     let owed = || text("no command from robot_3");
-    causes!(VoidCause {
+    let mut causes = causes!(VoidCause {
         Frozen { step: 17, steps: 2307 }: "A robot stands: its node or its controller has ended, or the computer is so busy that leases run out.", "Look at the load of the computer, and at the log of the robot's node.";
         Stalled { step: 17, steps: 2307, owed: owed() }: "A message that the next step needs was lost, or was refused for the reason that is shown.", "Run it again; if it comes back, look at the log of the controller that is named.";
-    })
+    });
+    causes.push(Cause {
+        shown: runner::world_replaced(),
+        means: "Whatever its pace: somebody set the simulator's parameters, reset it or moved its robots by hand, \
+                before they were armed, or in a countdown or a pause.",
+        remedy: "Run it again; look for a second runner.",
+    });
+    causes
 }
 
 fn stands() -> Vec<Cause> {

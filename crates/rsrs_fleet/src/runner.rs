@@ -50,6 +50,7 @@ use requests::Requests;
 use roster::{LossTimeouts, Roster, RunBinding, Unarmed};
 use search::Search;
 use simulated_world::SimulatedWorld;
+pub(crate) use simulated_world::world_replaced;
 use start_check::StartCheck;
 use unexpected_publishers::UnexpectedPublishers;
 
@@ -350,19 +351,21 @@ impl Runner {
         Err(format!("digest {found:016x}, expected {expected:016x}"))
     }
 
-    /// The simulator of this run, if it has one, ends it; another one has nothing to do with it.
+    /// The simulator of this run, if it has one, ends it, and so does a world that is not the run's.
     fn receive_simulator(&mut self, status: Status, now: Duration, actions: &mut Vec<Action>) {
-        let is_of_another = !status.run_id.is_empty() && status.run_id != self.options.run_id;
-        let is_asked_for = !matches!(self.phase, Phase::Discover | Phase::Configure);
-        if !self.options.expected.simulator || is_of_another || !is_asked_for {
+        // Until it has answered, it may have any world.
+        if !self.options.expected.simulator
+            || matches!(self.phase, Phase::Discover | Phase::Configure)
+        {
             return;
         }
         let digest = self.options.simulator_digest;
-        if self.simulated_world.is_replaced(&status, digest, self.has_started) {
-            return self.abort(&AbortCause::WorldReplaced, now, actions);
+        if !self.simulated_world.goes_on(&status, digest, self.has_started) {
+            return self.end(Outcome::Void { reason: world_replaced() }, now, actions);
         }
+        let is_of_another = !status.run_id.is_empty() && status.run_id != self.options.run_id;
         // Before the recorder is open, a status still refers to the run before.
-        if !self.recorder_opened {
+        if is_of_another || !self.recorder_opened {
             return;
         }
         match status.state {

@@ -263,13 +263,6 @@ impl Simulator {
         Self::default()
     }
 
-    /// The same, whose statuses have higher numbers than this, as
-    /// [`Robot::counting_from`](crate::robot::Robot::counting_from) has it.
-    #[must_use]
-    pub fn counting_from(self, counter: u64) -> Self {
-        Self { heartbeat: Heartbeat::from(counter), ..self }
-    }
-
     /// The step that has been sensed last; 0 before the first.
     pub fn step(&self) -> u64 {
         match &self.world {

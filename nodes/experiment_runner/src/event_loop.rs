@@ -95,6 +95,8 @@ struct Run<'a> {
     simulator: Option<(Status, Instant)>,
     /// Whether the simulator's next word answers the machine's question.
     asks_simulator: bool,
+    /// The simulator that has answered; others have nothing to do with the run.
+    simulator_of_run: Option<[u8; 16]>,
     /// Questions that are not answered yet. Each is asked again by the client; to ask it twice at a
     /// time would only hold up the answer.
     open: Vec<Action>,
@@ -168,6 +170,7 @@ pub async fn run(
         times: Times::default(),
         simulator: None,
         asks_simulator: false,
+        simulator_of_run: None,
         open: Vec::new(),
         closing: None,
         bag: None,
@@ -389,8 +392,13 @@ impl<'a> Run<'a> {
             Role::Simulator => {
                 let status = sample_events::status(&received.message)?;
                 self.simulator = Some((status.clone(), Instant::now()));
-                events.extend(self.answer_of_simulator(&status));
-                events.push(Event::SimulatorStatus(status));
+                if let Some(answer) = self.answer_of_simulator(&status) {
+                    self.simulator_of_run = Some(received.writer);
+                    events.push(answer);
+                }
+                if self.simulator_of_run.is_none_or(|writer| writer == received.writer) {
+                    events.push(Event::SimulatorStatus(status));
+                }
             }
             // Where robots are is asked for before they move; then, whether their poses still come, and
             // whether they are where commands lead.

@@ -74,9 +74,6 @@ pub enum AbortCause {
         /// The topic.
         topic: String,
     },
-    /// The simulator's world is not that of the run any more.
-    #[error("the simulator's world was placed anew")]
-    WorldReplaced,
     /// Someone wanted it to end, or nothing can be sent any more.
     #[error("{reason}")]
     Interrupted {

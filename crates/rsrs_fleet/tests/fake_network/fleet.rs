@@ -173,7 +173,7 @@ impl Fleet {
             held_until_ms: vec![0; n_robots],
             held_by: vec![(0, String::new()); n_robots],
             runners: BTreeMap::new(),
-            simulator: (!is_real).then(|| SimulatorHost::new(0)),
+            simulator: (!is_real).then(SimulatorHost::default),
             stopper: None,
             buttons: [None; N_BUTTONS],
             locks: vec![Locks::default(); n_robots],

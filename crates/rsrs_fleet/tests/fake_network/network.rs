@@ -43,7 +43,8 @@ pub enum Message {
     Lease(Rc<Lease>, Rc<[Option<Sent>]>),
     RobotStatus(Rc<Status>, Sent),
     ControllerStatus(Rc<Status>, Sent),
-    SimulatorStatus(Rc<Status>),
+    /// Of which of its processes.
+    SimulatorStatus(Rc<Status>, u32),
     Detection(bool),
     Clock(u64),
     Command(Command, Option<u64>),

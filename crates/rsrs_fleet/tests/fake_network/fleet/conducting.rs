@@ -41,8 +41,10 @@ pub(super) struct RunnerHost {
     /// By robot and counter: when the statuses were sent that it has received.
     received: Vec<BTreeMap<u64, Sent>>,
     asks_simulator: bool,
-    /// The number of the simulator's status that confirmed its world.
-    confirmed_by: Option<u64>,
+    /// Which process of the simulator has answered last, and the number of the status.
+    answered_by: Option<(u32, u64)>,
+    /// Whether it had the world of the run.
+    has_confirmed: bool,
     has_configured: bool,
     /// When it last received another runner.
     other_ms: Option<u64>,
@@ -91,7 +93,8 @@ impl Fleet {
             looked_ms: 0,
             received: vec![BTreeMap::new(); self.scenario.n_robots],
             asks_simulator: false,
-            confirmed_by: None,
+            answered_by: None,
+            has_confirmed: false,
             has_configured: false,
             other_ms: None,
             must_stop: None,
@@ -161,15 +164,10 @@ impl Fleet {
                 let (robot, status) = (name(robot), (*status).clone());
                 self.give_runner(runner, Event::ControllerStatus { robot, status })
             }
-            (Message::SimulatorStatus(status), _) => {
-                let is_placed = status.parameter_digest == PLACED;
-                let is_later = host.confirmed_by.is_some_and(|counter| counter < status.counter);
-                if is_later && !is_placed && host.machine.outcome().is_none() {
-                    self.story.n_without_world += 1;
-                    host.must_stop.get_or_insert("its world has gone".to_owned());
-                }
+            (Message::SimulatorStatus(status, incarnation), _) => {
                 if std::mem::take(&mut host.asks_simulator) {
-                    host.confirmed_by = is_placed.then_some(status.counter);
+                    host.answered_by = Some((incarnation, status.counter));
+                    host.has_confirmed = status.parameter_digest == PLACED;
                     let result = if status.state == RobotState::Fault {
                         Err(status.stop_reason.clone())
                     } else {
@@ -179,6 +177,17 @@ impl Fleet {
                         runner,
                         Event::ReadBack { target: Target::Simulator, result },
                     )?;
+                }
+                let Some(host) = self.runners.get_mut(&runner) else { return Ok(()) };
+                let Some((of_run, answer)) = host.answered_by else { return Ok(()) };
+                if incarnation != of_run {
+                    return Ok(());
+                }
+                let is_later = answer < status.counter && host.has_confirmed;
+                if is_later && status.parameter_digest != PLACED && host.machine.outcome().is_none()
+                {
+                    self.story.n_without_world += 1;
+                    host.must_stop.get_or_insert("its world has gone".to_owned());
                 }
                 self.give_runner(runner, Event::SimulatorStatus((*status).clone()))
             }

@@ -79,7 +79,7 @@ impl Fleet {
             Node::Runner(runner) => {
                 self.runners.remove(&runner);
             }
-            Node::Simulator => self.simulator = Some(SimulatorHost::new(self.now_ms)),
+            Node::Simulator => self.simulator = Some(SimulatorHost::default()),
             Node::Controller(robot) => self.mouths[robot] = None,
             _ => {}
         }

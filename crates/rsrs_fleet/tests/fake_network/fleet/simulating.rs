@@ -20,20 +20,13 @@ pub(super) const PLACED: u64 = 7;
 pub(super) const ANOTHER: u64 = 8;
 
 /// The simulator's process.
+#[derive(Default)]
 pub(super) struct SimulatorHost {
     machine: Simulator,
     placed: u64,
     /// The step that was sensed last, and how often the world has moved.
     step: u64,
     moved: u64,
-}
-
-impl SimulatorHost {
-    /// One that starts now.
-    pub fn new(now_ms: u64) -> Self {
-        let machine = Simulator::new().counting_from(now_ms);
-        Self { machine, placed: 0, step: 0, moved: 0 }
-    }
 }
 
 /// What a robot senses in a step.
@@ -148,9 +141,12 @@ impl Fleet {
                 Action::Refuse { robot, reason } => {
                     self.note(|| format!("command for {} refused: {reason}", name(robot)));
                 }
-                Action::Status(status) => {
+                Action::Status(mut status) => {
+                    let incarnation = self.processes[self.slot(Node::Simulator)].incarnation;
+                    let run_id = self.robots.iter().find_map(|host| host.gate.run_id());
+                    status.run_id = run_id.unwrap_or_default().to_owned();
                     self.note(|| format!("simulator {}: {}", status.state, status.stop_reason));
-                    let message = Message::SimulatorStatus(status.into());
+                    let message = Message::SimulatorStatus(status.into(), incarnation);
                     for runner in 0..N_RUNNERS {
                         self.send(Node::Simulator, Node::Runner(runner), message.clone());
                     }
