@@ -359,8 +359,7 @@ impl Runner {
         {
             return;
         }
-        let digest = self.options.simulator_digest;
-        if !self.simulated_world.goes_on(&status, digest, self.has_started) {
+        if !self.simulated_world.goes_on(&status, self.options.simulator_digest) {
             return self.end(Outcome::Void { reason: world_replaced() }, now, actions);
         }
         let is_of_another = !status.run_id.is_empty() && status.run_id != self.options.run_id;
@@ -767,6 +766,7 @@ impl Runner {
         actions.push(Action::Note("running".to_owned()));
         self.roster.forget_samples();
         self.has_started = true;
+        self.simulated_world.start();
         // In lockstep a lapse freezes the world, and no robot stands while others move.
         if matches!(self.options.length, RunLength::RealTime { .. }) {
             self.roster.follow_pauses(self.epoch, now);

@@ -96,7 +96,7 @@ struct Run<'a> {
     /// Whether the simulator's next word answers the machine's question.
     asks_simulator: bool,
     /// The simulator that has answered; others have nothing to do with the run.
-    simulator_of_run: Option<[u8; 16]>,
+    answering_simulator: Option<[u8; 16]>,
     /// Questions that are not answered yet. Each is asked again by the client; to ask it twice at a
     /// time would only hold up the answer.
     open: Vec<Action>,
@@ -170,7 +170,7 @@ pub async fn run(
         times: Times::default(),
         simulator: None,
         asks_simulator: false,
-        simulator_of_run: None,
+        answering_simulator: None,
         open: Vec::new(),
         closing: None,
         bag: None,
@@ -393,10 +393,10 @@ impl<'a> Run<'a> {
                 let status = sample_events::status(&received.message)?;
                 self.simulator = Some((status.clone(), Instant::now()));
                 if let Some(answer) = self.answer_of_simulator(&status) {
-                    self.simulator_of_run = Some(received.writer);
+                    self.answering_simulator = Some(received.writer);
                     events.push(answer);
                 }
-                if self.simulator_of_run.is_none_or(|writer| writer == received.writer) {
+                if self.answering_simulator.is_none_or(|writer| writer == received.writer) {
                     events.push(Event::SimulatorStatus(status));
                 }
             }

@@ -16,14 +16,20 @@ pub(crate) fn world_replaced() -> String {
 pub(super) struct SimulatedWorld {
     /// Of the newest status that named this world: its number, and whether the world had begun to move.
     newest: Option<(u64, bool)>,
+    has_started: bool,
 }
 
 impl SimulatedWorld {
+    /// The robots may move: from now on, a world that has moved and waits for its start is another one.
+    pub fn start(&mut self) {
+        self.has_started = true;
+    }
+
     /// Takes a status of the simulator, and returns whether the world with this digest, once a status
-    /// has named it, is still there. A run that `has_started` has no use for one that waits for the start.
-    pub fn goes_on(&mut self, status: &Status, digest: u64, has_started: bool) -> bool {
+    /// has named it, is still there.
+    pub fn goes_on(&mut self, status: &Status, digest: u64) -> bool {
         let is_it = status.parameter_digest == digest;
-        let moves = has_started && status.state != RobotState::Armed;
+        let moves = self.has_started && status.state != RobotState::Armed;
         match self.newest {
             // An old status that comes late is no news.
             Some((counter, _)) if status.counter <= counter => return true,

@@ -133,7 +133,7 @@ fn a_run_ends_when_the_simulator_has_another_world_or_the_same_from_its_start() 
                 let Event::SimulatorStatus(status) = simulator(state, "") else { unreachable!() };
                 // Until it is armed, a robot names the run before.
                 let run_id = if state == Armed { "run before" } else { "" }.to_owned();
-                let status = Status { counter, parameter_digest, run_id, ..status };
+                let status = Status { counter, run_id, parameter_digest, ..status };
                 bench.give(Event::SimulatorStatus(status));
             }
         };

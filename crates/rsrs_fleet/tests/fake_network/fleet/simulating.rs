@@ -144,7 +144,7 @@ impl Fleet {
                 Action::Status(mut status) => {
                     let incarnation = self.processes[self.slot(Node::Simulator)].incarnation;
                     let run_id = self.robots.iter().find_map(|host| host.gate.run_id());
-                    status.run_id = run_id.unwrap_or_default().to_owned();
+                    run_id.unwrap_or_default().clone_into(&mut status.run_id);
                     self.note(|| format!("simulator {}: {}", status.state, status.stop_reason));
                     let message = Message::SimulatorStatus(status.into(), incarnation);
                     for runner in 0..N_RUNNERS {
