@@ -52,6 +52,11 @@ impl Scene {
         self.wheels_turn().await;
     }
 
+    /// The reason in its last status.
+    pub fn why_it_stands(&self) -> String {
+        self.runner.messages().status.stop_reason.clone()
+    }
+
     async fn wheels_turn(&self) {
         eventually("the wheels do what was commanded", || self.micro.wheels() == (100, 500)).await;
     }
