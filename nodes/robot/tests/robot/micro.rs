@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use rustix::fs::{OFlags, fcntl_setfl};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
-pub const TIMEOUT: Duration = Duration::from_millis(250);
+const TIMEOUT: Duration = Duration::from_millis(250);
 const STATE_EVERY: Duration = Duration::from_millis(50);
 const POLL_PERIOD: Duration = Duration::from_millis(2);
 

@@ -42,14 +42,9 @@ impl Scene {
         let scene = Self::start(&[&["--without-controller"], arguments].concat());
         scene.runner.messages().foreign_controller = Some(DIGEST);
         scene.runner.messages().command = Some((0.1, 0.5));
-        scene.run_epoch(1).await;
+        scene.runner.run_epoch(1).await;
+        scene.wheels_turn().await;
         scene
-    }
-
-    /// Has it drive in another run.
-    pub async fn run_epoch(&self, epoch: u64) {
-        self.runner.run_epoch(epoch).await;
-        self.wheels_turn().await;
     }
 
     /// The reason in its last status.
