@@ -10,11 +10,12 @@ pub(crate) fn world_replaced() -> String {
 
 /// What the simulator has reported of the world that was placed for a run.
 ///
-/// It holds a world while a run binds one of its robots, or, where it is only the sensors and wheels of
-/// robot nodes, while one of them moves: until then, and in a pause, somebody else may place another one.
+/// It refuses to replace a world while a run binds one of its robots, or, where it is only the sensors and
+/// wheels of robot nodes, while one of them moves. At other times (before the start, in a pause, when leases
+/// have lapsed, while all commands are zero) somebody else may place another one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SimulatedWorld {
-    /// Of the newest status that named this world: its number, and whether the world had begun to move.
+    /// Of the newest status that named this world: its number, and whether the world had left its start.
     newest: Option<(u64, bool)>,
     has_started: bool,
 }
@@ -29,15 +30,15 @@ impl SimulatedWorld {
     /// has named it, is still there.
     pub fn goes_on(&mut self, status: &Status, digest: u64) -> bool {
         let is_it = status.parameter_digest == digest;
-        let moves = self.has_started && status.state != RobotState::Armed;
+        let has_left_start = self.has_started && status.state != RobotState::Armed;
         match self.newest {
             // An old status that comes late is no news.
             Some((counter, _)) if status.counter <= counter => return true,
-            Some((_, moved)) if !is_it || moved && !moves => return false,
+            Some((_, had_left)) if !is_it || had_left && !has_left_start => return false,
             _ => {}
         }
         if is_it {
-            self.newest = Some((status.counter, moves));
+            self.newest = Some((status.counter, has_left_start));
         }
         true
     }
