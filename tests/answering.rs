@@ -130,8 +130,9 @@ fn choose_answer_and_diagnose_name_one_setting() {
     let chosen = json(&run(&format!("choose out {confirm}")));
     let answered = json(&run(&format!("answer out --replicates 10 {confirm}")));
     let diagnosed = json(&run(&format!("diagnose out {confirm}")));
-    let of_profile = json(&run(&format!("answer mine/profile.yaml --replicates 50 {confirm}")));
-    let of_five = json(&run(&format!("diagnose mine/profile.yaml --robots 5 {confirm}")));
+    let of_profile = json(&run(&format!("answer mine/profile.yaml --replicates 20 {confirm}")));
+    let of_five =
+        json(&run(&format!("answer mine/profile.yaml --robots 5 --replicates 10 {confirm}")));
     let refused = run("choose out --robots 9");
 
     for key in ["cell", "denser_start", "other_numbers"] {

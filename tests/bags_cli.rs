@@ -238,7 +238,7 @@ fn both_verdicts(folder: &Path, cell: usize, replicate: u64) -> [Verdict; 2] {
 #[test]
 fn the_label_from_a_bag_is_the_label_in_memory() {
     let place = place();
-    let n_episodes = if std::env::var_os(LONG).is_some() { 2000 } else { 200 };
+    let n_episodes = if std::env::var_os(LONG).is_some() { 2000 } else { 100 };
     let next = Mutex::new(0..n_episodes);
     let counts = Mutex::new(BTreeMap::<Phase, usize>::new());
 

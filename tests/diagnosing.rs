@@ -320,21 +320,24 @@ fn two_planted_defects_are_named_together_in_most_robots() {
 #[test]
 fn the_repositorys_robots_are_diagnosed_and_mill_when_mended() {
     let profiles = repository().join("launch_configs/profiles");
-    let diagnose = |path: &Path| {
+    let diagnose = |path: &Path, more: &[&str]| {
         let path = path.to_str().expect("a path in UTF-8");
-        json(&rsrs(&profiles, &["diagnose", path, "--format", "json"]))
+        json(&rsrs(&profiles, &[&["diagnose", path, "--format", "json"], more].concat()))
     };
 
-    let flockbot = diagnose(&profiles.join("flockbot.yaml"));
-    assert_eq!(flockbot["viable"], true, "{flockbot:#}");
-    // The others take minutes.
+    // With any number of robots it takes longer, and all three take minutes.
+    let flockbot = profiles.join("flockbot.yaml");
     if std::env::var_os("RSRS_LONG_TESTS").is_none() {
+        let seven = diagnose(&flockbot, &["--robots", "7", "--confirm", "400"]);
+        assert_eq!(seven["viable"], true, "{seven:#}");
         return;
     }
+    let flockbot = diagnose(&flockbot, &[]);
+    assert_eq!(flockbot["viable"], true, "{flockbot:#}");
 
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let lta = diagnose(&profiles.join("lta.yaml"));
-    let smars = diagnose(&profiles.join("smars.yaml"));
+    let lta = diagnose(&profiles.join("lta.yaml"), &[]);
+    let smars = diagnose(&profiles.join("smars.yaml"), &[]);
 
     assert!(first_set(&lta).contains(&"gust_m_s".to_owned()), "{lta:#}");
     // Made up with a bad sensor, and yet what keeps it from milling is how much its gains differ, too.

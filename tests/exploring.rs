@@ -128,15 +128,15 @@ fn a_search_that_was_cut_short_goes_on_to_the_same_end() {
         let cut = format!("{name}_cut");
         let few = ["--replicates", "2"];
         let with = |more: &[&'static str]| [behaviour, &few, more].concat();
-        let searched = explore(place, &at_once, &with(&["--controllers", "300"]));
+        let searched = explore(place, &at_once, &with(&["--controllers", "150"]));
         assert!([0, 3].contains(&code(&searched)), "{}", stderr(&searched));
 
-        explore(place, &cut, &with(&["--controllers", "100", "--threads", "1"]));
+        explore(place, &cut, &with(&["--controllers", "60", "--threads", "1"]));
         // The last line was being written when the power went.
         let journal = place.join(&cut).join("trials.jsonl");
         let text = std::fs::read_to_string(&journal).expect("it is there");
         std::fs::write(&journal, &text[..text.len() - 40]).expect("it is writable");
-        let resumed = explore(place, &cut, &with(&["--controllers", "300"]));
+        let resumed = explore(place, &cut, &with(&["--controllers", "150"]));
 
         assert!([0, 3].contains(&code(&resumed)), "{}", stderr(&resumed));
         for (one, other) in contents(&place.join(at_once)).iter().zip(contents(&place.join(cut))) {

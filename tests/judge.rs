@@ -90,7 +90,7 @@ fn seen_by(tracker: Tracker, folder: &Path, index: usize) -> (Phase, bool, bool)
 fn a_tracker_leaves_at_least_98_of_100_settled_labels_as_they_are() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let is_long = std::env::var_os(LONG).is_some();
-    let n_episodes = if is_long { 2000 } else { 300 };
+    let n_episodes = if is_long { 2000 } else { 200 };
     let next = Mutex::new(0..n_episodes);
     let tallies = Mutex::new(BTreeMap::<Tracker, Tally>::new());
     let phases = Mutex::new(BTreeMap::<Phase, usize>::new());

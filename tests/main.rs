@@ -38,6 +38,7 @@ mod measure;
 #[expect(dead_code, reason = "microcontrollers that misbehave are tested beside their driver")]
 mod micro;
 mod mixed;
+mod motion_capture;
 mod mujoco;
 mod notebook;
 mod objects;
@@ -69,7 +70,6 @@ mod stopping;
 mod swept_cells;
 mod terminal;
 mod tidy;
-mod trackers;
 mod two_interfaces;
 mod watching;
 mod words;

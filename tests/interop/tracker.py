@@ -1,4 +1,4 @@
-"""A tracker of four robots in rclpy, in millimetres and with y up; see trackers.rs.
+"""A tracker of four robots in rclpy, in millimetres and with y up; see motion_capture.rs.
 
 It publishes where they stand in one array without names, and of each robot as a pose and as odometry.
 """

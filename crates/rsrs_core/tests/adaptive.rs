@@ -3,6 +3,8 @@
 //! Runs are drawn from diagrams whose truth is known, with a generator of this file's own, so that
 //! a thousand sweeps take a second.
 
+use std::collections::HashMap;
+
 use rsrs_core::diagram::adaptive::{Adaptive, Knowledge, Schedule, is_settled};
 use rsrs_core::judge::counts::PhaseCounts;
 use rsrs_core::judge::phase::Phase;
@@ -24,12 +26,13 @@ fn ever_missed(
     n_runs: u64,
     bounds: impl Fn(u64, u64) -> Interval,
 ) -> f64 {
+    let mut known = HashMap::new();
     let misses = (0..n_sequences).filter(|sequence| {
         let mut random = generator(*sequence);
         let mut hits = 0;
         (1..=n_runs).any(|n| {
             hits += u64::from(random.random::<f64>() < truth);
-            !bounds(hits, n).contains(truth)
+            !known.entry((hits, n)).or_insert_with(|| bounds(hits, n)).contains(truth)
         })
     });
     misses.count() as f64 / n_sequences as f64

@@ -7,7 +7,7 @@ use crate::network::{Controllers, Faults, Stalled, Stalls};
 use crate::scenario::Scenario;
 use crate::{number_of_seeds, play_seeds};
 
-const NINE: u64 = 60;
+const NINE: u64 = 30;
 const A_HUNDRED: u64 = 2;
 
 /// Every second fleet has its controllers on the workstation, so that commands and statuses of
