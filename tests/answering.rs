@@ -131,8 +131,7 @@ fn choose_answer_and_diagnose_name_one_setting() {
     let answered = json(&run(&format!("answer out --replicates 10 {confirm}")));
     let diagnosed = json(&run(&format!("diagnose out {confirm}")));
     let of_profile = json(&run(&format!("answer mine/profile.yaml --replicates 20 {confirm}")));
-    let of_five =
-        json(&run(&format!("answer mine/profile.yaml --robots 5 --replicates 10 {confirm}")));
+    let of_five = json(&run(&format!("diagnose mine/profile.yaml --robots 5 {confirm}")));
     let refused = run("choose out --robots 9");
 
     for key in ["cell", "denser_start", "other_numbers"] {
