@@ -36,7 +36,7 @@ pub struct RobotStatus {
     pub header: Header,
     /// Rises with every status of this robot, over restarts too; the lease echoes it.
     pub counter: u64,
-    /// The epoch obeyed now; 0 for none.
+    /// The epoch obeyed now; 0 for none. From the simulator: the number of its world, from 1.
     pub epoch: u64,
     /// The run that it belongs to; empty for none.
     pub run_id: String,

@@ -242,7 +242,7 @@ pub const STATUS: Topic = topic::<rsrs::RobotStatus>("status", Qos::best_effort(
 pub const CONTROLLER_STATUS: Topic =
     topic::<rsrs::RobotStatus>("controller/status", Qos::best_effort(1));
 /// The status of the simulator: armed with a placed world, moving, stopped after its last step,
-/// or in fault; the digest names the placed world.
+/// or in fault; the digest names the placed world, and the epoch numbers it.
 pub const SIMULATOR_STATUS: Topic =
     topic::<rsrs::RobotStatus>("/simulator/status", Qos::best_effort(1));
 /// The runner's permission to move; an old one is worthless, so it is never sent again. A large fleet

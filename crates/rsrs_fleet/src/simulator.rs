@@ -210,6 +210,8 @@ pub enum Refusal {
 #[derive(Clone, Debug, Default)]
 pub struct Simulator {
     world: WorldState,
+    /// Worlds that were placed so far, which numbers them from 1.
+    n_worlds: u64,
     heartbeat: Heartbeat<Standing>,
 }
 
@@ -219,6 +221,8 @@ struct Standing {
     state: RobotState,
     /// Names the placed world; 0 is none.
     digest: u64,
+    /// Which of the simulator's worlds it is, or was.
+    world: u64,
     /// Why it does not move; empty while it does.
     reason: Cow<'static, str>,
 }
@@ -287,7 +291,10 @@ impl Simulator {
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
         let mut actions = Vec::new();
         match event {
-            Event::Placed(placed) => self.world = WorldState::Placed(Run::new(placed, now)),
+            Event::Placed(placed) => {
+                self.n_worlds += 1;
+                self.world = WorldState::Placed(Run::new(placed, now));
+            }
             Event::Removed => self.world = WorldState::Empty,
             Event::NotPlaced { reason } => self.world = WorldState::Refused(reason),
             Event::Gates(_) | Event::Command { .. } | Event::Recorded { .. } => {
@@ -301,11 +308,11 @@ impl Simulator {
     }
 
     fn status_due(&mut self, now: Duration) -> Option<Status> {
-        let standing = self.world.standing();
+        let standing = self.standing();
         let counter = self.heartbeat.due(standing.clone(), now)?;
         Some(Status {
             counter,
-            epoch: 0,
+            epoch: standing.world,
             run_id: String::new(),
             parameter_digest: standing.digest,
             state: standing.state,
@@ -314,18 +321,16 @@ impl Simulator {
             battery_v: f32::NAN,
         })
     }
-}
 
-impl WorldState {
     fn standing(&self) -> Standing {
-        let (state, digest, reason) = match self {
-            Self::Empty => (RobotState::Idle, 0, "no world is placed".into()),
-            Self::Refused(reason) => (RobotState::Fault, 0, reason.clone().into()),
-            Self::Placed(Run { manual: Some(_), .. }) => {
+        let (state, digest, reason) = match &self.world {
+            WorldState::Empty => (RobotState::Idle, 0, "no world is placed".into()),
+            WorldState::Refused(reason) => (RobotState::Fault, 0, reason.clone().into()),
+            WorldState::Placed(Run { manual: Some(_), .. }) => {
                 let reason = "moved by hand: a run needs a world that is placed anew";
                 (RobotState::Idle, 0, reason.into())
             }
-            Self::Placed(Run { placed, progress, .. }) => {
+            WorldState::Placed(Run { placed, progress, .. }) => {
                 let (state, reason) = match progress {
                     Progress::Waiting => {
                         (RobotState::Armed, "placed, waiting for the start".into())
@@ -337,7 +342,7 @@ impl WorldState {
                 (state, placed.digest, reason)
             }
         };
-        Standing { state, digest, reason }
+        Standing { state, digest, world: self.n_worlds, reason }
     }
 }
 

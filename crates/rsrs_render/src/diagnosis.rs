@@ -60,6 +60,11 @@ impl Text<'_> {
         let mill = self.0.best.behaviour.verb().plain;
         let (found, verdict) = if self.0.best.viable {
             (mill.to_owned(), "nothing is wrong")
+        } else if self.0.best.b_s >= self.0.best.wanted {
+            (
+                format!("may {mill} often enough"),
+                "more fresh runs (--confirm) would tell, or something must change",
+            )
         } else {
             (format!("do not {mill} often enough"), "something must change")
         };

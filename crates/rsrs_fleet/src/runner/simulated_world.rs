@@ -1,6 +1,6 @@
 //! Whether the simulator still has the world of the run.
 
-use crate::message::{RobotState, Status};
+use crate::message::Status;
 use crate::robot::WORLD_REPLACED;
 
 /// Why a run is void whose world has gone.
@@ -12,16 +12,16 @@ pub(crate) fn world_replaced() -> String {
 ///
 /// It refuses to replace a world while a run binds one of its robots, or, where it is only the sensors and
 /// wheels of robot nodes, while one of them moves. At other times (before the start, in a pause, when leases
-/// have lapsed, while all commands are zero) somebody else may place another one.
+/// have lapsed, while all commands are zero) somebody else may place another one, or the same anew.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SimulatedWorld {
-    /// Of the newest status that named this world: its number, and whether the world had left its start.
-    newest: Option<(u64, bool)>,
+    /// Of the newest status that named this world: its number, and the world's.
+    newest: Option<(u64, u64)>,
     has_started: bool,
 }
 
 impl SimulatedWorld {
-    /// The robots may move: from now on, a world that has moved and waits for its start is another one.
+    /// The robots may move: until now, the same world placed once more is as good as the first.
     pub fn start(&mut self) {
         self.has_started = true;
     }
@@ -30,15 +30,16 @@ impl SimulatedWorld {
     /// has named it, is still there.
     pub fn goes_on(&mut self, status: &Status, digest: u64) -> bool {
         let is_it = status.parameter_digest == digest;
-        let has_left_start = self.has_started && status.state != RobotState::Armed;
         match self.newest {
             // An old status that comes late is no news.
             Some((counter, _)) if status.counter <= counter => return true,
-            Some((_, had_left)) if !is_it || had_left && !has_left_start => return false,
+            Some((_, world)) if !is_it || self.has_started && status.epoch != world => {
+                return false;
+            }
             _ => {}
         }
         if is_it {
-            self.newest = Some((status.counter, has_left_start));
+            self.newest = Some((status.counter, status.epoch));
         }
         true
     }

@@ -231,18 +231,21 @@ fn the_status_distinguishes_an_empty_simulator_from_a_placed_a_moving_and_a_fail
 }
 
 #[test]
-fn a_world_that_is_placed_is_published_at_once_and_another_one_too() {
+fn a_world_that_is_placed_is_published_at_once_and_so_are_another_one_and_the_same_anew() {
     let placed = placed(1, 1);
     let mut simulator = Simulator::new();
     simulator.on_event(Event::Removed, Duration::ZERO);
 
     let first = status(&mut simulator, Event::Placed(placed.clone()), Duration::ZERO);
     let other = Event::Placed(Placed { digest: DIGEST + 1, ..placed });
-    let second = status(&mut simulator, other, Duration::ZERO);
+    let second = status(&mut simulator, other.clone(), Duration::ZERO);
+    let anew = status(&mut simulator, other, Duration::ZERO);
+    let numbers = [&first, &second, &anew].map(|status| Some(status.as_ref()?.epoch));
 
     let waiting = "placed, waiting for the start".to_owned();
     assert_eq!(reported(first), (RobotState::Armed, DIGEST, waiting.clone()));
     assert_eq!(reported(second), (RobotState::Armed, DIGEST + 1, waiting));
+    assert_eq!(numbers, [1, 2, 3].map(Some));
 }
 
 #[test]
@@ -256,7 +259,7 @@ fn the_status_is_repeated_twenty_times_a_second_and_counted() {
     let third = status(&mut simulator, idle(), HEARTBEAT_PERIOD * 2).expect("a beat has passed");
 
     assert_eq!((second.counter, third.counter), (2, 3));
-    assert_eq!((second.epoch, second.battery_v.is_nan()), (0, true));
+    assert_eq!((second.epoch, second.battery_v.is_nan()), (1, true), "it is its first world");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! `RSRS_MEMORY_S` sets for how many seconds it is watched.
 
 use std::io::Write;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::safety::Scene;
 use rsrs_testing::environment::number;
@@ -25,6 +25,38 @@ fn resident_kib(pid: u32) -> u64 {
     number.parse().expect("it is a number of KiB")
 }
 
+/// A pause of the machine that may stop a robot; the shortest of the protocol's timeouts is 250 ms.
+const STARVED: Duration = Duration::from_millis(100);
+/// How long ago that may have been when the robot stands.
+const JUST_NOW: Duration = Duration::from_secs(2);
+const LOOK_EVERY: Duration = Duration::from_millis(10);
+
+/// Watches a robot that drives, which stands only where the machine had no time for it, and is armed anew
+/// then; returns how often that was.
+async fn watch_driving(scene: &Scene, watched: Duration) -> u64 {
+    let end = Instant::now() + watched;
+    let (mut n_stops, mut looked, mut starved) = (0, Instant::now(), None);
+    while Instant::now() < end {
+        tokio::time::sleep(LOOK_EVERY).await;
+        let micro_paused = std::mem::take(&mut scene.micro.inside().longest_pause);
+        if looked.elapsed().max(micro_paused) >= STARVED {
+            starved = Some(Instant::now());
+        }
+        looked = Instant::now();
+        if !scene.drives() {
+            let was_starved = starved.is_some_and(|at| at.elapsed() < JUST_NOW);
+            assert!(
+                was_starved,
+                "it stood on a machine with time for it: {}",
+                scene.why_it_stands()
+            );
+            n_stops += 1;
+            scene.drive_in_epoch(1 + n_stops).await;
+        }
+    }
+    n_stops
+}
+
 #[test]
 fn a_driving_node_is_small_and_does_not_grow() {
     in_own_network("memory::a_driving_node_is_small_and_does_not_grow", async || {
@@ -34,20 +66,16 @@ fn a_driving_node_is_small_and_does_not_grow() {
 
         tokio::time::sleep(WARM).await;
         let before_kib = resident_kib(pid);
-        tokio::time::sleep(Duration::from_secs(watch_s)).await;
+        let n_stops = watch_driving(&scene, Duration::from_secs(watch_s)).await;
         let after_kib = resident_kib(pid);
 
-        let (reason, pause) = (scene.why_it_stands(), scene.micro.inside().longest_pause);
-        assert_eq!(
-            scene.micro.wheels(),
-            (100, 500),
-            "it drove all the time: {reason}; its microcontroller had no processor for up to {pause:?}"
-        );
         writeln!(
             std::io::stdout(),
-            "{before_kib} KiB after {WARM:?}, {after_kib} KiB {watch_s} s later"
+            "{before_kib} KiB after {WARM:?}, {after_kib} KiB {watch_s} s later; \
+             the machine stopped it {n_stops} times"
         )
         .expect("somebody reads");
+        assert!(n_stops <= 1 + watch_s / 60, "it was stopped {n_stops} times");
         assert!(after_kib <= MOST_KIB, "{after_kib} KiB, expected at most {MOST_KIB}");
         assert!(after_kib <= before_kib + GROWTH_KIB, "{before_kib} KiB grew to {after_kib} KiB");
         scene.end().await;

@@ -42,9 +42,19 @@ impl Scene {
         let scene = Self::start(&[&["--without-controller"], arguments].concat());
         scene.runner.messages().foreign_controller = Some(DIGEST);
         scene.runner.messages().command = Some((0.1, 0.5));
-        scene.runner.run_epoch(1).await;
-        scene.wheels_turn().await;
+        scene.drive_in_epoch(1).await;
         scene
+    }
+
+    /// Starts a run, in which it drives as it is commanded.
+    pub async fn drive_in_epoch(&self, epoch: u64) {
+        self.runner.run_epoch(epoch).await;
+        self.wheels_turn().await;
+    }
+
+    /// Whether its wheels do what was commanded.
+    pub fn drives(&self) -> bool {
+        self.micro.wheels() == (100, 500)
     }
 
     /// The reason in its last status.
@@ -53,7 +63,7 @@ impl Scene {
     }
 
     async fn wheels_turn(&self) {
-        eventually("the wheels do what was commanded", || self.micro.wheels() == (100, 500)).await;
+        eventually("the wheels do what was commanded", || self.drives()).await;
     }
 
     /// Waits until the wheels stand, and returns when they did.
@@ -178,8 +188,7 @@ fn an_e_stop_latches_until_a_newer_epoch_arms() {
         scene.still().await;
         assert!(scene.runner.messages().status.stop_reason.contains("e-stop"));
 
-        scene.runner.run_epoch(2).await;
-        scene.wheels_turn().await;
+        scene.drive_in_epoch(2).await;
 
         // Whoever was received once and falls silent locks as well.
         scene.runner.messages().e_stop = None;
@@ -247,8 +256,7 @@ fn an_unplugged_robot_stays_out_of_its_run_and_joins_the_next() {
             let reason = scene.runner.messages().status.stop_reason.clone();
             assert!(reason.contains("hardware fault: the other end has gone"), "{reason}");
 
-            scene.runner.run_epoch(2).await;
-            scene.wheels_turn().await;
+            scene.drive_in_epoch(2).await;
             scene.end().await;
         },
     );

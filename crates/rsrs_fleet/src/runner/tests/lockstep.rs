@@ -112,16 +112,24 @@ fn a_recorder_that_does_not_take_the_last_step_fails_the_run() {
 #[test]
 fn a_run_ends_when_the_simulator_has_another_world_or_the_same_from_its_start() {
     use RobotState::{Armed, Idle, Moving};
-    // What the simulator reports: before the robots move, and then, each with the number of the status.
-    type Told = (u64, RobotState, u64);
-    let cases: [(&str, &[Told], &[Told], bool); 7] = [
-        ("its world goes on", &[(1, Armed, 7)], &[(2, Armed, 7), (3, Moving, 7)], false),
-        ("it is placed again before the start", &[(1, Armed, 7), (2, Armed, 7)], &[], false),
-        ("another one in the countdown", &[(1, Armed, 7), (2, Armed, 8)], &[], true),
-        ("another one in the run", &[(1, Armed, 7)], &[(2, Moving, 7), (3, Armed, 8)], true),
-        ("the same from its start", &[(1, Armed, 7)], &[(2, Moving, 7), (3, Armed, 7)], true),
-        ("it is moved by hand", &[(1, Armed, 7)], &[(2, Moving, 7), (3, Idle, 0)], true),
-        ("an old status comes late", &[(5, Armed, 7)], &[(6, Moving, 7), (4, Idle, 0)], false),
+    // What the simulator reports: the number of the status, the state, and the number and the digest of the
+    // world, before the robots move and then.
+    type Told = (u64, RobotState, u64, u64);
+    let placed = (1, Armed, 1, 7);
+    let cases: [(&str, &[Told], &[Told], bool); 8] = [
+        ("its world goes on", &[placed], &[(2, Armed, 1, 7), (3, Moving, 1, 7)], false),
+        ("it is placed again before the start", &[placed, (2, Armed, 2, 7)], &[], false),
+        ("another one in the countdown", &[placed, (2, Armed, 2, 8)], &[], true),
+        ("another one in the run", &[placed], &[(2, Moving, 1, 7), (3, Armed, 2, 8)], true),
+        ("the same from its start", &[placed], &[(2, Moving, 1, 7), (3, Armed, 2, 7)], true),
+        ("the same, heard when it moves", &[placed], &[(2, Moving, 1, 7), (9, Moving, 2, 7)], true),
+        ("it is moved by hand", &[placed], &[(2, Moving, 1, 7), (3, Idle, 1, 0)], true),
+        (
+            "an old status comes late",
+            &[(5, Armed, 1, 7)],
+            &[(6, Moving, 1, 7), (4, Idle, 0, 0)],
+            false,
+        ),
     ];
     for (what, before, then, is_another) in cases {
         let mut bench = Bench::with(|options| {
@@ -129,11 +137,11 @@ fn a_run_ends_when_the_simulator_has_another_world_or_the_same_from_its_start() 
             options.countdown = Duration::from_secs(1);
         });
         let tell = |bench: &mut Bench, told: &[Told]| {
-            for &(counter, state, parameter_digest) in told {
+            for &(counter, state, epoch, parameter_digest) in told {
                 let Event::SimulatorStatus(status) = simulator(state, "") else { unreachable!() };
                 // Until it is armed, a robot names the run before.
                 let run_id = if state == Armed { "run before" } else { "" }.to_owned();
-                let status = Status { counter, run_id, parameter_digest, ..status };
+                let status = Status { counter, epoch, run_id, parameter_digest, ..status };
                 bench.give(Event::SimulatorStatus(status));
             }
         };
@@ -141,7 +149,7 @@ fn a_run_ends_when_the_simulator_has_another_world_or_the_same_from_its_start() 
             bench.beat();
         }
         tell(&mut bench, before);
-        if !before.iter().any(|told| told.2 == 8) {
+        if !before.iter().any(|told| told.3 == 8) {
             bench.run();
         }
         tell(&mut bench, then);
