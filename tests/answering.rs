@@ -125,7 +125,7 @@ fn choose_answer_and_diagnose_name_one_setting() {
     assert_eq!(code(&begun), 0, "{}", stderr(&begun));
     let swept = run("sweep mine/sweep.yaml -o out");
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
-    let confirm = "--confirm 200 --format json";
+    let confirm = "--confirm 100 --format json";
 
     let chosen = json(&run(&format!("choose out {confirm}")));
     let answered = json(&run(&format!("answer out --replicates 10 {confirm}")));

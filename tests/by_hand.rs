@@ -32,8 +32,8 @@ const SHORTER_RUNS: [(&str, &str); 10] = [
     ("-o run.gif\n", "-o run.gif --speed 100 --width 240\n"),
     ("-o wall.png\n", "-o wall.png --replicates 20\n"),
     ("answer mine/results --format json", "answer mine/results --replicates 20"),
-    ("diagnose mine/profile.yaml\n", "diagnose mine/profile.yaml --robots 7 --confirm 400\n"),
-    ("diagnose short_sighted/profile.yaml", "diagnose short_sighted/profile.yaml --confirm 100"),
+    ("diagnose mine/profile.yaml\n", "diagnose mine/profile.yaml --robots 7 --confirm 100\n"),
+    ("diagnose short_sighted/profile.yaml", "diagnose short_sighted/profile.yaml --confirm 30"),
     ("turn_rate_rad_s=0.75 \\\n    --cell", "turn_rate_rad_s=0.75 --margin 0.3 --cell"),
     ("-o results/gallery\n", "-o results/gallery --controllers 100 --replicates 4\n"),
     ("--behaviour milling --forward\n", "--behaviour milling --forward --controllers 200\n"),
@@ -42,6 +42,7 @@ const SHORTER_RUNS: [(&str, &str); 10] = [
 /// The same of the swarm that is written from nothing.
 const FEWER_RUNS: [(&str, &str); 2] =
     [("choose results -o", "choose results --confirm 100 -o"), ("seq 11", "seq 2")];
+const FEWER_CONFIRMED: [(&str, &str); 1] = [("--confirm 200", "--confirm 40")];
 const RCLPY_FLEET: &str = include_str!("../docs/examples/rclpy_fleet.py");
 
 /// What pages have their reader type, with less to wait for where no long tests are asked for.
@@ -242,7 +243,7 @@ fn the_page_of_ones_own_swarm_works_to_the_letter_and_finds_what_it_says() {
 
 #[test]
 fn the_page_of_sensors_takes_two_of_them_from_the_sweep_to_an_episode() {
-    let script = script_of(&OF_SENSORS);
+    let script = shortened(&OF_SENSORS, &FEWER_CONFIRMED);
 
     let (folder, output) = typed_in_time(&script, &[], (&[], 600));
 

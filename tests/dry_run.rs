@@ -64,7 +64,7 @@ fn the_whole_loop_leaves_bags_that_pass_through_the_states_of_the_replicates() {
 
 /// A folder of robots of one's own.
 const INIT: &str = "init mine --name epuck --robots 6 --radius 0.035 --speed 0.12 --turn-rate 2 \
-                    --range 0.5 --half-angle 0.25 --period 0.1 --arena 3";
+                    --range 0.5 --half-angle 0.25 --period 0.2 --arena 3";
 
 #[test]
 fn how_many_experiments_are_run_at_a_time_changes_nothing() {

@@ -109,7 +109,7 @@ fn robots_with_a_single_speed_and_robots_in_the_wind_are_explored_as_well() {
     for kind in ["smars", "lta"] {
         let profile = repository().join(format!("launch_configs/profiles/{kind}.yaml"));
         let profile = profile.to_str().expect("a path in UTF-8");
-        let small = ["--controllers", "200", "--replicates", "4", "--format", "json"];
+        let small = ["--controllers", "100", "--replicates", "4", "--format", "json"];
 
         let found = rsrs(place.path(), &[&["explore", profile, "-o", kind], &small[..]].concat());
 
@@ -128,15 +128,15 @@ fn a_search_that_was_cut_short_goes_on_to_the_same_end() {
         let cut = format!("{name}_cut");
         let few = ["--replicates", "2"];
         let with = |more: &[&'static str]| [behaviour, &few, more].concat();
-        let searched = explore(place, &at_once, &with(&["--controllers", "150"]));
+        let searched = explore(place, &at_once, &with(&["--controllers", "100"]));
         assert!([0, 3].contains(&code(&searched)), "{}", stderr(&searched));
 
-        explore(place, &cut, &with(&["--controllers", "60", "--threads", "1"]));
+        explore(place, &cut, &with(&["--controllers", "40", "--threads", "1"]));
         // The last line was being written when the power went.
         let journal = place.join(&cut).join("trials.jsonl");
         let text = std::fs::read_to_string(&journal).expect("it is there");
         std::fs::write(&journal, &text[..text.len() - 40]).expect("it is writable");
-        let resumed = explore(place, &cut, &with(&["--controllers", "150"]));
+        let resumed = explore(place, &cut, &with(&["--controllers", "100"]));
 
         assert!([0, 3].contains(&code(&resumed)), "{}", stderr(&resumed));
         for (one, other) in contents(&place.join(at_once)).iter().zip(contents(&place.join(cut))) {
@@ -180,7 +180,7 @@ fn what_wheels_cannot_do_is_neither_offered_nor_swept() {
     let on_wheels = place.path().join("on_wheels.yaml");
     std::fs::write(&on_wheels, text.replace("actuation:", wheels)).expect("it can be written");
     let explored = |arguments: &str| {
-        let few = ["--controllers", "200", "--replicates", "2", "--format", "json"];
+        let few = ["--controllers", "120", "--replicates", "2", "--format", "json"];
         let arguments: Vec<&str> = arguments.split_whitespace().chain(few).collect();
         let found = rsrs(place.path(), &arguments);
         assert_eq!(code(&found), 0, "{}", stderr(&found));

@@ -45,7 +45,7 @@ use rsrs_fleet::stopper::StopOutcome;
 use rsrs_testing::environment::number;
 use scenario::{Body, Happening, Scenario};
 
-const SEEDS: u64 = 5_000;
+const SEEDS: u64 = 4_000;
 
 /// How many seeds to play: as many as usual, or as the environment asks for.
 fn number_of_seeds(usual: u64) -> u64 {

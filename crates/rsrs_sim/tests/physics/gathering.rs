@@ -136,9 +136,12 @@ fn assert_agree(what: &str, ours: &[u64], theirs: &[u64], runs: u64) {
 
 #[test]
 fn published_aggregation_is_that_of_an_independent_simulator() {
-    // So many in the long test that 5 points are no chance.
-    for (robots, runs, long_runs) in [(10, 60, 2000), (20, 16, 1000), (50, 2, 200)] {
+    // So many in the long test that 5 points are no chance; of 50 robots, fewer would show nothing.
+    for (robots, runs, long_runs) in [(10, 60, 2000), (20, 16, 1000), (50, 0, 200)] {
         let runs = or_if_long(runs, long_runs);
+        if runs == 0 {
+            continue;
+        }
         let conditions = e_pucks(robots, FAR_M, ContactModel::Push);
 
         let ours = ours(&conditions, runs, &TIMES_S);

@@ -15,7 +15,7 @@ const MOST_KIB: u64 = 25 * 1024;
 const GROWTH_KIB: u64 = 512;
 /// A node that has driven for so long has met all that it ever meets.
 const WARM: Duration = Duration::from_secs(5);
-const WATCH_S: u64 = 15;
+const WATCH_S: u64 = 8;
 
 /// Resident memory of a process, in KiB.
 fn resident_kib(pid: u32) -> u64 {
