@@ -321,7 +321,7 @@ fn sensors_of_any_region_and_rates_are_recovered() {
 fn a_sensor_that_is_hardly_reliable_is_not_taken_for_a_better_one() {
     for true_positive in [0.84, 0.8] {
         let (range_m, half_angle_rad) = (0.5, 0.4);
-        let found = sensors(250, |_| Sector {
+        let found = sensors(500, |_| Sector {
             range_m,
             half_angle_rad,
             true_positive,

@@ -70,11 +70,12 @@ fn play_seeds(
         };
         panic!("{scenario:#?}\n{}\nseed {seed}: {violation}", story.narrative.join("\n"));
     }
-    let n_threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let n_processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let n_threads = n_seeds.min(n_processors as u64);
     let (draw, count) = (&draw, &count);
     let play = |first| {
         let (mut counts, mut violations) = (Vec::new(), Vec::new());
-        for seed in (first..n_seeds).step_by(n_threads) {
+        for seed in (first..n_seeds).step_by(n_threads as usize) {
             match fleet::play(draw(seed), Verbosity::Nothing) {
                 Ok(story) => {
                     let found = count(&story);
@@ -90,7 +91,7 @@ fn play_seeds(
     };
     let (counts, violations) = std::thread::scope(|scope| {
         let start = |first| scope.spawn(move || play(first));
-        let threads: Vec<_> = (0..n_threads as u64).map(start).collect();
+        let threads: Vec<_> = (0..n_threads).map(start).collect();
         let found = threads.into_iter().map(|thread| thread.join().expect("it does not panic"));
         found.collect::<(Vec<Vec<u64>>, Vec<Vec<String>>)>()
     });
