@@ -63,7 +63,6 @@ mod schemas;
 mod secured_fleet;
 mod sensors;
 mod simulated_bags;
-mod simulator;
 mod starting_files;
 mod starts;
 mod stopping;

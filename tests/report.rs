@@ -1,7 +1,5 @@
 //! The report of a sweep and its runs, as a person gets it: one file that needs no other.
 
-mod browser;
-
 use crate::command::{code, done, rsrs, stderr, text_in};
 use crate::simulated_bags::{Part, Run, ended};
 use rsrs_fleet::experiment::Time;

@@ -1,4 +1,4 @@
-//! A browser without a window, for tests of pages.
+//! Pages in a browser without a window.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,6 +6,9 @@ use std::process::Command;
 use rsrs_testing::python::{Environment, must_run, python_with};
 
 use crate::command::repository;
+
+mod report;
+mod simulator;
 
 const PLAYWRIGHT: Environment = Environment {
     name: "browser",
@@ -44,12 +47,12 @@ fn chromium() -> PathBuf {
     })
 }
 
-/// Lets a script, by its path within `tests`, use a page, and gives what it found, which `--nocapture` shows: how long
+/// Lets a script of this folder use a page, and gives what it found, which `--nocapture` shows: how long
 /// things took, too. The script is given the browser, the page, and `more`.
 #[expect(clippy::print_stdout, reason = "for who measures")]
-pub fn browse(script: &str, page: &Path, more: &[&Path]) -> String {
+fn browse(script: &str, page: &Path, more: &[&Path]) -> String {
     let python = python_with(&PLAYWRIGHT);
-    let script = repository().join("tests").join(script);
+    let script = repository().join("tests/browser").join(script);
     let found = must_run(Command::new(python).arg(script).arg(chromium()).arg(page).args(more));
     print!("{found}");
     found

@@ -1,8 +1,8 @@
-//! The report in a browser without a window: it responds, moves, prints, and can be used by everybody.
+//! The report: it responds, moves, prints, and can be used by everybody.
 
 use std::path::Path;
 
-use crate::browser::browse;
+use super::browse;
 use crate::command::{bring, code, done, rsrs, stderr, text_in};
 use crate::prepared_sweeps::workplace;
 use crate::simulated_bags::Run;
@@ -25,7 +25,7 @@ fn a_report_of_a_hundred_robots_opens_and_draws_its_frames() {
     let report = rsrs(here, &["report", "out", "-o", "report.html", "--bags", "run"]);
     assert!([0, 3].contains(&code(&report)), "{}", stderr(&report));
 
-    let found = browse("report/frames.py", &here.join("report.html"), &[]);
+    let found = browse("frames.py", &here.join("report.html"), &[]);
 
     assert!(found.ends_with("all is well\n"), "{found}");
 }
@@ -60,7 +60,7 @@ fn a_report_of_nine_runs_is_small_responds_moves_and_prints_in_a_browser() {
         assert!(titles.any(|title| title.contains(name)), "no mark of {name}");
     }
     let screenshots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
-    let found = browse("report/browser.py", &here.join("report.html"), &[&screenshots]);
+    let found = browse("report.py", &here.join("report.html"), &[&screenshots]);
     assert!(found.contains("cells: 88\n") && found.ends_with("all is well\n"), "{found}");
     let sweep = ResolvedSweep::read_either(&here.join("out/sweep.yaml")).expect("it was swept");
     let (address, digest) = found

@@ -1,6 +1,6 @@
 """Uses the page that simulates as a person does, in a browser without a window.
 
-Usage: browser.py CHROMIUM PAGE SCREENSHOTS FOLDER
+Usage: simulator.py CHROMIUM PAGE SCREENSHOTS FOLDER
 
 Leaves the sweep file that the page copies in FOLDER, as `copied.yaml` with the replicates of the page's own
 diagram, and what the page has counted there as `counts.csv`.

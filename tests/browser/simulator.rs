@@ -1,8 +1,8 @@
-//! The page that simulates, in a browser without a window.
+//! The page that simulates.
 
 use std::path::Path;
 
-use crate::browser::browse;
+use super::browse;
 use crate::command::{code, repository, rsrs, stderr, text_in};
 
 #[test]
@@ -12,7 +12,7 @@ fn the_page_passes_through_the_states_of_the_program_and_its_sweep_file_gives_th
     let screenshots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("simulator");
     let page = repository().join("docs/simulator.html");
 
-    let found = browse("simulator/browser.py", &page, &[&screenshots, here]);
+    let found = browse("simulator.py", &page, &[&screenshots, here]);
 
     assert!(found.ends_with("all is well\n"), "{found}");
     assert_eq!(found.matches("state as in the program").count(), 3, "{found}");

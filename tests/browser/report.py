@@ -1,6 +1,6 @@
 """Reads a report as a person does, in a browser without a window.
 
-Usage: browser.py CHROMIUM REPORT SCREENSHOTS
+Usage: report.py CHROMIUM REPORT SCREENSHOTS
 
 Prints what was found, a line each; any failure ends it with a message.
 """
