@@ -75,7 +75,7 @@ fn play_seeds(
     let (draw, count) = (&draw, &count);
     let play = |first| {
         let (mut counts, mut violations) = (Vec::new(), Vec::new());
-        for seed in (first..n_seeds).step_by(n_threads as usize) {
+        for seed in (first..n_seeds).step_by(n_processors) {
             match fleet::play(draw(seed), Verbosity::Nothing) {
                 Ok(story) => {
                     let found = count(&story);
