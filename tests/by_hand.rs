@@ -34,7 +34,10 @@ const SHORTER_RUNS: [(&str, &str); 10] = [
     ("-o wall.png\n", "-o wall.png --replicates 20\n"),
     ("answer mine/results --format json", "answer mine/results --replicates 20"),
     ("diagnose mine/profile.yaml\n", "diagnose mine/profile.yaml --robots 7 --confirm 400\n"),
-    ("diagnose short_sighted/profile.yaml", "diagnose short_sighted/profile.yaml --confirm 100"),
+    (
+        "diagnose short_sighted/profile.yaml",
+        "diagnose short_sighted/profile.yaml --robots 4 --confirm 100",
+    ),
     ("turn_rate_rad_s=0.75 \\\n    --cell", "turn_rate_rad_s=0.75 --margin 0.3 --cell"),
     ("-o results/gallery\n", "-o results/gallery --controllers 100 --replicates 4\n"),
     ("--behaviour milling --forward\n", "--behaviour milling --forward --controllers 200\n"),

@@ -458,12 +458,12 @@ fn the_playbook_brings_a_fleet_to_the_floor_and_back() {
     let shipped = laboratory.folder.path().join("package/etc/rsrs/robot.env");
     fs::write(shipped, "RSRS_INTERFACE=eth9\n").expect("writable");
     build_package(laboratory.folder.path(), "0.2.0");
-    laboratory.must_play("install");
+    laboratory.must_play("install --limit one");
     let environment = laboratory.read("robot_1/etc/rsrs/robot.env");
     assert!(environment.ends_with("RSRS_INTERFACE=wlan0\nROS_DOMAIN_ID=7\n"), "{environment}");
     assert!(laboratory.read("robot_1/var/lib/dpkg/status").contains("Version: 0.2.0"));
 
-    let (has_succeeded, printed) = laboratory.play("clock", "0.5");
+    let (has_succeeded, printed) = laboratory.play("clock --limit two", "0.5");
     assert!(!has_succeeded);
     assert!(printed.contains("off by 0.5 s, expected at most 0.02 s"), "{printed}");
 

@@ -18,7 +18,7 @@ const DONE: &str = "the body of the test has run";
 
 /// Robots that are driven in real time have deadlines, and use a fifth of a processor or less: so many
 /// networks at once leave each its time.
-const MOST_NETWORKS: usize = 5;
+const MOST_NETWORKS: usize = 4;
 
 /// How many networks there are now.
 static N_NETWORKS: Mutex<usize> = Mutex::new(0);
