@@ -58,8 +58,6 @@ pub struct Inside {
     pub commanded: Option<Instant>,
     /// When it last looked whether its wheels must stand: they were as they are now.
     pub looked: Instant,
-    /// The longest that it had no processor: its wheels stand by themselves then, and it answers nothing.
-    pub longest_pause: Duration,
     is_to_end: bool,
     is_to_restart: bool,
 }
@@ -90,7 +88,6 @@ impl Micro {
             wheels: Vec::new(),
             commanded: None,
             looked: Instant::now(),
-            longest_pause: Duration::ZERO,
             is_to_end: false,
             is_to_restart: false,
         }));
@@ -196,11 +193,7 @@ impl Program {
             if self.command.is_some_and(|(_, at)| at.elapsed() >= TIMEOUT) {
                 self.turn_wheels((0, 0));
             }
-            {
-                let mut inside = self.inside();
-                inside.longest_pause = inside.longest_pause.max(looked - inside.looked);
-                inside.looked = looked;
-            }
+            self.inside().looked = looked;
             if self.sent.elapsed() >= STATE_EVERY {
                 self.sent = Instant::now();
                 self.send_state(mood);
