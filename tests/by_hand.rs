@@ -46,6 +46,7 @@ const SHORTER_RUNS: [(&str, &str); 10] = [
 /// The same of the swarm that is written from nothing.
 const FEWER_RUNS: [(&str, &str); 2] =
     [("choose results -o", "choose results --confirm 100 -o"), ("seq 11", "seq 2")];
+/// The same of robots with several sensors.
 const FEWER_CONFIRMED: [(&str, &str); 1] = [("--confirm 200", "--confirm 40")];
 const RCLPY_FLEET: &str = include_str!("../docs/examples/rclpy_fleet.py");
 
@@ -61,7 +62,7 @@ fn shortened(pages: &[&str], shorter: &[(&str, &str)]) -> String {
     script
 }
 
-/// Types it, in a folder that has what is shipped and in a network of its own; the shell looks for programs in
+/// Types it, in a folder that has what is shipped and in a network of its own or that of its test; the shell looks for programs in
 /// the folders `more`, too.
 fn typed(script: &str, folder: &Path, (more, patience_s): (&[&Path], u32)) -> Output {
     let ends = "trap 'kill $(jobs -p) 2>/dev/null || true; wait' EXIT\n";

@@ -28,6 +28,7 @@ use rsrs_ros::session::Session;
 use rsrs_ros::session::SessionOptions;
 use rsrs_testing::environment::number;
 use rsrs_testing::network::{TIMEOUT, session};
+use rsrs_testing::processor::waited;
 
 const KILLS: u64 = 12;
 /// Each kind of process once.
@@ -294,16 +295,6 @@ impl FleetUnderTest {
         let of_all = waited(run.0.id()) + waited(std::process::id());
         std::array::from_fn(|robot| of_all + waited(self.robots[robot].0.id()))
     }
-}
-
-/// For how long the threads of a process have waited for a processor while they had something to do.
-fn waited(pid: u32) -> Duration {
-    let Ok(threads) = std::fs::read_dir(format!("/proc/{pid}/task")) else { return Duration::ZERO };
-    let waited = threads.filter_map(|thread| {
-        let text = std::fs::read_to_string(thread.ok()?.path().join("schedstat")).ok()?;
-        Some(Duration::from_nanos(text.split(' ').nth(1)?.parse().ok()?))
-    });
-    waited.sum()
 }
 
 /// A bag of a run that was killed can be read; one of a run that ended is closed.

@@ -342,6 +342,7 @@ impl Diagnosis {
         let diagnose::Diagnosis { best, causes, .. } = &self.0;
         let verdict = match (best.viable, causes.first()) {
             (true, _) => "nothing is wrong".to_owned(),
+            (false, _) if best.b_s >= best.wanted => "more fresh runs are needed".to_owned(),
             (false, Some(cause)) => {
                 format!("something must change, first {}", diagnosis::change(cause))
             }

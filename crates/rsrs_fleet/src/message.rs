@@ -98,7 +98,7 @@ pub struct Status {
     /// Rises with every status sent, over restarts too, because a process that starts begins above
     /// all that it ever counted; the lease echoes it.
     pub counter: u64,
-    /// The epoch obeyed; 0 is none.
+    /// The epoch obeyed; 0 is none. From the simulator: the number of its world, from 1.
     pub epoch: u64,
     /// The run that it belongs to; empty for none.
     pub run_id: String,

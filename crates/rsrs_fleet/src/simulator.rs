@@ -210,7 +210,7 @@ pub enum Refusal {
 #[derive(Clone, Debug, Default)]
 pub struct Simulator {
     world: WorldState,
-    /// Worlds that were placed so far, which numbers them from 1.
+    /// How many worlds were placed so far: the number of the newest.
     n_worlds: u64,
     heartbeat: Heartbeat<Standing>,
 }
@@ -292,7 +292,10 @@ impl Simulator {
         let mut actions = Vec::new();
         match event {
             Event::Placed(placed) => {
-                self.n_worlds += 1;
+                // A request may come twice.
+                if !self.world.is_untouched(&placed) {
+                    self.n_worlds += 1;
+                }
                 self.world = WorldState::Placed(Run::new(placed, now));
             }
             Event::Removed => self.world = WorldState::Empty,
@@ -343,6 +346,14 @@ impl Simulator {
             }
         };
         Standing { state, digest, world: self.n_worlds, reason }
+    }
+}
+
+impl WorldState {
+    /// Whether this world is there, and as it was placed.
+    fn is_untouched(&self, wanted: &Placed) -> bool {
+        matches!(self, Self::Placed(Run { placed, progress: Progress::Waiting, manual: None, .. })
+            if placed == wanted)
     }
 }
 

@@ -47,7 +47,7 @@ pub fn text(diagnosis: &Diagnosis) -> Words {
         lines.extend(next_steps(
             diagnosis.as_measured.as_ref(),
             &diagnosis.causes,
-            (mill, best.wanted),
+            (mill, best.b_s, best.wanted),
         ));
     }
     lines.into_iter().fold(of.headline(), Words::below)
@@ -61,10 +61,7 @@ impl Text<'_> {
         let (found, verdict) = if self.0.best.viable {
             (mill.to_owned(), "nothing is wrong")
         } else if self.0.best.b_s >= self.0.best.wanted {
-            (
-                format!("may {mill} often enough"),
-                "more fresh runs (--confirm) would tell, or something must change",
-            )
+            (format!("seem to {mill} often enough"), "more fresh runs would show whether they do")
         } else {
             (format!("do not {mill} often enough"), "something must change")
         };
@@ -207,27 +204,33 @@ fn helpful(hopeless: &[Hopeless], now: Share, does: &str) -> Vec<String> {
 fn next_steps(
     as_measured: Option<&AsMeasured>,
     causes: &[NeededChange],
-    (mill, wanted): (&str, f64),
+    (mill, share, wanted): (&str, f64, f64),
 ) -> Vec<String> {
     let of_measured = as_measured.map(|measured| {
-        let share = format!(
+        let text = format!(
             "as measured they {mill} in {} (lower bound {}) at {}",
             percent(measured.b_s),
             percent(measured.b_s_low),
             measured.cell
         );
-        (measured.b_s_low >= wanted, share)
+        (measured.b_s_low >= wanted, text)
     });
     let mut steps = Vec::new();
-    if let Some((true, share)) = &of_measured {
+    if let Some((true, measured)) = &of_measured {
         steps.push(format!(
             "make the simulated robots less worse (`harsher:` in a sweep file; `rsrs choose` names the \
-             factor that matters): {share}"
+             factor that matters): {measured}"
         ));
     }
     if let Some(cause) = causes.first() {
         let all: Vec<String> = causes[..=cause.with.len()].iter().map(change).collect();
         steps.push(format!("upgrade the robots: {}", all.join(", and ")));
+    }
+    if !steps.is_empty() {
+        steps.push("then measure them again: `rsrs measure plan`".to_owned());
+    }
+    if share >= wanted {
+        steps.insert(0, "simulate more fresh runs: `--confirm`".to_owned());
     }
     let mut lines = if steps.is_empty() {
         vec![
@@ -236,12 +239,11 @@ fn next_steps(
                 .to_owned(),
         ]
     } else {
-        steps.push("then measure them again, from step 1: `rsrs measure plan`".to_owned());
         let numbered = (1..).zip(steps).map(|(number, step)| format!("  {number}. {step}"));
         std::iter::once("what to do, in this order:".to_owned()).chain(numbered).collect()
     };
-    if let Some((false, share)) = of_measured {
-        lines.push(format!("less noise in the simulation alone would not suffice: {share}"));
+    if let Some((false, measured)) = of_measured {
+        lines.push(format!("less noise in the simulation alone would not suffice: {measured}"));
     }
     lines
 }
@@ -359,15 +361,18 @@ mod tests {
                           (lower bound 33.0 %) at speed_m_s=0.15";
 
         assert_eq!(
-            next_steps(Some(&measured), &[cause], ("mill", 0.8)),
+            next_steps(Some(&measured), &[cause], ("mill", 0.4, 0.8)),
             [
                 "what to do, in this order:",
                 "  1. upgrade the robots: range of the sensor 0.45 m → at least 0.66 m",
-                "  2. then measure them again, from step 1: `rsrs measure plan`",
+                "  2. then measure them again: `rsrs measure plan`",
                 less_noise,
             ]
         );
-        let nothing = next_steps(Some(&measured), &[], ("mill", 0.8));
+        let likely = next_steps(None, &[], ("mill", 0.85, 0.8));
+        let fresh_runs = "  1. simulate more fresh runs: `--confirm`";
+        assert_eq!(likely, ["what to do, in this order:", fresh_runs]);
+        let nothing = next_steps(Some(&measured), &[], ("mill", 0.4, 0.8));
         assert!(nothing[0].starts_with("what to do: no better robot helps here"), "{nothing:?}");
         assert_eq!(nothing[1..], [less_noise]);
     }

@@ -199,7 +199,7 @@ fn robots_of_the_simulated_population_are_refused_in_at_most_five_of_a_hundred_c
     for n_robots in [1, 4, 16] {
         let n_refused = n_refused(n_cases, &harsher(), n_robots);
 
-        // If 5 % are refused, more than this are with a probability below 1 %.
+        // If 5 % are refused, more than this are with a probability below 2 %.
         let sd = (0.05 * 0.95 * n_cases as f64).sqrt();
         let most = 0.05 * n_cases as f64 + 2.6 * sd;
         assert!(n_refused as f64 <= most, "{n_robots} robots: {n_refused} of {n_cases}");

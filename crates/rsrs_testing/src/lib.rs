@@ -8,6 +8,7 @@ pub mod environment;
 pub mod fuzz;
 #[cfg(feature = "network")]
 pub mod network;
+pub mod processor;
 pub mod python;
 #[cfg(feature = "records")]
 pub mod record;

@@ -239,12 +239,15 @@ fn a_world_that_is_placed_is_published_at_once_and_so_are_another_one_and_the_sa
     let first = status(&mut simulator, Event::Placed(placed.clone()), Duration::ZERO);
     let other = Event::Placed(Placed { digest: DIGEST + 1, ..placed });
     let second = status(&mut simulator, other.clone(), Duration::ZERO);
+    let twice = status(&mut simulator, other.clone(), Duration::ZERO);
+    simulator.on_event(Event::Gates(vec![MOVING]), Duration::ZERO);
     let anew = status(&mut simulator, other, Duration::ZERO);
     let numbers = [&first, &second, &anew].map(|status| Some(status.as_ref()?.epoch));
 
     let waiting = "placed, waiting for the start".to_owned();
     assert_eq!(reported(first), (RobotState::Armed, DIGEST, waiting.clone()));
     assert_eq!(reported(second), (RobotState::Armed, DIGEST + 1, waiting));
+    assert_eq!(twice, None, "it was there, and untouched");
     assert_eq!(numbers, [1, 2, 3].map(Some));
 }
 

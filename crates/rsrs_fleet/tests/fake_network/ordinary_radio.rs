@@ -8,7 +8,7 @@ use crate::scenario::Scenario;
 use crate::{number_of_seeds, play_seeds};
 
 const NINE: u64 = 20;
-const A_HUNDRED: u64 = 1;
+const A_HUNDRED: u64 = 2;
 
 /// Every second fleet has its controllers on the workstation, so that commands and statuses of
 /// controllers take the same way.
