@@ -14,6 +14,7 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::reachable_set::{ReachError, ReachOptions, smallest_factors, validate};
 use rsrs_sim::world::World;
 use rsrs_testing::conditions::objects_anywhere;
+use rsrs_testing::environment::or_if_long;
 
 use rsrs_testing::conditions::flockbot;
 
@@ -168,11 +169,6 @@ fn robots_within_the_measured_profile_are_contained_at_every_sample_size() {
         assert!(found.is_contained, "{n_robots} robots, seed {seed}: {}", found.p_value);
         assert_eq!(found.n_trials as u64, 4 * n_robots);
     }
-}
-
-/// How many cases there are, and in the long test, which `RSRS_LONG_TESTS` asks for.
-fn or_if_long(usually: u64, long: u64) -> u64 {
-    if std::env::var_os("RSRS_LONG_TESTS").is_some() { long } else { usually }
 }
 
 /// How many of some cases are refused; regions are drawn anew in each, as they would be by other

@@ -18,8 +18,7 @@ use rsrs_render::diagnosis::{json, text};
 /// capabilities are moved, each by itself and together, towards a perfect robot; the smallest
 /// change that reaches the wanted share of mills is confirmed on fresh seeds, in both worlds. What
 /// is needed is a measured value: a robot that has it is made worse, too. For robots that mill, the
-/// output lists what could be worse. Exit code 3 means that they do not mill, or not
-/// surely.
+/// output lists what could be worse. Exit code 3 means that they do not mill, or not surely.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

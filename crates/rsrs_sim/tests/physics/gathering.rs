@@ -19,8 +19,9 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 
-use crate::support::{count, or_if_long, perfect_flockbots};
+use crate::support::{count, perfect_flockbots};
 use crate::ternary::Wheels;
+use rsrs_testing::environment::or_if_long;
 
 const WHEELS: Wheels = Wheels { most_m_s: 0.128, axle_m: 0.051 };
 /// Radius of the body in metres, and control period in seconds.

@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::python;
 
-use crate::support::or_if_long;
+use rsrs_testing::environment::or_if_long;
 
 /// Speed in m/s and turning rate in rad/s: mills, borders of mills, and what is none.
 const CELLS: [(f64, f64); 6] =

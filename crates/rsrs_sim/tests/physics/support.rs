@@ -18,11 +18,6 @@ pub fn perfect_flockbots() -> Conditions {
     conditions
 }
 
-/// How many there are, and in the long test, which `RSRS_LONG_TESTS` asks for.
-pub fn or_if_long(usually: u64, long: u64) -> u64 {
-    if std::env::var_os("RSRS_LONG_TESTS").is_some() { long } else { usually }
-}
-
 /// How many replicates of each cell end in stable milling; two cells at a time.
 pub fn n_milling(cells: &[Conditions], replicates: u64, duration_s: f64) -> Vec<u64> {
     count(cells, replicates, duration_s, |judged| judged.phase == Phase::STABLE_MILLING)

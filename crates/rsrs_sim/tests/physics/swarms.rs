@@ -9,8 +9,8 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use serde_json::{Value, json};
 
-use crate::support::or_if_long;
 use crate::swarmsim::{ask, python_with_swarmsim};
+use rsrs_testing::environment::or_if_long;
 
 const N_ROBOTS: usize = 8;
 const DURATION_S: f64 = 81.0;

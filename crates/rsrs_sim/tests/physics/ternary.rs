@@ -12,7 +12,7 @@ use rsrs_sim::episode::run_episode;
 use rsrs_testing::python;
 use serde_json::Value;
 
-use crate::support::or_if_long;
+use rsrs_testing::environment::or_if_long;
 
 /// Runs here, and in Python.
 pub fn n_runs() -> u64 {
