@@ -94,6 +94,8 @@ pub struct Robot {
     refused_epoch: Option<ImplausibleEpoch>,
     /// The newest word of its controller, and when it came.
     controller: Option<(Status, Duration)>,
+    /// The newest epoch that its controller has reported, and the highest counter in it.
+    confirmed: (u64, u64),
     command: Option<(Command, Duration)>,
     lapsed: Option<Lapsed>,
     battery_v: f32,
@@ -166,6 +168,7 @@ impl Robot {
             is_without_world: false,
             refused_epoch: None,
             controller: None,
+            confirmed: (0, 0),
             command: None,
             lapsed: None,
             battery_v: f32::NAN,
@@ -245,10 +248,19 @@ impl Robot {
     }
 
     fn receive_controller(&mut self, status: Status, now: Duration) {
+        // A process that was started again obeys no epoch of before: with a lower number, this is a word
+        // of the one that has died, and a run may bind the robot in its epoch yet.
+        let (epoch, counter) = self.confirmed;
+        if epoch > 0 && status.epoch == epoch && status.counter <= counter {
+            return;
+        }
         let last = self.controller.as_ref().map(|(status, at)| (status.counter, *at));
         let rises = last.is_none_or(|(counter, _)| status.counter > counter);
         // While a run may still move the robot, silence makes no old word true.
         if rises || (self.is_free(now) && status.is_news(last, now)) {
+            if epoch::check(status.epoch, self.epoch()).is_ok() {
+                self.confirmed = self.confirmed.max((status.epoch, status.counter));
+            }
             self.controller = Some((status, now));
         }
     }

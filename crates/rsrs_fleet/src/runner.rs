@@ -104,7 +104,8 @@ pub struct Runner {
     recorder_closed: bool,
     closing: Closing,
     recorded: u64,
-    simulated_world: SimulatedWorld,
+    /// The simulator's world, once that was confirmed.
+    simulated_world: Option<SimulatedWorld>,
     simulated_at: Option<Duration>,
     last_lease: Option<(LeaseState, Duration)>,
     outcome: Option<Outcome>,
@@ -147,7 +148,7 @@ impl Runner {
             recorder_closed: false,
             closing: Closing::default(),
             recorded: 0,
-            simulated_world: SimulatedWorld::default(),
+            simulated_world: None,
             simulated_at: None,
             last_lease: None,
             outcome: None,
@@ -286,6 +287,9 @@ impl Runner {
             }
             Event::ReadBack { target, result } if self.phase == Phase::ReadBack => {
                 let confirmed = result.and_then(|found| self.confirm(&target, found));
+                if target == Target::Simulator && confirmed.is_ok() {
+                    self.simulated_world = Some(SimulatedWorld::default());
+                }
                 self.requests.answer(&target, confirmed);
             }
             Event::GateRead { robot, found } => self.gates.receive(&robot, found),
@@ -353,13 +357,9 @@ impl Runner {
 
     /// The simulator of this run, if it has one, ends it, and so does a world that is not the run's.
     fn receive_simulator(&mut self, status: Status, now: Duration, actions: &mut Vec<Action>) {
-        // Until it has answered, it may have any world.
-        if !self.options.expected.simulator
-            || matches!(self.phase, Phase::Discover | Phase::Configure)
-        {
-            return;
-        }
-        if !self.simulated_world.goes_on(&status, self.options.simulator_digest) {
+        // Until it has confirmed that it has the run's, it may have any world, or be an earlier process.
+        let Some(world) = &mut self.simulated_world else { return };
+        if !world.goes_on(&status, self.options.simulator_digest) {
             return self.end(Outcome::Void { reason: world_replaced() }, now, actions);
         }
         let is_of_another = !status.run_id.is_empty() && status.run_id != self.options.run_id;
@@ -766,7 +766,9 @@ impl Runner {
         actions.push(Action::Note("running".to_owned()));
         self.roster.forget_samples();
         self.has_started = true;
-        self.simulated_world.start();
+        if let Some(world) = &mut self.simulated_world {
+            world.start();
+        }
         // In lockstep a lapse freezes the world, and no robot stands while others move.
         if matches!(self.options.length, RunLength::RealTime { .. }) {
             self.roster.follow_pauses(self.epoch, now);

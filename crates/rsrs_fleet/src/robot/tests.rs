@@ -508,8 +508,28 @@ fn a_controller_whose_clock_was_set_back_is_received_after_a_silence() {
     robot.on_event(controller(DIGEST, ms(5_000)), ms(0));
     robot.on_event(lease(1, LeaseState::Stopped, 1), ms(0));
 
-    let deaf = robot.on_event(controller(DIGEST + 1, ms(1)), ms(400)).unwrap();
-    let reception = robot.on_event(controller(DIGEST + 1, ms(2)), ms(510)).unwrap();
+    let deaf = robot.on_event(controller_in(0, DIGEST + 1, ms(1)), ms(400)).unwrap();
+    let reception = robot.on_event(controller_in(0, DIGEST + 1, ms(2)), ms(510)).unwrap();
 
     assert_eq!((deaf.parameter_digest, reception.parameter_digest), (DIGEST, DIGEST + 1));
+}
+
+#[test]
+fn words_of_a_controller_that_has_died_do_not_come_to_life_before_the_robot_is_bound() {
+    let mut robot = robot();
+    robot.options.lapse = Lapse::Freezes;
+    let before = controller_in(0, DIGEST, ms(10));
+    let confirmed: Vec<_> = [100, 150].map(|at| controller(DIGEST, ms(at))).into();
+    for word in [&before].into_iter().chain(&confirmed) {
+        robot.on_event(word.clone(), ms(200));
+    }
+
+    // All comes again after a silence; the lease of its epoch arrives only now.
+    let status = robot.on_event(before, ms(800)).expect("a status is due");
+    robot.on_event(confirmed[0].clone(), ms(810));
+    robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(820));
+    robot.on_event(lease(1, LeaseState::Running, status.counter), ms(820));
+    robot.on_event(confirmed[1].clone(), ms(830));
+
+    assert_eq!(robot.standing(ms(830)), Some(StandReason::ControllerUnconfirmed));
 }

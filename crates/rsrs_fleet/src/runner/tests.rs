@@ -41,6 +41,8 @@ struct Bench {
     stopped: BTreeSet<&'static str>,
     parameter_digest: u64,
     read_digest: u64,
+    /// Names the world that the simulator has.
+    placed: u64,
     simulated: bool,
     publishers: Vec<preflight::Endpoint>,
     opened: bool,
@@ -95,6 +97,7 @@ impl Bench {
             stopped: BTreeSet::new(),
             parameter_digest: CONTROLLER.digest(),
             read_digest: CONTROLLER.digest(),
+            placed: 7,
             simulated: true,
             publishers: Vec::new(),
             opened: false,
@@ -126,7 +129,10 @@ impl Bench {
                     self.give(Event::ParametersSet { target, result: Ok(()) });
                 }
                 Action::ReadBack(target) => {
-                    let digest = if target == Target::Simulator { 7 } else { self.read_digest };
+                    let digest = match target {
+                        Target::Simulator => self.placed,
+                        Target::Robot(_) => self.read_digest,
+                    };
                     self.give(Event::ReadBack { target, result: Ok(digest) });
                 }
                 Action::ReadGate(robot) => {

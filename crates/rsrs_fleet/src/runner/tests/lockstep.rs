@@ -109,13 +109,29 @@ fn a_recorder_that_does_not_take_the_last_step_fails_the_run() {
     assert_eq!(bench.problems(), ["recorder: took step 0, expected 10"]);
 }
 
+/// What the simulator reports: the number of the status, the state, and the number and the digest of its
+/// world.
+type Told = (u64, RobotState, u64, u64);
+
+fn tell(bench: &mut Bench, told: &[Told]) {
+    for &(counter, state, epoch, parameter_digest) in told {
+        let Event::SimulatorStatus(status) = simulator(state, "") else { unreachable!() };
+        // Until it is armed, a robot names the run before.
+        let run_id = if state == RobotState::Armed { "run before" } else { "" }.to_owned();
+        let status = Status { counter, epoch, run_id, parameter_digest, ..status };
+        bench.give(Event::SimulatorStatus(status));
+    }
+}
+
+fn world_replaced() -> Outcome {
+    Outcome::Void { reason: "simulator: its world was placed anew".to_owned() }
+}
+
 #[test]
 fn a_run_ends_when_the_simulator_has_another_world_or_the_same_from_its_start() {
     use RobotState::{Armed, Idle, Moving};
-    // What the simulator reports: the number of the status, the state, and the number and the digest of the
-    // world, before the robots move and then.
-    type Told = (u64, RobotState, u64, u64);
     let placed = (1, Armed, 1, 7);
+    // What it reports before the robots move, and then.
     let cases: [(&str, &[Told], &[Told], bool); 8] = [
         ("its world goes on", &[placed], &[(2, Armed, 1, 7), (3, Moving, 1, 7)], false),
         ("it is placed again before the start", &[placed, (2, Armed, 2, 7)], &[], false),
@@ -136,15 +152,6 @@ fn a_run_ends_when_the_simulator_has_another_world_or_the_same_from_its_start() 
             options.length = RunLength::RealTime { duration: Duration::from_secs(4) };
             options.countdown = Duration::from_secs(1);
         });
-        let tell = |bench: &mut Bench, told: &[Told]| {
-            for &(counter, state, epoch, parameter_digest) in told {
-                let Event::SimulatorStatus(status) = simulator(state, "") else { unreachable!() };
-                // Until it is armed, a robot names the run before.
-                let run_id = if state == Armed { "run before" } else { "" }.to_owned();
-                let status = Status { counter, epoch, run_id, parameter_digest, ..status };
-                bench.give(Event::SimulatorStatus(status));
-            }
-        };
         while bench.state() != Some(LeaseState::Armed) {
             bench.beat();
         }
@@ -154,8 +161,26 @@ fn a_run_ends_when_the_simulator_has_another_world_or_the_same_from_its_start() 
         }
         tell(&mut bench, then);
 
-        let reason = "simulator: its world was placed anew".to_owned();
-        let expected = if is_another { Outcome::Void { reason } } else { Outcome::Completed };
+        let expected = if is_another { world_replaced() } else { Outcome::Completed };
         assert_eq!(bench.end().0, expected, "{what}");
     }
+}
+
+#[test]
+fn the_world_of_a_run_is_that_of_the_simulator_which_confirmed_it() {
+    let mut bench = Bench::lockstep();
+    bench.placed = 0;
+    while bench.runner.phase != Phase::ReadBack {
+        bench.beat();
+    }
+    // It dies, and counts from the beginning when it is started again.
+    tell(&mut bench, &[(27, RobotState::Armed, 1, 7)]);
+    bench.placed = 7;
+    while bench.state() != Some(LeaseState::Armed) {
+        bench.beat();
+    }
+
+    tell(&mut bench, &[(1, RobotState::Armed, 1, 7), (2, RobotState::Armed, 2, 8)]);
+
+    assert_eq!(bench.end().0, world_replaced());
 }

@@ -43,6 +43,8 @@ pub(super) struct RunnerHost {
     asks_simulator: bool,
     /// Which process of the simulator has answered last, and the number of the status.
     answered_by: Option<(u32, u64)>,
+    /// By process of the simulator: the number of the newest status.
+    newest_of_simulator: BTreeMap<u32, u64>,
     /// Whether it had the world of the run.
     has_confirmed: bool,
     has_configured: bool,
@@ -94,6 +96,7 @@ impl Fleet {
             received: vec![BTreeMap::new(); self.scenario.n_robots],
             asks_simulator: false,
             answered_by: None,
+            newest_of_simulator: BTreeMap::new(),
             has_confirmed: false,
             has_configured: false,
             other_ms: None,
@@ -165,6 +168,9 @@ impl Fleet {
                 self.give_runner(runner, Event::ControllerStatus { robot, status })
             }
             (Message::SimulatorStatus(status, incarnation), _) => {
+                let newest = host.newest_of_simulator.entry(incarnation).or_default();
+                let is_news = status.counter > *newest;
+                *newest = (*newest).max(status.counter);
                 if std::mem::take(&mut host.asks_simulator) {
                     host.answered_by = Some((incarnation, status.counter));
                     host.has_confirmed = status.parameter_digest == PLACED;
@@ -183,7 +189,8 @@ impl Fleet {
                 if incarnation != of_run {
                     return Ok(());
                 }
-                let is_later = answer < status.counter && host.has_confirmed;
+                // A newer one may have the run's world again: a request that was late has placed it.
+                let is_later = is_news && answer < status.counter && host.has_confirmed;
                 if is_later && status.parameter_digest != PLACED && host.machine.outcome().is_none()
                 {
                     self.story.n_without_world += 1;
