@@ -24,10 +24,8 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{Phase, Verdict, label};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{Backend, ExperimentRecord};
+use rsrs_testing::environment::or_if_long;
 use rsrs_testing::record::fleet_record;
-
-/// With this variable set, 2,000 episodes are labelled instead of 200.
-const LONG: &str = "RSRS_LONG_TESTS";
 
 fn place() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
@@ -238,7 +236,7 @@ fn both_verdicts(folder: &Path, cell: usize, replicate: u64) -> [Verdict; 2] {
 #[test]
 fn the_label_from_a_bag_is_the_label_in_memory() {
     let place = place();
-    let n_episodes = if std::env::var_os(LONG).is_some() { 2000 } else { 100 };
+    let n_episodes = or_if_long(100, 2000);
     let next = Mutex::new(0..n_episodes);
     let counts = Mutex::new(BTreeMap::<Phase, usize>::new());
 

@@ -17,6 +17,7 @@ use crate::pages::{
     script_of,
 };
 use crate::processes::{in_own_network, is_starved};
+use rsrs_testing::environment::is_long;
 use rsrs_testing::network::TIMEOUT;
 
 /// How much a page measures, and how much of that is enough to see whether it works.
@@ -53,7 +54,7 @@ const RCLPY_FLEET: &str = include_str!("../docs/examples/rclpy_fleet.py");
 /// What pages have their reader type, with less to wait for where no long tests are asked for.
 fn shortened(pages: &[&str], shorter: &[(&str, &str)]) -> String {
     let mut script = script_of(pages);
-    if std::env::var_os("RSRS_LONG_TESTS").is_none() {
+    if !is_long() {
         for (from, to) in shorter {
             assert_eq!(script.matches(from).count(), 1, "{pages:?} have `{from}`");
             script = script.replace(from, to);
@@ -242,8 +243,7 @@ fn the_page_of_ones_own_swarm_works_to_the_letter_and_finds_what_it_says() {
     assert!(mopped("0.0003,0.05") > 30 && mopped("0.03,0.0005") > 30, "{cells}");
     assert!(read("results/choice.json").contains("\"controller.tumble\": 0.0003"));
     assert!(text.contains("run_1: mopped"), "{text}");
-    let is_long = std::env::var_os("RSRS_LONG_TESTS").is_some();
-    let verdict = if is_long { "verdict: supported" } else { "2 of 2 runs mopped" };
+    let verdict = if is_long() { "verdict: supported" } else { "2 of 2 runs mopped" };
     assert!(text.contains(verdict), "{text}");
     assert!(folder.path().join("mopped.png").is_file() && folder.path().join("why.png").is_file());
 }

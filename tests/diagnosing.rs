@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rsrs_testing::environment::number;
+use rsrs_testing::environment::{is_long, number, or_if_long};
 use serde_json::Value;
 
 use crate::command::{code, done, json, repository, rsrs, stderr, text_in};
@@ -291,8 +291,7 @@ fn defects_that_are_planted_in_sound_robots_are_named() {
 
 #[test]
 fn two_planted_defects_are_named_together_in_most_robots() {
-    let is_long = std::env::var_os("RSRS_LONG_TESTS").is_some();
-    let n_robots = if is_long { 20 } else { 1 };
+    let n_robots = or_if_long(1, 20);
     let mut generator = ChaCha8Rng::seed_from_u64(23);
     let mut others = Vec::new();
 
@@ -327,7 +326,7 @@ fn the_repositorys_robots_are_diagnosed_and_mill_when_mended() {
 
     // With any number of robots it takes longer, and all three take minutes.
     let flockbot = profiles.join("flockbot.yaml");
-    if std::env::var_os("RSRS_LONG_TESTS").is_none() {
+    if !is_long() {
         let seven = diagnose(&flockbot, &["--robots", "7", "--confirm", "400"]);
         assert_eq!(seven["viable"], true, "{seven:#}");
         return;

@@ -16,12 +16,10 @@ use rsrs_core::judge::phase::{Phase, label};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
+use rsrs_testing::environment::{is_long, or_if_long};
 
 use crate::cells::{CELLS, conditions};
 use tracker::Tracker;
-
-/// With this variable set, 2,000 episodes are seen instead of 300.
-const LONG: &str = "RSRS_LONG_TESTS";
 
 /// Long enough to settle.
 const DURATION_S: f64 = 180.0;
@@ -89,8 +87,7 @@ fn seen_by(tracker: Tracker, folder: &Path, index: usize) -> (Phase, bool, bool)
 #[expect(clippy::print_stdout, reason = "the rates are what this is about")]
 fn a_tracker_leaves_at_least_98_of_100_settled_labels_as_they_are() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let is_long = std::env::var_os(LONG).is_some();
-    let n_episodes = if is_long { 2000 } else { 200 };
+    let n_episodes = or_if_long(200, 2000);
     let next = Mutex::new(0..n_episodes);
     let tallies = Mutex::new(BTreeMap::<Tracker, Tally>::new());
     let phases = Mutex::new(BTreeMap::<Phase, usize>::new());
@@ -127,7 +124,7 @@ fn a_tracker_leaves_at_least_98_of_100_settled_labels_as_they_are() {
     );
     assert!(all.share_kept() >= 0.98, "{:.3} of settled labels are kept", all.share_kept());
     assert!(unsettled <= 0.2, "{unsettled:.3} of the episodes are unsettled");
-    if is_long {
+    if is_long() {
         for (tracker, tally) in tallies {
             assert!(tally.share_kept() >= 0.98, "{tracker:?}: {:.3} are kept", tally.share_kept());
         }

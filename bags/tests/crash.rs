@@ -2,7 +2,6 @@
 //!
 //! `RSRS_LONG_TESTS=1` damages ten thousand copies of each kind of bag.
 
-use std::env;
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
@@ -12,6 +11,7 @@ use rsrs_bags::{Bag, BagMessage, BagOptions, BagWriter, Compression, Packing, Sa
 use rsrs_msgs::cdr;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::Qos;
+use rsrs_testing::environment::or_if_long;
 
 use crate::recording::damage::{
     bag_of, file_of, messages, n_flushed, records, recover_bytes, temporary,
@@ -146,8 +146,7 @@ fn is_among(saved: &[BagMessage], whole: &[BagMessage]) -> bool {
 #[test]
 fn whatever_bytes_change_nothing_is_invented_and_what_came_before_them_is_saved() {
     let folder = temporary();
-    let is_long = env::var_os("RSRS_LONG_TESTS").is_some();
-    let n_copies = if is_long { 10_000 } else { N_COPIES };
+    let n_copies = or_if_long(N_COPIES, 10_000);
     for compression in ALL {
         let (whole, bytes) = small_bag(folder.path(), compression);
         for copy in 0..n_copies {

@@ -14,6 +14,7 @@ use rsrs_core::statistics::e_value::TestedCell;
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::pooled::{LogEvidence, PooledTest};
 use rsrs_core::statistics::share::Share;
+use rsrs_testing::environment::{is_long, or_if_long};
 
 const N_CAMPAIGNS: u64 = 1000;
 
@@ -83,10 +84,6 @@ impl Looks<'_> {
 fn assert_rare(n_false: u64, n_campaigns: u64, what: &str) {
     let possible = Interval::clopper_pearson(n_false, n_campaigns);
     assert!(possible.low <= SIGNIFICANCE, "{n_false} of {n_campaigns} {what}, {possible:?}");
-}
-
-fn is_long() -> bool {
-    std::env::var_os("RSRS_LONG_TESTS").is_some()
 }
 
 /// For who runs the long test with `--nocapture`.
@@ -209,7 +206,7 @@ fn what_is_not_known_of_simulated_robots_costs_few_runs() {
         (42, 1, 1000, 0.1, 170.0, 100),
         (43, 9, 100, 0.1, 220.0, 30),
     ] {
-        let n_campaigns = if is_long() { 1000 } else { n_campaigns };
+        let n_campaigns = or_if_long(n_campaigns, 1000);
         let cells = vec![Truth { b_s: 0.87, b_r: 0.87 }; n_cells];
         let looks = Looks { cells: &cells, n_simulated, n_runs: 1000, margin };
         let mut random = ChaCha8Rng::seed_from_u64(seed);

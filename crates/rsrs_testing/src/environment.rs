@@ -20,6 +20,6 @@ pub fn is_long() -> bool {
 }
 
 /// How many there are, and in the long tests.
-pub fn or_if_long(usually: u64, long: u64) -> u64 {
+pub fn or_if_long<T>(usually: T, long: T) -> T {
     if is_long() { long } else { usually }
 }

@@ -14,9 +14,7 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_testing::conditions::flockbot_conditions;
 use rsrs_testing::draw::Draw;
-
-/// With this variable set, 1,000 healthy runs are looked at instead of 60.
-const LONG: &str = "RSRS_LONG_TESTS";
+use rsrs_testing::environment::is_long;
 
 const DURATION_S: f64 = 120.0;
 
@@ -175,8 +173,7 @@ fn drawn(index: u64) -> (Conditions, Seen) {
 
 #[test]
 fn nobody_is_accused_of_whom_nothing_is_wrong() {
-    let is_long = std::env::var_os(LONG).is_some();
-    let (n_runs, every_s) = if is_long { (1000, 1.0) } else { (60, 5.0) };
+    let (n_runs, every_s) = if is_long() { (1000, 1.0) } else { (60, 5.0) };
     let mut accused = Vec::new();
     for index in 0..n_runs {
         let (conditions, by) = drawn(index);
