@@ -134,8 +134,8 @@ impl Status {
     ///
     /// A lower counter is that of a message that was late, or came again. Who was silent for as
     /// long as a lease lasts may contain anything: no lease echoes it, so that nothing in it keeps
-    /// a robot moving, and one whose clock was set back before it started would not be received
-    /// otherwise.
+    /// a robot moving (of its controller, a robot asks more), and one whose clock was set back before it
+    /// started would not be received otherwise.
     pub fn is_news(&self, last: Option<(u64, Duration)>, now: Duration) -> bool {
         last.is_none_or(|(counter, at)| {
             self.counter > counter || now.saturating_sub(at) > LEASE_DURATION

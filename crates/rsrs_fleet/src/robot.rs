@@ -95,7 +95,7 @@ pub struct Robot {
     /// The newest word of its controller, and when it came.
     controller: Option<(Status, Duration)>,
     /// The newest epoch that its controller has reported, and the highest counter in it.
-    confirmed: (u64, u64),
+    reported: (u64, u64),
     command: Option<(Command, Duration)>,
     lapsed: Option<Lapsed>,
     battery_v: f32,
@@ -168,7 +168,7 @@ impl Robot {
             is_without_world: false,
             refused_epoch: None,
             controller: None,
-            confirmed: (0, 0),
+            reported: (0, 0),
             command: None,
             lapsed: None,
             battery_v: f32::NAN,
@@ -192,13 +192,15 @@ impl Robot {
         Self { asking: Asking { length: LOCK_QUERY_DURATION, began: None }, ..self }
     }
 
-    /// A robot with other options that has forgotten its runs, and not the e-stop.
+    /// A robot with other options that has forgotten its runs, and neither the e-stop nor what would be an old word
+    /// of its controller.
     #[must_use]
     pub fn anew(&self, options: RobotOptions) -> Self {
         Self {
             e_stop: self.e_stop.clone(),
             asking: self.asking,
             is_without_world: self.is_without_world,
+            reported: self.reported,
             ..Self::new(options)
         }
     }
@@ -248,19 +250,18 @@ impl Robot {
     }
 
     fn receive_controller(&mut self, status: Status, now: Duration) {
-        // A process that was started again obeys no epoch of before: with a lower number, this is a word
-        // of the one that has died, and a run may bind the robot in its epoch yet.
-        let (epoch, counter) = self.confirmed;
-        if epoch > 0 && status.epoch == epoch && status.counter <= counter {
-            return;
+        // In the newest epoch that it has reported, a word that is not above all others may be of a process
+        // that has died: it counts as one of no epoch, which confirms nothing.
+        let (epoch, counter) = self.reported;
+        let is_old = status.epoch == epoch && status.counter <= counter;
+        if epoch::check(status.epoch, self.epoch()).is_ok() {
+            self.reported = self.reported.max((status.epoch, status.counter));
         }
+        let status = if is_old { Status { epoch: 0, ..status } } else { status };
         let last = self.controller.as_ref().map(|(status, at)| (status.counter, *at));
         let rises = last.is_none_or(|(counter, _)| status.counter > counter);
         // While a run may still move the robot, silence makes no old word true.
         if rises || (self.is_free(now) && status.is_news(last, now)) {
-            if epoch::check(status.epoch, self.epoch()).is_ok() {
-                self.confirmed = self.confirmed.max((status.epoch, status.counter));
-            }
             self.controller = Some((status, now));
         }
     }

@@ -503,15 +503,24 @@ fn a_controller_that_was_started_again_and_set_anew_is_of_no_run() {
 }
 
 #[test]
-fn a_controller_whose_clock_was_set_back_is_received_after_a_silence() {
-    let mut robot = moving();
-    robot.on_event(controller(DIGEST, ms(5_000)), ms(0));
-    robot.on_event(lease(1, LeaseState::Stopped, 1), ms(0));
+fn a_controller_whose_clock_was_set_back_is_received_after_a_silence_and_obeyed_in_the_next_run() {
+    // It is of no run, or has joined the one that has just been stopped.
+    for epoch in [0, 1] {
+        let mut robot = moving();
+        robot.on_event(controller(DIGEST, ms(5_000)), ms(0));
+        robot.on_event(lease(1, LeaseState::Stopped, 1), ms(0));
 
-    let deaf = robot.on_event(controller_in(0, DIGEST + 1, ms(1)), ms(400)).unwrap();
-    let reception = robot.on_event(controller_in(0, DIGEST + 1, ms(2)), ms(510)).unwrap();
+        let again = |at| controller_in(epoch, DIGEST + 1, ms(at));
+        let deaf = robot.on_event(again(1), ms(400)).unwrap();
+        let reception = robot.on_event(again(2), ms(510)).unwrap();
+        assert_eq!((deaf.parameter_digest, reception.parameter_digest), (DIGEST, DIGEST + 1));
 
-    assert_eq!((deaf.parameter_digest, reception.parameter_digest), (DIGEST, DIGEST + 1));
+        for state in [LeaseState::Armed, LeaseState::Running] {
+            robot.on_event(controller_in(2, DIGEST, ms(3)), ms(520));
+            robot.on_event(lease(2, state, reception.counter), ms(520));
+        }
+        assert_eq!(robot.standing(ms(520)), None, "after epoch {epoch}");
+    }
 }
 
 #[test]
@@ -532,4 +541,23 @@ fn words_of_a_controller_that_has_died_do_not_come_to_life_before_the_robot_is_b
     robot.on_event(confirmed[1].clone(), ms(830));
 
     assert_eq!(robot.standing(ms(830)), Some(StandReason::ControllerUnconfirmed));
+}
+
+#[test]
+fn an_old_word_that_was_refused_is_still_known_as_old() {
+    let mut robot = robot();
+    robot.options.lapse = Lapse::Freezes;
+    // Of two that come late, its next process is received first, and dies, too.
+    robot.on_event(controller_in(0, DIGEST, ms(500)), ms(500));
+    let late = [100, 150].map(|at| controller(DIGEST, ms(at)));
+    for word in &late {
+        robot.on_event(word.clone(), ms(510));
+    }
+
+    let status = robot.on_event(late[0].clone(), ms(1_100)).expect("a status is due");
+    robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(1_110));
+    robot.on_event(lease(1, LeaseState::Running, status.counter), ms(1_110));
+    robot.on_event(late[1].clone(), ms(1_120));
+
+    assert_eq!(robot.standing(ms(1_120)), Some(StandReason::ControllerUnconfirmed));
 }

@@ -157,7 +157,7 @@ fn published_aggregation_is_that_of_an_independent_simulator() {
 fn the_range_from_which_robots_gather_is_that_of_an_independent_simulator() {
     let runs = or_if_long(20, 1000);
     let ranges_m = [0.5, 1.0, 2.0, 0.75, 1.5, 3.0];
-    for range_m in ranges_m.into_iter().take(or_if_long(3, 6) as usize) {
+    for range_m in ranges_m.into_iter().take(or_if_long(3, 6)) {
         let conditions = e_pucks(10, range_m, ContactModel::Push);
 
         let ours = ours(&conditions, runs, &[1200.0]);

@@ -173,7 +173,7 @@ fn the_world_of_a_run_is_that_of_the_simulator_which_confirmed_it() {
     while bench.runner.phase != Phase::ReadBack {
         bench.beat();
     }
-    // It dies, and counts from the beginning when it is started again.
+    // Of its earlier process; started again, it counts from the beginning.
     tell(&mut bench, &[(27, RobotState::Armed, 1, 7)]);
     bench.placed = 7;
     while bench.state() != Some(LeaseState::Armed) {

@@ -41,10 +41,8 @@ pub(super) struct RunnerHost {
     /// By robot and counter: when the statuses were sent that it has received.
     received: Vec<BTreeMap<u64, Sent>>,
     asks_simulator: bool,
-    /// Which process of the simulator has answered last, and the number of the status.
+    /// Which process of the simulator has answered last, and its newest status with the run's world.
     answered_by: Option<(u32, u64)>,
-    /// By process of the simulator: the number of the newest status.
-    newest_of_simulator: BTreeMap<u32, u64>,
     /// Whether it had the world of the run.
     has_confirmed: bool,
     has_configured: bool,
@@ -96,7 +94,6 @@ impl Fleet {
             received: vec![BTreeMap::new(); self.scenario.n_robots],
             asks_simulator: false,
             answered_by: None,
-            newest_of_simulator: BTreeMap::new(),
             has_confirmed: false,
             has_configured: false,
             other_ms: None,
@@ -168,9 +165,6 @@ impl Fleet {
                 self.give_runner(runner, Event::ControllerStatus { robot, status })
             }
             (Message::SimulatorStatus(status, incarnation), _) => {
-                let newest = host.newest_of_simulator.entry(incarnation).or_default();
-                let is_news = status.counter > *newest;
-                *newest = (*newest).max(status.counter);
                 if std::mem::take(&mut host.asks_simulator) {
                     host.answered_by = Some((incarnation, status.counter));
                     host.has_confirmed = status.parameter_digest == PLACED;
@@ -185,14 +179,16 @@ impl Fleet {
                     )?;
                 }
                 let Some(host) = self.runners.get_mut(&runner) else { return Ok(()) };
-                let Some((of_run, answer)) = host.answered_by else { return Ok(()) };
-                if incarnation != of_run {
+                let Some((of_run, newest)) = &mut host.answered_by else { return Ok(()) };
+                if incarnation != *of_run {
                     return Ok(());
                 }
-                // A newer one may have the run's world again: a request that was late has placed it.
-                let is_later = is_news && answer < status.counter && host.has_confirmed;
-                if is_later && status.parameter_digest != PLACED && host.machine.outcome().is_none()
-                {
+                // An old one that comes late is no news: a late request may have placed the run's world
+                // again meanwhile.
+                let is_news = *newest < status.counter;
+                if is_news && status.parameter_digest == PLACED {
+                    *newest = status.counter;
+                } else if is_news && host.has_confirmed && host.machine.outcome().is_none() {
                     self.story.n_without_world += 1;
                     host.must_stop.get_or_insert("its world has gone".to_owned());
                 }
