@@ -71,9 +71,26 @@ impl Watch<'_> {
                 assert!(stood.elapsed() < JUST_NOW, "it stands on a machine with time: {why:?}");
                 self.sleep().await;
             }
-            self.epoch += 1;
-            self.scene.drive_in_epoch(self.epoch).await;
+            self.start_again().await;
             looks.clear();
+        }
+    }
+
+    /// Starts another run, and one more if the machine had no time for that.
+    async fn start_again(&mut self) {
+        loop {
+            self.epoch += 1;
+            let before = self.waited();
+            self.scene.start_epoch(self.epoch).await;
+            let started = Instant::now();
+            while started.elapsed() < JUST_NOW {
+                self.sleep().await;
+                if self.scene.drives() {
+                    return;
+                }
+            }
+            let why = self.scene.why_it_stands();
+            assert!(self.waited() >= before + STARVED, "it never drives: {why:?}");
         }
     }
 }

@@ -105,13 +105,18 @@ impl Runner {
 
     /// Arms an epoch, waits for the robot to arm, and runs.
     pub async fn run_epoch(&self, epoch: u64) {
+        self.start_epoch(epoch).await;
+        self.until_it_is("moving", |status| status.state == RobotState::Moving).await;
+    }
+
+    /// Arms the robot, and lets it move.
+    pub async fn start_epoch(&self, epoch: u64) {
         self.messages().lease = Some((epoch, u8::from(LeaseState::Armed)));
         self.until_it_is("armed", |status| {
             (status.state, status.epoch) == (u8::from(RobotState::Armed), epoch)
         })
         .await;
         self.messages().lease = Some((epoch, u8::from(LeaseState::Running)));
-        self.until_it_is("moving", |status| status.state == RobotState::Moving).await;
     }
 
     /// Waits for a status.

@@ -46,8 +46,13 @@ impl Scene {
         scene
     }
 
+    /// Starts a run, in which it may drive.
+    pub async fn start_epoch(&self, epoch: u64) {
+        self.runner.start_epoch(epoch).await;
+    }
+
     /// Starts a run, in which it drives as it is commanded.
-    pub async fn drive_in_epoch(&self, epoch: u64) {
+    async fn drive_in_epoch(&self, epoch: u64) {
         self.runner.run_epoch(epoch).await;
         self.wheels_turn().await;
     }
