@@ -23,7 +23,7 @@ use crate::RosMessage;
 pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// Bytes that RTPS may add to fill the last group of four.
-const MAX_PADDING: usize = 3;
+pub const MAX_PADDING: usize = 3;
 
 /// The order of the bytes of a number in a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

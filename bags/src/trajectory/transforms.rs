@@ -3,12 +3,9 @@
 use std::collections::HashMap;
 
 use rsrs_msgs::geometry_msgs::{Quaternion, Transform, Vector3};
-use rsrs_msgs::tf2_msgs::TFMessage;
+use rsrs_msgs::tf2_msgs::{MAX_CHAIN, TFMessage};
 
 use super::pose::{self, RawPose};
-
-/// Chains are longer than this only if they lead in a circle.
-const MAX_LENGTH: usize = 32;
 
 /// The frames of a bag, each in its parent as it was last received.
 ///
@@ -63,7 +60,7 @@ impl Tree {
     /// Whether the frame leads up to another one.
     pub fn leads(&self, frame: &str, to: &str) -> bool {
         let mut frame = plain(frame);
-        for _ in 0..MAX_LENGTH {
+        for _ in 0..MAX_CHAIN {
             if frame == plain(to) {
                 return true;
             }
@@ -75,7 +72,7 @@ impl Tree {
 
     /// The same pose in the frame at the upper end of the chain, or in the one that it leads to.
     fn lift(&self, mut body: RawPose, parent: Option<&str>) -> Option<RawPose> {
-        for _ in 0..MAX_LENGTH {
+        for _ in 0..MAX_CHAIN {
             if parent == Some(plain(&body.frame)) {
                 return Some(body);
             }

@@ -28,7 +28,7 @@ use crate::world::{FreeSpace, Outline, ROUNDING, WorldFile};
 
 pub use check::Impossible;
 pub use own_robots::ClassChanges;
-pub use resolve::{ARENA_M, ConditionsError, Settings, check_axis};
+pub use resolve::{ARENA_M, ConditionsError, PLACEMENT_OVER_RANGE, Settings, check_axis};
 pub use sensors::SimulatedSensor;
 pub use starts::StartsError;
 

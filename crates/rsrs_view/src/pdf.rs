@@ -7,7 +7,7 @@ use svg2pdf::{ConversionOptions, PageOptions, to_pdf};
 use crate::raster::{RasterError, parse};
 
 /// Pixels of a picture in an inch, as CSS has them.
-const PX_PER_INCH: f32 = 96.0;
+pub const PX_PER_INCH: f32 = 96.0;
 
 /// Why there is no PDF.
 #[derive(Debug, thiserror::Error)]

@@ -277,7 +277,7 @@ pub fn check_axis(axis: Axis, table: Option<&ControllerTable>) -> Result<(), Con
 }
 
 /// Robots start in a circle "slightly larger than their maximum vision distance" (§IV step 3).
-const PLACEMENT_OVER_RANGE: f64 = 1.1;
+pub const PLACEMENT_OVER_RANGE: f64 = 1.1;
 
 /// Side of the arena where none is given, in metres: large enough never to be reached in a run.
 pub const ARENA_M: f64 = 15.0;

@@ -3,11 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_msgs::tf2_msgs::MAX_CHAIN;
 
 use super::{Apart, Problem, Seen};
-
-/// Chains of transforms are longer than this only if they lead in a circle.
-const MAX_LENGTH: usize = 32;
 
 /// Frame and pose by robot.
 type Poses<'a> = BTreeMap<&'a String, &'a (String, Pose)>;
@@ -62,7 +60,7 @@ fn different_frames(poses: &Poses<'_>, seen: &Seen) -> Option<Problem> {
 /// The frame at the upper end of the chain.
 fn root<'a>(frame: &'a str, seen: &'a Seen) -> &'a str {
     let mut frame = frame;
-    for _ in 0..MAX_LENGTH {
+    for _ in 0..MAX_CHAIN {
         match seen.parents.get(frame) {
             Some(parent) => frame = plain(parent),
             None => break,

@@ -1,6 +1,6 @@
 //! The settings in which a robot is given its chance where nobody names others: those of `init`.
 
-use rsrs_core::conditions::Walls;
+use rsrs_core::conditions::{PLACEMENT_OVER_RANGE, Walls};
 use rsrs_core::diagram::sweep_file::{Axes, Fixed, SweepFile};
 use rsrs_core::judge::behaviour::named::NamedBehaviour;
 use rsrs_core::numerals::significant;
@@ -17,12 +17,10 @@ pub struct Floor {
     pub placement_m: f64,
 }
 
-/// Robots start in a circle slightly larger than they can see (§IV step 3).
-const PLACEMENT_OVER_RANGE: f64 = 1.1;
 /// Side of the arena over a robot's range: never reached in a run.
 const ARENA_OVER_RANGE: f64 = 20.0;
 /// Radius of the disc over the side of the arena, at most: robots do not start at its walls.
-const PLACEMENT_OVER_ARENA: f64 = 0.4;
+pub const PLACEMENT_OVER_ARENA: f64 = 0.4;
 /// Radius of a crowded disc over that of a body and the root of the number of robots.
 const CROWDED: f64 = 3.0;
 

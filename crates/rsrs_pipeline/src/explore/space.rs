@@ -5,7 +5,7 @@ use rsrs_core::conditions::operator::controller_values;
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::quantity::{Axis, AxisValues};
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_sim::exploration::space::{ControllerSpace, N_NUMBERS};
+use rsrs_sim::exploration::space::{ControllerSpace, N_NUMBERS, RESOLUTION};
 
 /// The controllers that a search may try, as points of a box.
 pub enum Space {
@@ -14,9 +14,6 @@ pub enum Space {
     /// A table with any of its numbers within their bounds.
     Table(ControllerTable),
 }
-
-/// Numbers of a table have this many digits after the point, so that files repeat them exactly.
-const RESOLUTION: f64 = 1e3;
 
 /// Parts of the way from the numbers in the file to those of a point, the longest first.
 const PARTS: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];

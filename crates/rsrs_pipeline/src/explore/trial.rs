@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use super::space::Space;
 use super::{CONFIRM, ExploreOptions};
+use crate::best_setting::grid::PLACEMENT_OVER_ARENA;
 use crate::error::{helped, with_help};
 
 /// What a controller came to.
@@ -192,8 +193,6 @@ const ARENA_OVER_RADIUS_2: f64 = 500.0;
 /// Radius of the disc in which robots start, for the root of their number, over their own: the paper's Flockbots
 /// (`sec:micromacro`) start in a disc of 0.825 m.
 const PLACEMENT_OVER_RADIUS: f64 = 11.0 / 3.0;
-/// ... and over the side of the arena, at most: not at its walls.
-const PLACEMENT_OVER_ARENA: f64 = 0.4;
 
 /// Fresh runs of robots that do something else when they touch, which are simulated one at a time.
 const CONFIRM_CONTACT: u64 = 40;

@@ -2,9 +2,9 @@
 
 use std::str::FromStr;
 
+use rsrs_view::pdf::PX_PER_INCH;
+
 const MM_PER_INCH: f64 = 25.4;
-/// Pixels of a picture in an inch, as CSS has them.
-const PX_PER_INCH: f64 = 96.0;
 /// Dots of a printed PNG in an inch.
 const DOTS_PER_INCH: f64 = 600.0;
 /// Widths that a page can have, in millimetres.
@@ -38,7 +38,7 @@ impl Length {
 
     /// In pixels of the picture, 96 to an inch.
     pub fn px(self) -> f64 {
-        self.mm / MM_PER_INCH * PX_PER_INCH
+        self.mm / MM_PER_INCH * f64::from(PX_PER_INCH)
     }
 
     /// In dots of a PNG for printing.

@@ -3,11 +3,9 @@
 use std::fmt;
 use std::marker::PhantomData;
 
+use rsrs_msgs::cdr::MAX_PADDING;
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
-
-/// Bytes that RTPS may add to fill the last group of four.
-const MAX_PADDING: usize = 3;
 
 /// A message, and no more than padding after it.
 ///

@@ -34,8 +34,8 @@ pub enum Directions {
     Forward,
 }
 
-/// Controllers have this many digits after the point, so that files repeat them exactly.
-const RESOLUTION: f64 = 1e3;
+/// Numbers of controllers have this many digits after the point, so that files repeat them exactly.
+pub const RESOLUTION: f64 = 1e3;
 
 impl ControllerSpace {
     /// What a measured robot may be commanded.
