@@ -29,6 +29,7 @@ pub mod writer;
 
 pub use error::BagError;
 pub use info::BagInfo;
+pub use metadata::METADATA;
 pub use qos::OfferedQos;
 pub use reader::{Attachment, Bag, BagMessage, Damage, TopicInfo};
 pub use recover::{

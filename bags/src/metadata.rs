@@ -15,7 +15,7 @@ use crate::BagError;
 pub use contents::{Contents, read, read_record};
 
 /// The name of the file, fixed by rosbag2.
-pub const FILE_NAME: &str = "metadata.yaml";
+pub const METADATA: &str = "metadata.yaml";
 
 /// The record that rosbag2 keeps the same contents in, inside the `.mcap` file.
 pub const RECORD: &str = "rosbag2";
@@ -154,7 +154,7 @@ impl Information {
     pub fn write_into(&self, folder: &Path) -> Result<(), BagError> {
         let document = Document { rosbag2_bagfile_information: self };
         let yaml = serde_saphyr::to_string(&document).expect("it has a YAML form");
-        let path = folder.join(FILE_NAME);
+        let path = folder.join(METADATA);
         let write = || {
             let mut draft = tempfile::Builder::new()
                 .permissions(fs::Permissions::from_mode(0o666))

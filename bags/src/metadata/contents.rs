@@ -7,7 +7,7 @@ use std::path::Path;
 use rsrs_core::document;
 use serde::Deserialize;
 
-use super::{FILE_NAME, RECORD_KEY, TopicWithCount};
+use super::{METADATA, RECORD_KEY, TopicWithCount};
 use crate::BagError;
 
 /// What the reader needs of a bag's table of contents; versions 4 to 9 have all of it but for the
@@ -50,7 +50,7 @@ struct ReadDocument {
 
 /// Reads a folder's `metadata.yaml`, if there is one.
 pub fn read(folder: &Path) -> Result<Option<Contents>, BagError> {
-    let path = folder.join(FILE_NAME);
+    let path = folder.join(METADATA);
     let text = match rsrs_files::read_text(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -76,7 +76,7 @@ mod tests {
     #[test]
     fn a_file_without_the_list_of_files_is_refused() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join(FILE_NAME), "rosbag2_bagfile_information:\n  version: 9\n")
+        fs::write(folder.path().join(METADATA), "rosbag2_bagfile_information:\n  version: 9\n")
             .unwrap();
 
         let error = read(folder.path()).unwrap_err();

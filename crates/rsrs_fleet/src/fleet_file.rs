@@ -175,6 +175,9 @@ const PROFILE: &str = "profile";
 const FILE_VERSION: u32 = 1;
 
 impl FleetFile {
+    /// What it is called beside a profile, and in the bag of a run.
+    pub const NAME: &str = "fleet.yaml";
+
     /// Reads a fleet file and resolves each robot; `file` names it in errors, and nothing is opened.
     ///
     /// The error is the first problem found; keys that are missing come all at once.

@@ -61,7 +61,7 @@ pub struct Begun {
 }
 
 const PROFILE: &str = "profile.yaml";
-const FLEET: &str = "fleet.yaml";
+const FLEET: &str = FleetFile::NAME;
 const SWEEP: &str = "sweep.yaml";
 const EXPERIMENT: &str = "experiment.yaml";
 

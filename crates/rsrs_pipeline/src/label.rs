@@ -32,6 +32,9 @@ use self::implausible::ImplausibleMotion;
 use crate::error::{helped, with_help};
 use crate::recorded_run::{self, LossyRecovery, PosesBy, PosesOfRun};
 
+/// The label beside a bag, as a campaign leaves it.
+pub const LABEL: &str = "label.json";
+
 /// A run is a part of one if it is shorter than it was set to be by more than this share of it ...
 const SHORT_SHARE: f64 = 0.02;
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rsrs_bags::METADATA;
 use rsrs_core::judge::window::Window;
 use rsrs_core::numerals::counted;
 use rsrs_experiment_runner::plan::{Plan, Request};
@@ -148,7 +149,7 @@ fn finish(
     if let EndingKind::Aborted | EndingKind::Failed = summary.ending {
         let kept = summary.bag.as_ref();
         let kept = kept.map(|bag| {
-            let recover = if bag.join("metadata.yaml").exists() {
+            let recover = if bag.join(METADATA).exists() {
                 String::new()
             } else {
                 format!(", not closed: `rsrs bag recover {}`", quoted(bag))

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_bags::Bag;
+use rsrs_bags::{Bag, METADATA};
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord};
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ use crate::attempt::{Attempt, keep_aside, number_aside};
 use crate::error::{in_one_line, with_help};
 use crate::files::lock_file::try_lock;
 use crate::files::{make_folder, read_json_if_there, write_file, write_json};
-use crate::label::{LabelOptions, Settledness, label_bag};
+use crate::label::{LABEL, LabelOptions, Settledness, label_bag};
 use crate::recorded_run::{self, gaps};
 
 const LOCK: &str = "campaign.lock";
@@ -25,7 +25,6 @@ const STATE: &str = "campaign.json";
 const FILE: &str = "campaign.yaml";
 /// The bag in the folder of an experiment.
 pub const BAG: &str = "bag";
-const LABEL: &str = "label.json";
 
 /// What a campaign is, whatever has been run of it.
 #[derive(Serialize, Deserialize)]
@@ -154,7 +153,7 @@ impl CampaignFolder {
     /// `None` if there is none. A recording that broke off is no closed bag.
     pub fn adopt(&self, item: &Item) -> anyhow::Result<Option<Manifest>> {
         let path = self.of(item).join(BAG);
-        if !path.join("metadata.yaml").is_file() {
+        if !path.join(METADATA).is_file() {
             return Ok(None);
         }
         let Ok(bag) = Bag::open(&path) else { return Ok(None) };

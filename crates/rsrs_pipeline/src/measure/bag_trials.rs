@@ -139,9 +139,9 @@ fn of_one_profile<'a>(
 
 /// What moved the robots of a run: the simulator also where one of them was virtual in a fleet.
 fn backend(bag: &Bag, record: &ExperimentRecord) -> TrialBackend {
-    let fleet = bag.attachment("fleet.yaml");
+    let fleet = bag.attachment(FleetFile::NAME);
     let text = fleet.as_ref().and_then(|file| std::str::from_utf8(&file.data).ok());
-    let fleet = text.and_then(|text| FleetFile::parse("fleet.yaml", text).ok());
+    let fleet = text.and_then(|text| FleetFile::parse(FleetFile::NAME, text).ok());
     let robots = fleet.iter().flat_map(|fleet| &fleet.robots);
     let mut of_run = robots.filter(|robot| record.robots.contains(&robot.name));
     match record.backend {

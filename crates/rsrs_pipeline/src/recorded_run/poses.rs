@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::error::with_help;
 
 /// Name of the attachment of a bag that holds the fleet file of its run.
-const FLEET: &str = "fleet.yaml";
+const FLEET: &str = FleetFile::NAME;
 
 /// By what the source of a run's poses is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

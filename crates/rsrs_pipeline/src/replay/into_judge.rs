@@ -11,10 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::with_help;
 use crate::files::read_if_there;
 use crate::label::human_labels::JUDGE;
-use crate::label::{LabelOptions, Labelled, label_bag};
-
-/// The label beside a bag, as a campaign leaves it.
-const LABEL: &str = "label.json";
+use crate::label::{LABEL, LabelOptions, Labelled, label_bag};
 
 /// A recorded label beside that of today's judge.
 #[derive(Clone, Debug, Serialize)]

@@ -14,6 +14,7 @@ use rsrs_core::quantity::Cell;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use rsrs_core::world::{WorldFile, WorldSource};
+use rsrs_fleet::fleet_file::FleetFile;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{WithHelp, helped, with_help};
@@ -247,7 +248,7 @@ pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
 
 /// How many robots the fleet has whose file, `fleet.yaml`, lies beside a profile; `None` if there is none.
 pub fn robots_beside(profile: &Path) -> anyhow::Result<Option<usize>> {
-    let path = profile.with_file_name("fleet.yaml");
+    let path = profile.with_file_name(FleetFile::NAME);
     if !path.exists() {
         return Ok(None);
     }

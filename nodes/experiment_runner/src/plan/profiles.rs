@@ -144,7 +144,7 @@ impl Profiles {
     ) -> Vec<(String, String)> {
         let of_run = [
             ("experiment.yaml", experiment),
-            ("fleet.yaml", fleet),
+            (FleetFile::NAME, fleet),
             ("profile.yaml", self.fleet.text.clone()),
         ];
         let more = more.into_iter().filter_map(|(name, text)| Some((name, text?)));

@@ -141,7 +141,7 @@ impl Plan {
             fixed: None,
         };
         let bag = super::new_bag(request.bag.as_deref(), &run_id)?;
-        let files = [("fleet.yaml", text), ("profile.yaml", profile_text)];
+        let files = [(FleetFile::NAME, text), ("profile.yaml", profile_text)];
         let files = files.map(|(name, text)| (name.to_owned(), text)).to_vec();
         let (poses, place_check) = (Poses::IfThere, PlaceCheck::Off);
         let (recording, limits) = (Recording::default(), super::limits(&measured));
