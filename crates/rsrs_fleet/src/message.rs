@@ -117,6 +117,9 @@ pub struct Status {
 /// The e-stop as the reason of a stop, in words.
 pub const E_STOP_REASON: &str = "e-stop";
 
+/// Another runner at work, in words.
+pub(crate) const OTHER_RUNNER: &str = "another runner is active";
+
 /// The reason of a robot or controller whose run has not started, in words.
 pub fn armed_reason(run_id: &str) -> String {
     format!("armed for run {run_id}, waiting for the start")

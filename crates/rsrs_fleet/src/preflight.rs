@@ -141,11 +141,14 @@ pub struct UnfitTopic {
 /// What to type so that a robot is commanded by messages of this type, to be put behind a sentence;
 /// `None` if no command is of it.
 pub fn commands_as(type_name: &str) -> Option<String> {
-    let word = CmdVel::of_type(type_name)?.key();
-    Some(format!(
-        ": set `cmd_vel: {word}` in the fleet file, and start the controller with \
-         `-p cmd_vel_type:={word}`"
-    ))
+    let commands = CmdVel::of_type(type_name)?;
+    let (key, start) = (commands.key(), start_controller(commands));
+    Some(format!(": set `cmd_vel: {key}` in the fleet file, and {start}"))
+}
+
+/// What to do so that a controller publishes such commands.
+fn start_controller(commands: CmdVel) -> String {
+    format!("start the controller with `-p {}:={}`", controller::CMD_VEL_TYPE, commands.key())
 }
 
 /// One end of a topic.

@@ -15,6 +15,9 @@ use serde::de::DeserializeOwned;
 
 use crate::error::with_help;
 
+/// What to do about a folder that is in the way.
+pub const ANOTHER_FOLDER: &str = "give another folder with `-o`, or remove this one";
+
 /// Files as one source: all names of a few, the first of many.
 pub fn names(paths: &[&PathBuf]) -> String {
     let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();

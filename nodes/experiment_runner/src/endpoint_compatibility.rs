@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_fleet::fleet_file::CmdVel;
-use rsrs_fleet::parameters::gate::ROS_CMD_VEL_TYPE;
+use rsrs_fleet::parameters::gate::{ROS_CMD_VEL_TYPE, ROS_SENSOR_TOPIC, ROS_SENSOR_TYPE};
 use rsrs_fleet::preflight::{UnfitTopic, commands_as};
 use rsrs_msgs::node_names::SIMULATOR_FULL_NAME;
 use rsrs_msgs::topics::{self, Durability, Qos, Reliability, Topic};
@@ -195,7 +195,7 @@ fn advice(reader: &Endpoint, writer: &Endpoint) -> String {
     if is_sensor && is_ours(reader) {
         let topic = &reader.topic;
         return format!(
-            ": start `rsrs node robot` with `-p ros.sensor_type:={word} -p ros.sensor_topic:={topic}`"
+            ": start `rsrs node robot` with `-p {ROS_SENSOR_TYPE}:={word} -p {ROS_SENSOR_TOPIC}:={topic}`"
         );
     }
     String::new()

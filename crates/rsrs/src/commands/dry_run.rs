@@ -31,7 +31,7 @@ use rsrs_pipeline::choose::{self, Chosen};
 use rsrs_pipeline::compare;
 use rsrs_pipeline::compare::prediction::CHOSEN;
 use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::files::{ANOTHER_FOLDER, write_file};
 use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
 use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
@@ -115,10 +115,7 @@ struct DryRun<'a> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let folder = match &arguments.output {
         Some(folder) if folder.exists() => {
-            return Err(with_help(
-                format!("{} exists", folder.display()),
-                "give another folder with `-o`, or remove this one",
-            ));
+            return Err(with_help(format!("{} exists", folder.display()), ANOTHER_FOLDER));
         }
         Some(folder) => folder.clone(),
         None => free_folder(),

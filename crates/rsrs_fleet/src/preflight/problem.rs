@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use rsrs_msgs::topics;
 
-use super::{ClockLead, DiagnosticError, UnfitTopic, commands_as, objects};
+use super::{ClockLead, DiagnosticError, UnfitTopic, commands_as, objects, start_controller};
 use crate::epoch::ImplausibleEpoch;
 use crate::fleet_file::CmdVel;
+use crate::message::OTHER_RUNNER;
 use crate::parameters::Deviation;
 use crate::placement;
 use crate::timing::LEASE_DURATION;
@@ -26,7 +27,7 @@ fn of_publisher(topic: &str, found: &str, (expected, taken): (&str, &BTreeSet<St
     let words = CmdVel::of_type(found).zip(CmdVel::of_type(expected));
     match words.filter(|_| topic.ends_with("/cmd_vel")) {
         Some((_, wanted)) if taken.contains(expected) => {
-            format!(": start the controller with `-p cmd_vel_type:={}`", wanted.key())
+            format!(": {}", start_controller(wanted))
         }
         Some((sent, _)) if taken.contains(found) => {
             format!(": set `cmd_vel: {}` in the fleet file", sent.key())
@@ -170,7 +171,7 @@ pub enum Problem {
         found: usize,
     },
     /// Another runner is at work.
-    #[error("another runner is active, run {run_id}")]
+    #[error("{OTHER_RUNNER}, run {run_id}")]
     OtherRunner {
         /// Its run.
         run_id: String,

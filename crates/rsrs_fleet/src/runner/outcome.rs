@@ -1,6 +1,6 @@
 //! How a run ends.
 
-use crate::message::{E_STOP_REASON, RobotState};
+use crate::message::{E_STOP_REASON, OTHER_RUNNER, RobotState};
 use crate::timing::NODE_TIMEOUT;
 
 /// How a run ended.
@@ -32,7 +32,7 @@ pub enum AbortCause {
     #[error("{E_STOP_REASON}")]
     EStop,
     /// Another runner publishes leases.
-    #[error("another runner is active, run {run_id}")]
+    #[error("{OTHER_RUNNER}, run {run_id}")]
     OtherRunner {
         /// Its run.
         run_id: String,

@@ -24,7 +24,7 @@ use super::difference::first_difference;
 use super::{cells, read_source};
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
-use crate::files::{make_folder, write_draft, wrote};
+use crate::files::{ANOTHER_FOLDER, make_folder, write_draft, wrote};
 use crate::sweep::Draw;
 use crate::sweep::replicate_table::ReplicateTable;
 use crate::sweep::result::SweepResult;
@@ -147,8 +147,8 @@ fn lock(folder: &Path) -> anyhow::Result<File> {
 }
 
 fn refuse_another_sweep(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<ResolvedSweep> {
-    let help = "give another folder with `-o`, or remove this one";
-    let refuse = |what: String| with_help(format!("{} exists and {what}", folder.display()), help);
+    let refuse =
+        |what: String| with_help(format!("{} exists and {what}", folder.display()), ANOTHER_FOLDER);
     if !folder.join(SWEEP).exists() {
         return Err(refuse("is not the folder of a sweep".to_owned()));
     }
