@@ -10,7 +10,7 @@ use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, Swept, check, confirmation_seed};
 
 use super::SearchOptions;
-use crate::sweep::result::SweepResult;
+use crate::sweep::result::{SweepResult, World};
 use crate::sweep::source::ResolvedSweep;
 
 /// Other values on some capabilities and on the limits, which are those of speed and turning rate.
@@ -26,15 +26,6 @@ pub struct Search<'a> {
     pub settings: Settings,
     /// What is wanted, and how.
     pub options: SearchOptions<'a>,
-}
-
-/// Which robots are simulated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Robots {
-    /// Made worse.
-    Harsher,
-    /// As measured.
-    AsMeasured,
 }
 
 /// A setting, and how often robots mill in it.
@@ -207,7 +198,7 @@ impl<'a> Search<'a> {
         attempt: u32,
     ) -> anyhow::Result<Confirmed> {
         let mut conditions = Vec::new();
-        for robots in [Robots::Harsher, Robots::AsMeasured] {
+        for robots in [World::Harsher, World::AsMeasured] {
             let world = self.conditions((changes, robots), cell)?;
             if !conditions.contains(&world) {
                 conditions.push(world);
@@ -237,7 +228,7 @@ impl<'a> Search<'a> {
         let mut tried: Vec<(Tried, Conditions)> = Vec::new();
         for cell in cells {
             // A robot that is none, or that finds no place, mills nowhere.
-            let Ok(conditions) = self.conditions((changes, Robots::Harsher), cell) else {
+            let Ok(conditions) = self.conditions((changes, World::Harsher), cell) else {
                 continue;
             };
             if self.is_possible(&conditions) {
@@ -268,13 +259,13 @@ impl<'a> Search<'a> {
     /// The conditions of a changed robot in a setting.
     pub fn conditions(
         &self,
-        (changes, robots): (&Changes, Robots),
+        (changes, robots): (&Changes, World),
         cell: &Cell,
     ) -> anyhow::Result<Conditions> {
         let capabilities: Changes =
             changes.iter().copied().filter(|(axis, _)| axis.is_capability()).collect();
         let (measured, harsher) = (&self.source.profile, self.source.sweep.harsher);
-        let harsher = (robots == Robots::Harsher).then_some(harsher);
+        let harsher = (robots == World::Harsher).then_some(harsher);
         let robot =
             ClassChanges { capabilities: capabilities.clone(), harsher }.simulated(measured)?;
         let harsher = harsher.map(|harsher| harsher.decided(measured));
@@ -293,7 +284,7 @@ impl<'a> Search<'a> {
             let conditions = self.conditions((changes, robots), cell).ok()?;
             self.is_possible(&conditions).then_some(conditions)
         };
-        Some([of(Robots::Harsher)?, of(Robots::AsMeasured)?])
+        Some([of(World::Harsher)?, of(World::AsMeasured)?])
     }
 
     /// Whether robots find a place under some conditions, and their runs can be judged.
