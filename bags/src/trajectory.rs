@@ -15,6 +15,7 @@ mod finding;
 mod frame_changes;
 mod frames;
 mod jumps;
+mod needed;
 mod objects;
 mod pose;
 mod resample;
@@ -31,11 +32,12 @@ use rsrs_core::tracker::{Tracker, TrackerFrame};
 use crate::Bag;
 use resample::Times;
 
-pub use error::TrajectoryError;
+pub use error::{TrajectoryError, UnreadablePoses};
 pub use finding::Finding;
+pub use needed::Needed;
 pub use pose::RawPose;
-pub use tracked::{PoseReader, TrackedTopic, UnreadablePoses};
-pub use window::{Needed, RunningWindow, WindowSource};
+pub use tracked::{PoseReader, TrackedTopic};
+pub use window::{RunningWindow, WindowSource};
 
 /// What to take from a bag.
 #[derive(Clone, Debug, Default, PartialEq)]

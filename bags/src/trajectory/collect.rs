@@ -17,9 +17,9 @@ use super::finding::Finding;
 use super::frame_changes::FrameChanges;
 use super::pose::{self, PoseSample, RawPose};
 use super::sources::{self, Chosen, described, has_poses, is_same, robot_commanded_by};
-use super::tracked::{PoseReader, UnreadablePoses};
+use super::tracked::PoseReader;
 use super::transforms::Tree;
-use super::{RecordedTracker, TrajectoryError, TrajectoryOptions};
+use super::{RecordedTracker, TrajectoryError, TrajectoryOptions, UnreadablePoses};
 use crate::{Bag, BagMessage, TopicInfo};
 
 /// What was recorded of one robot.

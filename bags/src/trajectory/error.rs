@@ -2,9 +2,9 @@
 
 use rsrs_core::help::Help;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_msgs::cdr::CdrError;
 
-use super::Needed;
-use super::tracked::UnreadablePoses;
+use super::needed::Needed;
 use crate::{BagError, Damage};
 
 /// Why a bag gives no trajectory. Times are in seconds, on the clock of the pose stamps.
@@ -35,7 +35,7 @@ pub enum TrajectoryError {
     TwoTypes { topic: String, types: Vec<String> },
     /// A message does not decode as its type.
     #[error("a message on {topic} at {time_s:.3} s of log time does not decode")]
-    Message { topic: String, time_s: f64, source: rsrs_msgs::cdr::CdrError },
+    Message { topic: String, time_s: f64, source: CdrError },
     /// A pose or command with NaN or infinity in it.
     #[error("{what} of robot {robot} at {time_s:.3} s is not a number")]
     NotFinite { what: &'static str, robot: String, time_s: f64 },
@@ -118,6 +118,31 @@ pub enum TrajectoryError {
         "the stamps of robot {robot} move by {by_s:.3} s against those of the others during the run"
     )]
     Clocks { robot: String, by_s: f64 },
+}
+
+/// Why a message gives no poses.
+#[derive(Debug, thiserror::Error)]
+pub enum UnreadablePoses {
+    /// It is damaged, or of another type.
+    #[error("it does not decode")]
+    Damaged(#[from] CdrError),
+    /// Nothing tells any more which pose is whose.
+    #[error(
+        "it has {found} poses, expected {expected}: without names, only their number and order tell \
+         whose they are"
+    )]
+    Length {
+        /// Poses in it.
+        found: usize,
+        /// Names in the fleet file, or poses in the first message.
+        expected: usize,
+    },
+    /// Two bodies of one name.
+    #[error("it has `{name}` twice")]
+    Twice {
+        /// The name.
+        name: String,
+    },
 }
 
 impl Help for TrajectoryError {

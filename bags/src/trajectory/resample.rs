@@ -6,8 +6,8 @@ use rsrs_core::robot::unicycle::{Pose, within_half_a_turn};
 
 use super::collect::RecordedRobot;
 use super::finding::Finding;
+use super::needed::Needed;
 use super::pose::PoseSample;
-use super::window::Needed;
 use super::{TrajectoryError, command};
 
 /// A gap of more than this is named, in nanoseconds.

@@ -4,14 +4,14 @@ use std::collections::{BTreeSet, HashMap};
 
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::Tracker;
-use rsrs_msgs::cdr::{self, CdrError};
+use rsrs_msgs::cdr;
 use rsrs_msgs::geometry_msgs::{PoseArray, PoseStamped};
 use rsrs_msgs::motion_capture_tracking_interfaces::NamedPoseArray;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::topics::{self, Topic};
 
-use super::TrajectoryError;
 use super::arrays;
+use super::error::{TrajectoryError, UnreadablePoses};
 use super::pose::{self, RawPose};
 use super::sources::described;
 use super::transforms::Tree;
@@ -31,31 +31,6 @@ pub struct TrackedTopic {
     pub robot: Option<String>,
     /// Which of the tracker's machines publishes it.
     pub machine: usize,
-}
-
-/// Why a message gives no poses.
-#[derive(Debug, thiserror::Error)]
-pub enum UnreadablePoses {
-    /// It is damaged, or of another type.
-    #[error("it does not decode")]
-    Damaged(#[from] CdrError),
-    /// Nothing tells any more which pose is whose.
-    #[error(
-        "it has {found} poses, expected {expected}: without names, only their number and order tell \
-         whose they are"
-    )]
-    Length {
-        /// Poses in it.
-        found: usize,
-        /// Names in the fleet file, or poses in the first message.
-        expected: usize,
-    },
-    /// Two bodies of one name.
-    #[error("it has `{name}` twice")]
-    Twice {
-        /// The name.
-        name: String,
-    },
 }
 
 /// Reads the poses of robots out of a tracker's messages.

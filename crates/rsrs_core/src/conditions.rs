@@ -2,12 +2,14 @@
 
 mod check;
 pub mod controller_table;
+mod error;
 mod flockbots;
 pub mod limits;
 pub mod operator;
 mod own_robots;
 mod resolve;
 mod sensors;
+mod settings;
 pub mod start_file;
 mod starts;
 
@@ -27,9 +29,10 @@ use crate::robot::unicycle::Pose;
 use crate::world::{FreeSpace, Outline, ROUNDING, WorldFile};
 
 pub use check::Impossible;
-pub use own_robots::ClassChanges;
-pub use resolve::{ARENA_M, ConditionsError, PLACEMENT_OVER_RANGE, Settings, check_axis};
+pub use error::ConditionsError;
+pub use resolve::{ARENA_M, PLACEMENT_OVER_RANGE};
 pub use sensors::SimulatedSensor;
+pub use settings::{ClassChanges, Settings, check_axis};
 pub use starts::StartsError;
 
 /// All aspects of a world, resolved to numbers: the paper's `E`.

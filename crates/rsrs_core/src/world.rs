@@ -8,6 +8,7 @@ mod check;
 mod classes;
 mod failures;
 mod free_space;
+mod problem;
 
 use serde::{Deserialize, Serialize};
 
@@ -16,10 +17,10 @@ use crate::numerals::{self, is_zero};
 use crate::robot::sensor::Detects;
 
 pub use arena::{ArenaShape, Obstacle};
-pub use check::{Place, WorldError, WorldFlaw, WorldProblem};
 pub use classes::RobotClass;
 pub use failures::Failure;
 pub use free_space::{FreeSpace, Outline, Wall};
+pub use problem::{Place, WorldError, WorldFlaw, WorldProblem};
 
 /// What is in the arena besides robots, which shape it has, of which classes robots are, and which of them fail.
 ///

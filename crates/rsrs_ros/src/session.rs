@@ -74,6 +74,8 @@ pub(crate) const POLL: Duration = Duration::from_millis(20);
 const POLL_PERIOD: Duration = Duration::from_millis(250);
 /// A thread whose wait was interrupted has run within so long, unless the machine is overloaded.
 const INTERRUPTED: Duration = Duration::from_millis(500);
+/// How long a handshake may take: ten that start together take 6 to 10 s.
+const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// A participant in a ROS 2 network.
 ///

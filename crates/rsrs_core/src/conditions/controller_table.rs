@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::ConditionsError;
 use crate::document::source::{InFile, Source};
 use crate::quantity::{Axis, Number};
 use crate::robot::controller::state_machine::{Row, StateMachine, Transition};
@@ -143,22 +142,6 @@ impl ControllerTable {
     pub fn number(&self, axis: Axis) -> Option<NamedNumber> {
         let Axis::Number(number) = axis else { return None };
         self.numbers.get(number.name()).copied()
-    }
-
-    /// Refuses values outside the bounds of its numbers.
-    pub fn check_values(&self, values: &[(Number, f64)]) -> Result<(), ConditionsError> {
-        values.iter().try_for_each(|(number, found)| match self.numbers.get(number.name()) {
-            Some(NamedNumber { from, to, .. }) if !(*from..=*to).contains(found) => {
-                let expected =
-                    format!("a number from {from} to {to}, its bounds in the controller");
-                Err(ConditionsError::OutOfRange {
-                    axis: Axis::Number(*number),
-                    found: *found,
-                    expected,
-                })
-            }
-            _ => Ok(()),
-        })
     }
 
     /// What the table comes to, with these numbers, on a robot with these wheels and this control period, whose

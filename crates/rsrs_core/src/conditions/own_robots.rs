@@ -2,41 +2,9 @@
 
 use super::{Conditions, ConditionsError, Settings, SimulatedRobot};
 use crate::document::source::Source;
-use crate::quantity::Axis;
 use crate::robot::controller::Controller;
-use crate::robot::harsher::{Harsher, HarsherFactors};
 use crate::robot::profile::RobotProfile;
 use crate::world::{RobotClass, WorldFile};
-
-/// What is done to the profiles of classes before their robots are simulated: what was done to that of the others.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ClassChanges {
-    /// Capabilities in the place of the measured ones.
-    pub capabilities: Vec<(Axis, f64)>,
-    /// How the robots are made worse then, factors that are not given as each profile needs them; `None` for robots as
-    /// measured.
-    pub harsher: Option<Harsher>,
-}
-
-impl ClassChanges {
-    /// Robots made worse by these factors, as those of the profile `measured` are.
-    pub fn as_of(measured: &RobotProfile, factors: HarsherFactors) -> Self {
-        let harsher = Some(Harsher::from(factors).decided(measured));
-        Self { capabilities: Vec::new(), harsher }
-    }
-
-    /// A profile with these changes, which may not make a better robot.
-    pub fn simulated(&self, measured: &RobotProfile) -> Result<RobotProfile, ConditionsError> {
-        let robot = measured.with_capabilities(&self.capabilities)?;
-        let Some(harsher) = &self.harsher else { return Ok(robot) };
-        let factors = HarsherFactors {
-            // A cone that is turned becomes a polygon, which is no reason to make it smaller.
-            polygon_scale: harsher.factors(measured).polygon_scale,
-            ..harsher.factors(&robot)
-        };
-        Ok(factors.apply(&robot)?)
-    }
-}
 
 impl Conditions {
     /// What one robot is, by its place among all, from 0.
@@ -166,6 +134,9 @@ fn of_class(class: &RobotClass, source: ConditionsError) -> ConditionsError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::conditions::ClassChanges;
+    use crate::quantity::Axis;
+    use crate::robot::harsher::HarsherFactors;
 
     use rsrs_testing::conditions::FLOCKBOT;
 

@@ -2,189 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::check::Impossible;
-use super::controller_table::{ControllerTable, TableFlaw};
-use super::limits::BeyondLimits;
-use super::own_robots::ClassChanges;
-use super::{
-    Arena, Conditions, GainDistribution, Placement, SimulatedRobot, SimulatedSensor, Walls,
-};
-use crate::document::{did_you_mean, nearest};
-use crate::help::Help;
-use crate::judge::behaviour::Behaviour;
-use crate::quantity::{Axis, Bounds, Cell};
+use super::controller_table::{ControllerTable, NamedNumber};
+use super::error::ConditionsError;
+use super::settings::Settings;
+use super::{Arena, Conditions, GainDistribution, Placement, SimulatedRobot, SimulatedSensor};
+use crate::quantity::{Axis, Bounds, Number};
 use crate::robot::controller::{Command, Controller, ControllerParameters};
-use crate::robot::harsher::NotHarsher;
-use crate::robot::profile::{ProfileError, RobotProfile};
+use crate::robot::profile::RobotProfile;
 use crate::robot::sensor::DETECTION;
-use crate::world::WorldFile;
-
-/// What a sweep or an experiment fixes besides the robots: settings that belong to `E`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Settings {
-    /// Values by axis; of an axis that occurs twice the later one counts.
-    pub values: Vec<(Axis, f64)>,
-    /// What happens at the arena's border.
-    pub walls: Walls,
-    /// Where the robots start, if not in a disc of the radius among the values.
-    pub placement: Option<Placement>,
-    /// What the swarm is judged for.
-    pub behaviour: Behaviour,
-    /// The table of its controller, which has been checked; `None` for speeds and turning rates among the values.
-    pub controller: Option<ControllerTable>,
-    /// What is in the arena besides the robots.
-    pub world: WorldFile,
-    /// What is done to the profiles of the world's classes.
-    pub class_changes: ClassChanges,
-}
-
-/// Why a profile and settings do not make conditions.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ConditionsError {
-    /// The robot is impossible.
-    #[error(transparent)]
-    Robot(#[from] ProfileError),
-    /// The numbers together make no world.
-    #[error(transparent)]
-    Impossible(#[from] Impossible),
-    /// A setting without which there is no experiment.
-    #[error("no value for {0}")]
-    Missing(Axis),
-    /// A value outside what the axis can mean.
-    #[error("{axis} is {found}, expected {expected}")]
-    OutOfRange {
-        /// The axis.
-        axis: Axis,
-        /// The value found.
-        found: f64,
-        /// What it may be.
-        expected: String,
-    },
-    /// An axis that this robot does not have.
-    #[error("{axis} does not apply to a robot {which}")]
-    NotOfThisRobot {
-        /// The axis.
-        axis: Axis,
-        /// What robots are that do not have it: `whose sensor is a cone`.
-        which: &'static str,
-    },
-    /// A speed or turning rate beside a table that has them.
-    #[error("{axis} is that of a controller without a table")]
-    BesideTable {
-        /// The axis.
-        axis: Axis,
-        /// The table's own numbers, as axes.
-        numbers: Vec<String>,
-    },
-    /// A number that the controller's table does not have.
-    #[error("{axis} is no number of the controller's table{}", did_you_mean(nearest.as_deref()))]
-    NoSuchNumber {
-        /// The axis.
-        axis: Axis,
-        /// The number closest in spelling, as an axis.
-        nearest: Option<String>,
-        /// All numbers of the table, as axes.
-        numbers: Vec<String>,
-    },
-    /// A number of a table where there is none.
-    #[error("{0} is a number of a controller's table, and none is named")]
-    NoTable(Axis),
-    /// A side of a square beside a world whose arena is none.
-    #[error("`arena_m` is {side_m} m, and the world has an arena of its own, {arena}")]
-    ArenaTwice {
-        /// In metres.
-        side_m: f64,
-        /// The world's, in words.
-        arena: String,
-    },
-    /// A table that these robots cannot follow.
-    #[error(transparent)]
-    Table(#[from] TableFlaw),
-    /// A robot among others whose controller is told other things.
-    #[error("its sensors report {found}, and those of the first robots {expected}")]
-    OtherReadings {
-        /// Names of its readings, in words.
-        found: String,
-        /// Those of the first robots.
-        expected: String,
-    },
-    /// A robot among others for which the table is another controller.
-    #[error(
-        "its wheels make other commands of the controller's table than those of the first robots"
-    )]
-    OtherWheels,
-    /// A robot whose body is not as large as those that it is judged and drawn with.
-    #[error("the radius of its body is {found_m} m, and that of the other robots {expected_m} m")]
-    OtherRadius {
-        /// In metres.
-        found_m: f64,
-        /// Of the first robots, in metres.
-        expected_m: f64,
-    },
-    /// A robot that was measured at another control period than it would have here.
-    #[error("its control period is {found_s} s, and that of the other robots {expected_s} s")]
-    OtherPeriod {
-        /// In seconds.
-        found_s: f64,
-        /// Of the first robots, in seconds.
-        expected_s: f64,
-    },
-    /// A command that its profile forbids.
-    #[error(transparent)]
-    Limits(#[from] BeyondLimits),
-    /// Factors that would make a better robot of it.
-    #[error(transparent)]
-    NotHarsher(#[from] NotHarsher),
-    /// A class of robots that are not for this swarm.
-    #[error("class {class}, by its own profile{}: {source}", at(path.as_deref()))]
-    OfClass {
-        /// The class.
-        class: String,
-        /// Path of its profile as the world names it; `None` of a world that holds it.
-        path: Option<String>,
-        /// Why.
-        source: Box<ConditionsError>,
-    },
-    /// A class whose profile was not read.
-    #[error("the profile of class {class}, {path}, was not read")]
-    ProfileNotRead {
-        /// The class.
-        class: String,
-        /// As the world names it.
-        path: String,
-    },
-}
-
-/// The path of a file, behind what it holds.
-fn at(path: Option<&str>) -> String {
-    path.map_or_else(String::new, |path| format!(" {path}"))
-}
-
-impl Help for ConditionsError {
-    fn help(&self) -> Option<String> {
-        let help = match self {
-            Self::BesideTable { numbers, .. } | Self::NoSuchNumber { numbers, .. } => {
-                return Some(match numbers.as_slice() {
-                    [] => "its table has no `numbers`".to_owned(),
-                    numbers => format!("the numbers of its table are: {}", numbers.join(", ")),
-                });
-            }
-            Self::NoTable { .. } => "name its file: `controller: controllers/FILE.yaml`",
-            Self::ArenaTwice { .. } => "leave `arena_m` out, or `arena` out of the world",
-            Self::Table(flaw) => return flaw.help(),
-            Self::Impossible(impossible) => return impossible.help(),
-            Self::OtherReadings { .. } => "give its sensors the same names, in the same order",
-            Self::OtherRadius { .. } => {
-                "classes may differ in much, but contact and clusters are judged by one radius"
-            }
-            Self::OtherPeriod { .. } => "measure them at one control period, which their swarm has",
-            Self::Limits(beyond) => return beyond.help(),
-            Self::OfClass { source, .. } => return source.help(),
-            _ => return None,
-        };
-        Some(help.to_owned())
-    }
-}
 
 impl Conditions {
     /// Resolves a simulated robot, as measured or made harsher, and settings to numbers.
@@ -250,29 +75,21 @@ impl Conditions {
     }
 }
 
-impl Settings {
-    /// Whether its axes are those of its controller.
-    pub fn check_axes(&self) -> Result<(), ConditionsError> {
-        let axes = self.values.iter().map(|(axis, _)| *axis);
-        axes.into_iter().try_for_each(|axis| check_axis(axis, self.controller.as_ref()))
-    }
-}
-
-/// Whether an axis is one of a sweep with this table, or with none.
-pub fn check_axis(axis: Axis, table: Option<&ControllerTable>) -> Result<(), ConditionsError> {
-    let numbers =
-        |table: &ControllerTable| table.axes().map(|axis| axis.key().to_owned()).collect();
-    match (axis, table) {
-        (Axis::Number(_), None) => Err(ConditionsError::NoTable(axis)),
-        (Axis::Number(number), Some(table)) if !table.numbers.contains_key(number.name()) => {
-            let nearest = nearest(axis.key(), table.axes().map(Axis::key)).map(str::to_owned);
-            Err(ConditionsError::NoSuchNumber { axis, nearest, numbers: numbers(table) })
-        }
-        (
-            Axis::Speed | Axis::TurnRate | Axis::UndetectedSpeed | Axis::UndetectedTurnRate,
-            Some(table),
-        ) => Err(ConditionsError::BesideTable { axis, numbers: numbers(table) }),
-        _ => Ok(()),
+impl ControllerTable {
+    /// Refuses values outside the bounds of its numbers.
+    pub fn check_values(&self, values: &[(Number, f64)]) -> Result<(), ConditionsError> {
+        values.iter().try_for_each(|(number, found)| match self.numbers.get(number.name()) {
+            Some(NamedNumber { from, to, .. }) if !(*from..=*to).contains(found) => {
+                let expected =
+                    format!("a number from {from} to {to}, its bounds in the controller");
+                Err(ConditionsError::OutOfRange {
+                    axis: Axis::Number(*number),
+                    found: *found,
+                    expected,
+                })
+            }
+            _ => Ok(()),
+        })
     }
 }
 
@@ -335,16 +152,6 @@ pub(super) fn simulated_robot(robot: &RobotProfile, controller: &Controller) -> 
         further_sensors: (robot.further_sensors.iter())
             .map(|sensor| SimulatedSensor::new(&sensor.name, &sensor.sensing))
             .collect(),
-    }
-}
-
-impl Settings {
-    /// The settings with the values of a cell on top.
-    #[must_use]
-    pub fn with_cell(&self, cell: &Cell) -> Self {
-        let mut settings = self.clone();
-        settings.values.extend(cell.iter());
-        settings
     }
 }
 

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{WorldProblem, within};
-use super::free_space::Outline;
+use super::WorldFile;
+use super::free_space::{FreeSpace, Outline, Wall, side_around_m};
+use super::problem::{WorldProblem, within};
 use crate::plane::sides;
 use crate::quantity::Bounds;
 
@@ -107,6 +108,26 @@ impl Obstacle {
     }
 }
 
+impl WorldFile {
+    /// Side of the square around the origin that holds all of the arena, in metres; `None` where the world has no arena
+    /// of its own.
+    pub fn side_m(&self) -> Option<f64> {
+        Some(side_around_m(&self.arena.as_ref()?.outline()))
+    }
+
+    /// Where bodies may be in an arena of this side, in metres, which counts where the world has none of its own; `None`
+    /// for a square without obstacles, which whoever asks knows by its side.
+    pub fn free_space(&self, side_m: f64) -> Option<FreeSpace> {
+        if self.arena.is_none() && self.obstacles.is_empty() {
+            return None;
+        }
+        let border = self.arena.as_ref().map(ArenaShape::outline);
+        let border = border.unwrap_or_else(|| Outline::rectangle([side_m; 2]));
+        let obstacles = self.obstacles.iter().map(Obstacle::outline).collect();
+        Some(FreeSpace::new(border, obstacles))
+    }
+}
+
 /// Whether corners are those of a polygon whose sides meet at its corners only.
 fn check_polygon(corners_m: &[[f64; 2]]) -> Result<(), WorldProblem> {
     let n = corners_m.len();
@@ -160,7 +181,7 @@ fn cross(one: [[f64; 2]; 2], other: [[f64; 2]; 2]) -> bool {
 fn apart_m(one: [[f64; 2]; 2], other: [[f64; 2]; 2]) -> f64 {
     let from_m = |line, ends: [[f64; 2]; 2]| {
         ends.map(|end| {
-            let nearest = super::Wall::Straight(line).nearest_m(end);
+            let nearest = Wall::Straight(line).nearest_m(end);
             libm::hypot(end[0] - nearest[0], end[1] - nearest[1])
         })
     };

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::WorldFile;
-use super::check::{Place, WorldFlaw, WorldProblem, within};
+use super::problem::{Place, WorldFlaw, WorldProblem, within};
 use crate::quantity::Bounds;
 
 /// A failure of a robot, or of several that are drawn; give `robot` or `count`, and what fails.

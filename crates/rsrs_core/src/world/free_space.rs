@@ -2,7 +2,7 @@
 //!
 //! In double precision, of `+ - * /`, the square root and comparisons alone, because the simulator's bits depend on it.
 
-use super::{ROUNDING, WorldFile};
+use super::ROUNDING;
 use crate::plane::{area, dot, minus, sides};
 
 /// A closed curve on the floor.
@@ -215,29 +215,9 @@ impl FreeSpace {
 }
 
 /// Side of the square around the origin that holds all of an outline, in metres.
-fn side_around_m(outline: &Outline) -> f64 {
+pub(super) fn side_around_m(outline: &Outline) -> f64 {
     let most_m = outline.bounds_m().into_iter().flatten().map(f64::abs).fold(0.0, f64::max);
     2.0 * most_m
-}
-
-impl WorldFile {
-    /// Side of the square around the origin that holds all of the arena, in metres; `None` where the world has no arena
-    /// of its own.
-    pub fn side_m(&self) -> Option<f64> {
-        Some(side_around_m(&self.arena.as_ref()?.outline()))
-    }
-
-    /// Where bodies may be in an arena of this side, in metres, which counts where the world has none of its own; `None`
-    /// for a square without obstacles, which whoever asks knows by its side.
-    pub fn free_space(&self, side_m: f64) -> Option<FreeSpace> {
-        if self.arena.is_none() && self.obstacles.is_empty() {
-            return None;
-        }
-        let border = self.arena.as_ref().map(super::ArenaShape::outline);
-        let border = border.unwrap_or_else(|| Outline::rectangle([side_m; 2]));
-        let obstacles = self.obstacles.iter().map(super::Obstacle::outline).collect();
-        Some(FreeSpace::new(border, obstacles))
-    }
 }
 
 fn squared(vector: [f64; 2]) -> f64 {

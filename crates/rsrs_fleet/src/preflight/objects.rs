@@ -2,8 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use rsrs_core::numerals::counted;
-use rsrs_core::world::WorldFile;
 use rsrs_msgs::topics;
 
 use super::{Expected, Graph, Problem};
@@ -33,14 +31,4 @@ pub(crate) fn note(expected: &Expected, graph: &Graph) -> Option<String> {
             "note: {topics}: the run's world has no objects (if these are on its floor, name a `world` with them)"
         )
     })
-}
-
-/// The objects of a world: `9 objects, object_1 to object_9`.
-pub(super) fn in_words(n_objects: usize) -> String {
-    let count = counted(n_objects as u64, "object");
-    let names = |first: usize, last: usize| {
-        let [first, last] = [first, last].map(WorldFile::object_name);
-        if first == last { first } else { format!("{first} to {last}") }
-    };
-    n_objects.checked_sub(1).map_or(count.clone(), |last| format!("{count}, {}", names(0, last)))
 }

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use rsrs_core::numerals::counted;
+use rsrs_core::world::WorldFile;
 use rsrs_msgs::topics;
 
-use super::{ClockLead, DiagnosticError, UnfitTopic, commands_as, objects, start_controller};
+use super::{ClockLead, DiagnosticError, UnfitTopic, commands_as, start_controller};
 use crate::epoch::ImplausibleEpoch;
 use crate::fleet_file::CmdVel;
 use crate::message::OTHER_RUNNER;
@@ -46,6 +48,16 @@ fn of_missing(topic: &str, nearest: Option<&str>) -> String {
         }
         None => String::new(),
     }
+}
+
+/// The objects of a world: `9 objects, object_1 to object_9`.
+fn objects_in_words(n_objects: usize) -> String {
+    let count = counted(n_objects as u64, "object");
+    let names = |first: usize, last: usize| {
+        let [first, last] = [first, last].map(WorldFile::object_name);
+        if first == last { first } else { format!("{first} to {last}") }
+    };
+    n_objects.checked_sub(1).map_or(count.clone(), |last| format!("{count}, {}", names(0, last)))
 }
 
 /// One reason not to start.
@@ -132,7 +144,7 @@ pub enum Problem {
         "{}: the run's world has {} (add what is tracked to the world's file, give it the name of an object, or take \
          it off the floor)",
         topics.join(", "),
-        objects::in_words(*n_objects)
+        objects_in_words(*n_objects)
     )]
     StrangeObjects {
         /// On which topics.

@@ -7,15 +7,12 @@
 //! stays, because strangers could otherwise send it round and round: their handshakes never end.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rustdds::DomainParticipantStatusEvent;
 
-use super::SessionEnded;
 use super::endpoint::Prefix;
-
-/// How long a handshake may take: ten that start together take 6 to 10 s.
-pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(20);
+use super::{HANDSHAKE_TIMEOUT, SessionEnded};
 
 /// How far a handshake with another participant has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

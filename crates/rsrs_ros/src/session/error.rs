@@ -2,8 +2,7 @@
 
 use std::net::IpAddr;
 
-use super::EndpointKind;
-use super::authentication::HANDSHAKE_TIMEOUT;
+use super::{EndpointKind, HANDSHAKE_TIMEOUT};
 
 /// Why there is no session, node or endpoint.
 #[derive(Debug, thiserror::Error)]
