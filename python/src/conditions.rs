@@ -9,7 +9,7 @@ use rsrs_core::robot::profile::RobotProfile;
 
 use crate::error::{our_mistake, raised, refused};
 use crate::json::to_python;
-use crate::sweep::of_keys;
+use crate::keys::of_keys;
 
 /// Everything that a run depends on, the paper's `E`, as numbers: robots, controller, start, arena.
 ///

@@ -8,10 +8,10 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{Observed, run_controlled};
 use rsrs_sim::world::World;
 
-use crate::answers::check_seed;
 use crate::arrays;
 use crate::conditions::PyConditions;
 use crate::error::{helped, refused};
+use crate::runs::check_seed;
 use crate::trajectory::PyTrajectory;
 use crate::waiting::{Progress, work};
 

@@ -8,9 +8,10 @@ use rsrs_pipeline::explore::{self, CONTROLLERS, DURATION_S, ExploreOptions, File
 use rsrs_render::explored;
 use rsrs_sim::exploration::space::Directions;
 
-use crate::answers::{check_seed, runs, source};
+use crate::answers::source;
 use crate::error::{raised, refused};
 use crate::json::to_python;
+use crate::runs::{check_seed, runs};
 use crate::verdict;
 use crate::waiting::{Progress, work};
 

@@ -12,6 +12,7 @@
 mod answers;
 mod arrays;
 mod bag;
+mod choice;
 mod comparison;
 mod conditions;
 mod episode;
@@ -19,9 +20,12 @@ mod error;
 mod exploration;
 mod folder;
 mod json;
+mod judge;
+mod keys;
 mod measurement;
 mod picture;
 mod profile;
+mod runs;
 mod sweep;
 mod table;
 mod trajectory;
@@ -38,9 +42,11 @@ mod _rsrs {
     use rsrs_core::program;
 
     #[pymodule_export]
-    use crate::answers::{Answers, Choice, Diagnosis, answer_all, diagnose_all};
+    use crate::answers::{Answers, Diagnosis, answer_all, diagnose_all};
     #[pymodule_export]
     use crate::bag::Bag;
+    #[pymodule_export]
+    use crate::choice::Choice;
     #[pymodule_export]
     use crate::comparison::{Comparison, compare_runs, report};
     #[pymodule_export]
@@ -51,6 +57,8 @@ mod _rsrs {
     use crate::error::RsrsError;
     #[pymodule_export]
     use crate::exploration::{Explored, explore_all};
+    #[pymodule_export]
+    use crate::judge::judge;
     #[pymodule_export]
     use crate::measurement::{Fit, Validation, fit, validate_sweep};
     #[pymodule_export]
@@ -64,7 +72,7 @@ mod _rsrs {
     #[pymodule_export]
     use crate::trajectory::PyTrajectory;
     #[pymodule_export]
-    use crate::verdict::{PyOrderParameters, Verdict, judge};
+    use crate::verdict::{PyOrderParameters, Verdict};
     #[pymodule_export]
     use crate::worlds::PyWorlds;
 

@@ -17,10 +17,10 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::worlds::Worlds;
 
-use crate::answers::check_seed;
 use crate::arrays;
 use crate::conditions::PyConditions;
 use crate::error::{helped, our_mistake, refused};
+use crate::runs::check_seed;
 
 /// The most poses of all worlds together that are kept at once.
 const MOST_POSES: usize = 50_000_000;
