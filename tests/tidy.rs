@@ -24,7 +24,7 @@ const ONE_WAY: [(&str, &[&str]); 16] = [
     ("rsrs_core", &[]),
     ("rsrs_sim", &["rsrs_core"]),
     ("rsrs_fleet", &["rsrs_core", "rsrs_msgs"]),
-    ("rsrs_view", &["rsrs_core", "rsrs_sim", "rsrs_fleet", "rsrs_msgs"]),
+    ("rsrs_view", &["rsrs_core"]),
     ("rsrs_msgs", &[]),
     ("rsrs_bags", &["rsrs_core", "rsrs_files", "rsrs_msgs"]),
     ("rsrs_keystore", &["rsrs_core", "rsrs_files", "rsrs_msgs"]),
@@ -130,25 +130,6 @@ const CORE: [&str; 23] = [
     "diagram",
     "comparison",
 ];
-/// Crates whose modules name each other in one direction, at every depth.
-const WITHOUT_CIRCLES: [&str; 16] = [
-    "bags",
-    "crates/rsrs",
-    "crates/rsrs_core",
-    "crates/rsrs_fleet",
-    "crates/rsrs_keystore",
-    "crates/rsrs_operate",
-    "crates/rsrs_pipeline",
-    "crates/rsrs_render",
-    "crates/rsrs_ros",
-    "crates/rsrs_sim",
-    "crates/rsrs_view",
-    "msgs",
-    "nodes/controller",
-    "nodes/experiment_runner",
-    "nodes/robot",
-    "sim_node",
-];
 /// The most bytes that the map of the project may have.
 const MAX_MAP: usize = 8192;
 
@@ -228,36 +209,63 @@ fn rooms_of_the_core_name_only_those_before_them() {
 
 #[test]
 fn no_modules_name_each_other_in_a_circle() {
-    for folder in WITHOUT_CIRCLES {
-        for (parent, mut children) in named_modules(&Path::new(folder).join("src")) {
-            // Those that name no other are taken away, until none or a circle is left.
+    let mut manifests = files();
+    manifests.retain(|file| file.ends_with("Cargo.toml"));
+    let folders = manifests.iter().map(|manifest| manifest.with_file_name("src"));
+    let folders: Vec<PathBuf> = folders.filter(|folder| modules_of(folder).len() > 1).collect();
+    assert!(folders.len() > 15, "found only {folders:?}");
+
+    let mut circles = Vec::new();
+    for folder in folders {
+        for (parent, mut children) in named_modules(&folder) {
+            // Those that name no other, and those that no other names, are taken away, until none or circles are left.
             loop {
                 let before = children.len();
                 let left: BTreeSet<String> = children.keys().cloned().collect();
-                children.retain(|_, others| others.iter().any(|other| left.contains(other)));
+                let named: BTreeSet<String> = children.values().flatten().cloned().collect();
+                children.values_mut().for_each(|others| others.retain(|it| left.contains(it)));
+                children.retain(|child, others| !others.is_empty() && named.contains(child));
                 if children.len() == before {
                     break;
                 }
             }
-
-            assert!(
-                children.is_empty(),
-                "{folder} has a circle in `{}`: {children:?}",
-                parent.join("::")
-            );
+            if !children.is_empty() {
+                circles.push(format!("{}: {}: {children:?}", folder.display(), parent.join("::")));
+            }
         }
     }
+
+    assert!(circles.is_empty(), "modules name each other in circles:\n{}", circles.join("\n"));
 }
 
 #[test]
 fn paths_of_modules_are_found_however_they_are_written() {
-    let code =
-        "use crate::a::{b, c::D};\nuse super::{\n    e,\n    f::{G, H},\n};\nsuper::super::i::j()";
+    let code = "use crate::a::{b, c::{self, D as E}};\npub use super::{\n    e,\n    f::{G, H},\n};\nsuper::super::i::j()";
 
     let paths = paths_in(code, &["x", "y"].map(str::to_owned));
 
     let joined: Vec<String> = paths.iter().map(|path| path.join("::")).collect();
-    assert_eq!(joined, ["a::b", "a::c", "x::e", "x::f", "i::j"]);
+    assert_eq!(joined, ["a::b", "a::c", "a::c::D", "x::e", "x::f::G", "x::f::H", "i::j"]);
+}
+
+#[test]
+fn names_that_a_parent_imports_are_those_of_its_children() {
+    let path = |text: &str| -> ModulePath { text.split("::").map(str::to_owned).collect() };
+    let modules = ["a", "a::b", "a::c"].map(path).into();
+    let code = "pub mod b;\n\nuse std::fmt;\n\n#[cfg(unix)]\npub use b::{B, Wide as Narrow};\npub(crate) use self::c::made;";
+
+    let imports = BTreeMap::from([(path("a"), imports_in(code, &path("a"), &modules))]);
+
+    for (written, expected) in [
+        ("a::B::new", &["a::B::new", "a::b::B::new"][..]),
+        ("a::Narrow", &["a::Narrow", "a::b::Wide"]),
+        ("a::made", &["a::made", "a::c::made"]),
+        ("a::fmt", &["a::fmt"]),
+        ("a::b::B", &["a::b::B"]),
+    ] {
+        let found = followed(path(written), &imports, &modules);
+        assert_eq!(found, expected.iter().map(|it| path(it)).collect::<Vec<_>>());
+    }
 }
 
 #[test]
@@ -468,34 +476,47 @@ fn reached_by(package: &str) -> BTreeSet<String> {
 /// A module, by its names from the crate's root.
 type ModulePath = Vec<String>;
 
+/// Names of a module, each with the path that it imports under it.
+type Imports = BTreeMap<String, ModulePath>;
+
+/// The files of a crate's modules, of which the root, that of its library if it has one, has no names.
+fn modules_of(sources: &Path) -> BTreeMap<ModulePath, PathBuf> {
+    let module = |file: PathBuf| {
+        let inner = file.strip_prefix(sources).ok()?.with_extension("");
+        let path: ModulePath =
+            inner.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        match path[0].as_str() {
+            "bin" => None,
+            "lib" | "main" => Some((Vec::new(), file)),
+            _ => Some((path, file)),
+        }
+    };
+    // Of two roots the later one stays.
+    files().into_iter().rev().filter_map(module).collect()
+}
+
 /// For each module of a crate that has some, its children, each with the siblings that it and those below it
-/// name outside comments and unit tests.
+/// name outside comments and unit tests, be it by what a module above imports of them.
 fn named_modules(sources: &Path) -> BTreeMap<ModulePath, BTreeMap<String, BTreeSet<String>>> {
-    let modules: BTreeMap<ModulePath, PathBuf> = files()
-        .into_iter()
-        .filter_map(|file| {
-            let inner = file.strip_prefix(sources).ok()?.with_extension("");
-            let path: ModulePath =
-                inner.iter().map(|part| part.to_string_lossy().into_owned()).collect();
-            let is_root = ["lib", "main", "bin"].contains(&path[0].as_str());
-            (!is_root).then_some((path, file))
-        })
+    let files = modules_of(sources);
+    let modules: BTreeSet<ModulePath> = files.keys().cloned().collect();
+    let code: BTreeMap<&ModulePath, String> =
+        files.iter().map(|(module, file)| (module, code_of(file))).collect();
+    let imports: BTreeMap<ModulePath, Imports> = code
+        .iter()
+        .map(|(module, code)| ((*module).clone(), imports_in(code, module, &modules)))
         .collect();
-    assert!(modules.len() > 1, "{} has no modules", sources.display());
     let mut named: BTreeMap<ModulePath, BTreeMap<String, BTreeSet<String>>> = BTreeMap::new();
-    for (module, file) in &modules {
-        let (name, parent) = module.split_last().expect("a file has a name");
+    for (module, code) in code {
+        let Some((name, parent)) = module.split_last() else { continue };
         named.entry(parent.to_vec()).or_default().entry(name.clone()).or_default();
-        let whole = text(file);
-        let code = whole.split("mod tests {").next().unwrap_or_default();
-        let code: Vec<&str> =
-            code.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
-        for path in paths_in(&code.join("\n"), module) {
+        let paths = paths_in(&code, module).into_iter();
+        for path in paths.flat_map(|path| followed(path, &imports, &modules)) {
             let together = path.iter().zip(module).take_while(|(one, other)| one == other).count();
             let (Some(other), Some(own)) = (path.get(together), module.get(together)) else {
                 continue;
             };
-            if modules.contains_key(&path[..=together]) {
+            if modules.contains(&path[..=together]) {
                 let siblings = named.entry(module[..together].to_vec()).or_default();
                 siblings.entry(own.clone()).or_default().insert(other.clone());
             }
@@ -504,59 +525,98 @@ fn named_modules(sources: &Path) -> BTreeMap<ModulePath, BTreeMap<String, BTreeS
     named
 }
 
-/// The paths that begin with `crate` or `super` in the code of a module, from the crate's root; of a list in
-/// braces, the first name of each entry ends one.
-fn paths_in(code: &str, module: &[String]) -> Vec<ModulePath> {
-    let is_part_of_name = |it: char| it.is_alphanumeric() || it == '_';
-    let mut paths = Vec::new();
-    let mut at = 0;
-    while let Some(found) =
-        code[at..].find("crate::").into_iter().chain(code[at..].find("super::")).min()
-    {
-        let mut rest = &code[at + found..];
-        let mut path: ModulePath = Vec::new();
-        if let Some(behind) = rest.strip_prefix("crate::") {
-            rest = behind;
-        } else {
-            path = module.to_vec();
-            while let Some(behind) = rest.strip_prefix("super::") {
-                path.pop();
-                rest = behind;
-            }
-        }
-        loop {
-            let name = rest.split(|it| !is_part_of_name(it)).next().unwrap_or_default();
-            path.extend((!name.is_empty()).then(|| name.to_owned()));
-            rest = &rest[name.len()..];
-            let Some(behind) = rest.strip_prefix("::").filter(|_| !name.is_empty()) else { break };
-            rest = behind;
-        }
-        at = code.len() - rest.len();
-        if !rest.starts_with('{') {
-            paths.push(path);
+/// A source without its unit tests and lines of comments.
+fn code_of(file: &Path) -> String {
+    let whole = text(file);
+    let code = whole.split("mod tests {").next().unwrap_or_default();
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// What a module imports of its own crate.
+fn imports_in(code: &str, module: &[String], modules: &BTreeSet<ModulePath>) -> Imports {
+    let mut imports = Imports::new();
+    for statement in code.split(';') {
+        let Some((before, tree)) = statement.rsplit_once("use ") else { continue };
+        let before = before.rsplit('\n').next().unwrap_or_default();
+        if !before.is_empty() && !before.starts_with("pub") {
             continue;
         }
-        let mut depth = 0;
-        let mut is_begin = true;
-        for (index, letter) in rest.char_indices() {
-            match letter {
-                '{' => depth += 1,
-                '}' => depth -= 1,
-                ',' if depth == 1 => is_begin = true,
-                _ => {}
-            }
-            if depth == 0 {
-                break;
-            }
-            if depth == 1 && is_begin && is_part_of_name(letter) {
-                let name = rest[index..].split(|it| !is_part_of_name(it)).next();
-                let name = name.unwrap_or_default().to_owned();
-                paths.push(path.iter().cloned().chain([name]).collect());
-                is_begin = false;
+        for (path, name) in expanded(tree) {
+            let first = path.split("::").next().unwrap_or_default();
+            let is_own = ["crate", "super", "self"].contains(&first)
+                || modules.contains(&absolute(first, module));
+            if is_own {
+                imports.insert(name, absolute(&path, module));
             }
         }
     }
+    imports
+}
+
+/// A path and, as long as a module on it imports its next name, the path that this stands for.
+fn followed(
+    path: ModulePath,
+    imports: &BTreeMap<ModulePath, Imports>,
+    modules: &BTreeSet<ModulePath>,
+) -> Vec<ModulePath> {
+    let next = |path: &ModulePath| {
+        // The first name on it that is of no module.
+        let end = (0..path.len()).find(|end| !modules.contains(&path[..=*end]))?;
+        let imported = imports.get(&path[..end])?.get(&path[end])?;
+        Some([imported.as_slice(), &path[end + 1..]].concat())
+    };
+    std::iter::successors(Some(path), next).collect()
+}
+
+/// The paths that begin with `crate` or `super` in the code of a module, from the crate's root.
+fn paths_in(code: &str, module: &[String]) -> Vec<ModulePath> {
+    let mut paths = Vec::new();
+    let mut rest = code;
+    while let Some(at) = rest.find("crate::").into_iter().chain(rest.find("super::")).min() {
+        rest = &rest[at..];
+        let is_of_path = |letter: char| letter.is_alphanumeric() || "_:".contains(letter);
+        let mut end = rest.find(|letter| !is_of_path(letter)).unwrap_or(rest.len());
+        if rest[..end].ends_with("::") && rest[end..].starts_with('{') {
+            end = rest.find(';').unwrap_or(rest.len());
+        }
+        paths.extend(expanded(&rest[..end]).iter().map(|(path, _)| absolute(path, module)));
+        rest = &rest[end..];
+    }
     paths
+}
+
+/// The paths of a tree as `use` has them, each with the name that it imports.
+fn expanded(tree: &str) -> Vec<(String, String)> {
+    let Some((head, list)) = tree.split_once('{') else {
+        let (path, name) = tree.split_once(" as ").unwrap_or((tree, tree));
+        let path = path.trim();
+        let name = name.trim().trim_end_matches("::self").rsplit("::").next().unwrap_or_default();
+        return vec![(path.to_owned(), name.to_owned())];
+    };
+    let mut depth = 1;
+    let entries = list.split(|letter| {
+        depth += i32::from(letter == '{') - i32::from(letter == '}');
+        depth == 0 || (depth == 1 && letter == ',')
+    });
+    entries
+        .filter(|entry| !entry.trim().is_empty())
+        .flat_map(|entry| expanded(&format!("{}{}", head.trim(), entry.trim())))
+        .collect()
+}
+
+/// A path in the code of a module, from the crate's root.
+fn absolute(path: &str, module: &[String]) -> ModulePath {
+    let mut absolute = module.to_vec();
+    for name in path.split("::") {
+        match name {
+            "crate" => absolute.clear(),
+            "super" => _ = absolute.pop(),
+            "self" | "" => {}
+            name => absolute.push(name.to_owned()),
+        }
+    }
+    absolute
 }
 
 /// Lines of code outside comments and unit tests that name a file, the environment or a clock.
