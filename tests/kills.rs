@@ -41,7 +41,7 @@ const STARTS: usize = 3;
 const N_REAL: usize = 2;
 /// What a busy machine adds to a bound of the protocol.
 const SLACK: Duration = Duration::from_millis(400);
-const LOOK: Duration = Duration::from_millis(10);
+const POLL_PERIOD: Duration = Duration::from_millis(10);
 
 /// Who is killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -202,7 +202,7 @@ impl FleetUnderTest {
                 return Err(run.wait(TIMEOUT).1);
             }
             assert!(start.elapsed() < TIMEOUT, "the wheels do not turn");
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_PERIOD);
         }
         Ok(())
     }
@@ -227,10 +227,10 @@ impl FleetUnderTest {
                 if process.0.try_wait().expect("it is our child").is_some() {
                     return process.wait(TIMEOUT);
                 }
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL_PERIOD);
             }
             signal(process, "STOP");
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_PERIOD);
         }
         signal(process, "CONT");
         process.wait(TIMEOUT)
@@ -277,7 +277,7 @@ impl FleetUnderTest {
                     inside.wheels.last()
                 );
                 drop(inside);
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL_PERIOD);
             }
             let inside = micro.inside();
             let Some(last) = inside.wheels.last() else { continue };

@@ -36,7 +36,7 @@ const STANDS_WITHIN: Duration = Duration::from_millis(500 + 400);
 const ANNOUNCED_WITHIN: Duration = Duration::from_secs(40);
 /// How often a run is started on a busy machine, until the robot drives.
 const STARTS: usize = 3;
-const LOOK: Duration = Duration::from_millis(10);
+const POLL_PERIOD: Duration = Duration::from_millis(10);
 
 /// The network of all but the robot: a bridge, with a port so that it is up without cables.
 fn make_base() {
@@ -180,7 +180,7 @@ impl FleetUnderTest {
                     let (_, printed) = run.wait(TIMEOUT);
                     panic!("the wheels do not turn:\n{printed}");
                 }
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL_PERIOD);
             }
             endings += &run.wait(TIMEOUT).1;
         }

@@ -61,7 +61,7 @@ fn publish(session: &Session, topic: &str, type_name: &str, qos: Qos) -> RawPubl
     session.publish_raw(topic, type_name, qos).expect("the topic is allowed")
 }
 
-async fn conduct(place: &Path) -> (RunReport, PathBuf) {
+async fn record_run(place: &Path) -> (RunReport, PathBuf) {
     let bag = place.join("bag");
     let plan = Plan::read(&Request {
         experiment: place.join("experiment.yaml"),
@@ -118,7 +118,7 @@ async fn recorded() {
     };
 
     let (report, path) = tokio::select! {
-        conducted = conduct(place.path()) => conducted,
+        recorded = record_run(place.path()) => recorded,
         () = sending => unreachable!("it goes on"),
     };
 
@@ -181,7 +181,7 @@ async fn described_by_a_prefix() {
     };
 
     let (report, path) = tokio::select! {
-        conducted = conduct(place.path()) => conducted,
+        recorded = record_run(place.path()) => recorded,
         () = sending => unreachable!("it goes on"),
     };
 
@@ -204,7 +204,7 @@ fn what_cannot_be_described_is_refused_by_name_before_anything_moves() {
         let session = session();
         let _battery = publish(&session, "/battery", BATTERY, Qos::best_effort(5));
 
-        let (report, bag) = conduct(place.path()).await;
+        let (report, bag) = record_run(place.path()).await;
 
         assert_eq!(report.ending.kind, EndingKind::Failed);
         let reason = report.ending.reason;

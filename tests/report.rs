@@ -6,7 +6,7 @@ use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::EndingKind;
 
 /// A folder with a small sweep, its chosen cell, and four bags.
-fn laboratory() -> tempfile::TempDir {
+fn lab_folder() -> tempfile::TempDir {
     let place = crate::prepared_sweeps::chosen();
     let here = place.path();
     Run::new(1).record(here, "one");
@@ -52,7 +52,7 @@ fn assert_well_formed(html: &str) {
 
 #[test]
 fn a_report_has_the_diagram_every_run_and_the_comparison() {
-    let place = laboratory();
+    let place = lab_folder();
     let here = place.path();
     done(here, &["label", "one", "--as", "unformed", "--by", "ana", "--note", "<hm>"]);
 
@@ -90,7 +90,7 @@ fn a_report_has_the_diagram_every_run_and_the_comparison() {
 
 #[test]
 fn real_runs_are_laid_over_a_diagram() {
-    let place = laboratory();
+    let place = lab_folder();
 
     let draw = ["diagram", "out", "-o", "runs.svg", "--bags", "one", "frozen"];
     done(place.path(), &draw);
@@ -101,7 +101,7 @@ fn real_runs_are_laid_over_a_diagram() {
 
 #[test]
 fn a_diagram_fits_a_column_of_a_journal_and_shows_both_worlds() {
-    let place = laboratory();
+    let place = lab_folder();
     let here = place.path();
     let draw = |name: &str, more: &[&str]| {
         done(here, &[&["diagram", "out", "-o", name], more].concat());
@@ -125,7 +125,7 @@ fn a_diagram_fits_a_column_of_a_journal_and_shows_both_worlds() {
 
 #[test]
 fn for_a_paper_a_picture_has_neither_title_nor_facts_and_cells_and_verdict_are_tables() {
-    let place = laboratory();
+    let place = lab_folder();
     let here = place.path();
     let written = |name: &str, command: &[&str]| {
         done(here, &[command, &["-o", name]].concat());
@@ -161,7 +161,7 @@ fn for_a_paper_a_picture_has_neither_title_nor_facts_and_cells_and_verdict_are_t
 
 #[test]
 fn a_run_without_poses_is_in_the_report_by_its_label_by_hand() {
-    let place = laboratory();
+    let place = lab_folder();
     let here = place.path();
     for bag in ["one", "blind"] {
         done(here, &["label", bag, "--as", "dispersion", "--by", "ana"]);

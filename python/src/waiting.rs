@@ -14,7 +14,7 @@ use rsrs_sim::sweep::Progress as Done;
 use crate::error::{panicked, raised, refused};
 
 /// How often progress is shown and signals are looked for: nobody notices the delay, and it costs nothing.
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_PERIOD: Duration = Duration::from_millis(20);
 
 /// Who is told how far work has come.
 pub enum Progress {
@@ -130,7 +130,7 @@ pub fn work<T: Send>(
             });
             let mut interrupt = None;
             loop {
-                match receive.recv_timeout(LOOK) {
+                match receive.recv_timeout(POLL_PERIOD) {
                     Ok(outcome) => return (outcome, interrupt),
                     Err(RecvTimeoutError::Disconnected) => {
                         unreachable!("the thread sends before it ends")
@@ -184,7 +184,7 @@ pub fn work_to_end<T: Send + 'static>(
     });
     py.detach(move || {
         loop {
-            match receive.recv_timeout(LOOK) {
+            match receive.recv_timeout(POLL_PERIOD) {
                 Ok(outcome) => return of_thread(outcome),
                 Err(RecvTimeoutError::Disconnected) => {
                     unreachable!("the thread sends before it ends")

@@ -62,7 +62,7 @@ fn spoilt(from: &Path, name: &str, spoil: impl Fn(&mut Odometry)) {
 }
 
 /// All sorts of bags, in a folder that may have a sweep in it.
-fn laboratory(place: tempfile::TempDir) -> (tempfile::TempDir, BagWriter) {
+fn lab_folder(place: tempfile::TempDir) -> (tempfile::TempDir, BagWriter) {
     let here = place.path();
     let good = Run::new(1).record(here, "good");
     write(here, "notes.mcap", "these are notes\n");
@@ -232,7 +232,7 @@ fn assert_lists(here: &Path, bag: &str, reason: &str, help: &str) {
 
 #[test]
 fn every_command_reports_what_is_wrong_with_a_bag_and_what_to_do_about_it() {
-    let (place, _writing) = laboratory(swept(SPEEDS, "true_positive: 0.8"));
+    let (place, _writing) = lab_folder(swept(SPEEDS, "true_positive: 0.8"));
     let here = place.path();
     let label = rsrs(here, &["label", "good", "--format", "json"]);
     write(here, "label.json", &stdout(&label));
@@ -273,7 +273,7 @@ fn every_command_reports_what_is_wrong_with_a_bag_and_what_to_do_about_it() {
 
 #[test]
 fn what_a_message_is_not_is_reported_with_where_it_is() {
-    let (place, _writing) = laboratory(place());
+    let (place, _writing) = lab_folder(place());
     let here = place.path();
 
     let printed = stderr(&rsrs(here, &["label", "short"]));
@@ -288,7 +288,7 @@ fn what_a_message_is_not_is_reported_with_where_it_is() {
 
 #[test]
 fn a_table_of_contents_that_makes_no_sense_is_named_by_line_and_written_anew() {
-    let (place, _writing) = laboratory(swept(SPEEDS, "true_positive: 0.8"));
+    let (place, _writing) = lab_folder(swept(SPEEDS, "true_positive: 0.8"));
     let here = place.path();
     let help = "mend it or move it away: bags are read without it, too";
 
@@ -310,7 +310,7 @@ fn a_table_of_contents_that_makes_no_sense_is_named_by_line_and_written_anew() {
 
 #[test]
 fn labels_that_were_spoilt_by_hand_stop_every_command_before_it_writes() {
-    let (place, _writing) = laboratory(swept(SPEEDS, "true_positive: 0.8"));
+    let (place, _writing) = lab_folder(swept(SPEEDS, "true_positive: 0.8"));
     let here = place.path();
     let spoilt = fs::read(here.join("edited/labels.yaml")).expect("it was written");
 
@@ -332,7 +332,7 @@ fn labels_that_were_spoilt_by_hand_stop_every_command_before_it_writes() {
 
 #[test]
 fn a_bag_that_is_still_written_is_not_taken_for_a_whole_one() {
-    let (place, writing) = laboratory(swept(SPEEDS, "true_positive: 0.8"));
+    let (place, writing) = lab_folder(swept(SPEEDS, "true_positive: 0.8"));
     let here = place.path();
     let so_far = "the recording breaks off after ";
     let doubt = " (or goes on: the file has just grown)";
@@ -359,7 +359,7 @@ fn a_bag_that_is_still_written_is_not_taken_for_a_whole_one() {
 
 #[test]
 fn an_empty_bag_is_reported_as_one_in_which_nothing_was_recorded() {
-    let (place, _writing) = laboratory(place());
+    let (place, _writing) = lab_folder(place());
     let here = place.path();
 
     let text = stdout(&rsrs(here, &["bag", "info", "silent"]));

@@ -169,7 +169,7 @@ fn tracked(body: &Body) -> PoseStamped {
 }
 
 /// A folder with a campaign of three short runs of robots that have base drivers.
-fn laboratory() -> tempfile::TempDir {
+fn lab_folder() -> tempfile::TempDir {
     let place = super::place();
     let mut fleet = "fileversion: 1\nall: {cmd_vel: twist_stamped, pose: pose}\nrobot_types:\n  \
         flockbot: {profile: ../profiles/flockbot.yaml, driver: {kind: ros}}\nrobots:\n"
@@ -265,7 +265,7 @@ impl Console {
 
 #[test]
 fn a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end() {
-    in_own_network(async || with_live_robots(conduct).await);
+    in_own_network(async || with_live_robots(run_interrupted).await);
 }
 
 /// Runs the nodes of robots and their hardware while something is done with them.
@@ -291,8 +291,8 @@ async fn with_live_robots(done: fn(&Bodies)) {
     session.close().await;
 }
 
-fn conduct(bodies: &Bodies) {
-    let place = laboratory();
+fn run_interrupted(bodies: &Bodies) {
+    let place = lab_folder();
     let out = place.path().join("out");
     let [first, second, third] = EXPERIMENTS;
 
@@ -343,8 +343,8 @@ fn conduct(bodies: &Bodies) {
 }
 
 /// Goes through a campaign of one run whose robots a program places.
-fn conduct_placed(bodies: &Bodies) {
-    let place = laboratory();
+fn run_placed(bodies: &Bodies) {
+    let place = lab_folder();
     let one = "experiments:\n- {experiment: short.yaml, seeds: [5]}\n";
     write(place.path(), "campaign.yaml", one);
     let start = |program: &str| {
@@ -390,7 +390,7 @@ fn conduct_placed(bodies: &Bodies) {
 
 #[test]
 fn a_program_places_the_robots_of_a_campaign_and_stops_it_when_it_cannot() {
-    in_own_network(async || with_live_robots(conduct_placed).await);
+    in_own_network(async || with_live_robots(run_placed).await);
 }
 
 /// The bag of a run of the fleet, in which every robot began where it was to begin, and drove.

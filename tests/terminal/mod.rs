@@ -14,7 +14,7 @@ use crate::processes::Process;
 
 /// Until something is on a screen, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_PERIOD: Duration = Duration::from_millis(20);
 
 /// A terminal for the standard input of a program, or for all of it.
 pub struct Terminal {
@@ -141,7 +141,7 @@ impl Window {
             let is_late = start.elapsed() > PATIENCE;
             // What was written last is still being read when the program ends.
             assert!(!is_late, "{what} never shows ({ended:?}):\n{}", self.text());
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_PERIOD);
         }
     }
 
@@ -165,7 +165,7 @@ impl Window {
         let (status, _) = self.process.wait(PATIENCE);
         let start = Instant::now();
         while !self.is_as_before() && start.elapsed() < Duration::from_secs(5) {
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_PERIOD);
         }
         status
     }

@@ -24,8 +24,8 @@ pub struct BagArguments {
     /// not count).
     #[arg(long)]
     pub with_lost_robots: bool,
-    /// Count runs whose poses cannot be those of the commanded robots, or of which a robot did not move,
-    /// too (default: they are listed, and do not count).
+    /// Count runs whose poses cannot be those of the commanded robots, or in which a robot did not
+    /// move, too (default: they are listed, and do not count).
     #[arg(long)]
     pub with_implausible: bool,
     /// By how much real robots may mill less often than simulated ones and still support the claim;
@@ -41,7 +41,7 @@ pub struct BagArguments {
 
 impl BagArguments {
     /// What is compared, and how.
-    pub fn of(&self, bags: &[PathBuf]) -> compare::CompareOptions {
+    pub fn options(&self, bags: &[PathBuf]) -> compare::CompareOptions {
         let Self { labels, with_lost_robots, with_implausible, margin, poses, other } =
             self.clone();
         let (bags, other_profile) = (bags.to_vec(), other.profile());

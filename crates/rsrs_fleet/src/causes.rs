@@ -24,7 +24,7 @@ pub struct Cause {
     /// What it means.
     pub means: &'static str,
     /// What to do about it.
-    pub remedy: &'static str,
+    pub help: &'static str,
 }
 
 /// Causes that belong together.
@@ -42,7 +42,7 @@ pub struct Chapter {
 /// and what to do. A variant without a row does not compile.
 #[macro_export]
 macro_rules! causes {
-    ($all:ident { $($variant:ident $example:tt: $means:literal, $remedy:literal;)* }) => {{
+    ($all:ident { $($variant:ident $example:tt: $means:literal, $help:literal;)* }) => {{
         // A variant without a row does not compile.
         let _is_listed = |of: &$all| match of {
             $($all::$variant { .. } => {})*
@@ -50,7 +50,7 @@ macro_rules! causes {
         vec![$($crate::causes::Cause {
             shown: $all::$variant $example.to_string(),
             means: $means,
-            remedy: $remedy,
+            help: $help,
         }),*]
     }};
 }
@@ -225,7 +225,7 @@ fn voids() -> Vec<Cause> {
         shown: runner::world_replaced(),
         means: "Whatever its pace: somebody set the simulator's parameters, reset it or moved its robots by hand, \
                 before they were armed, or in a countdown or a pause.",
-        remedy: "Run it again; look for a second runner.",
+        help: "Run it again; look for a second runner.",
     });
     causes
 }
@@ -245,7 +245,7 @@ fn stands() -> Vec<Cause> {
     causes.push(Cause {
         shown: WORLD_REPLACED.to_owned(),
         means: "Somebody set the simulator's parameters, or reset it, while the run was paused.",
-        remedy: "Run it again; look for a second runner.",
+        help: "Run it again; look for a second runner.",
     });
     causes
 }
@@ -262,9 +262,9 @@ pub fn page(more: &[Chapter]) -> String {
     for Chapter { title, about, causes } in chapters().iter().chain(more) {
         write!(page, "\n## {title}\n\n{about}\n\n| shown | means | do |\n|---|---|---|\n")
             .expect("a string takes any text");
-        for Cause { shown, means, remedy } in causes {
+        for Cause { shown, means, help } in causes {
             let shown = in_cell(shown);
-            writeln!(page, "| {shown} | {means} | {remedy} |").expect("a string takes any text");
+            writeln!(page, "| {shown} | {means} | {help} |").expect("a string takes any text");
         }
     }
     page
@@ -290,7 +290,7 @@ mod tests {
             for cause in &chapter.causes {
                 assert!(shown.insert(cause.shown.clone()), "{}", cause.shown);
                 assert!(cause.means.ends_with('.'), "{}", cause.means);
-                assert!(cause.remedy.ends_with('.'), "{}", cause.remedy);
+                assert!(cause.help.ends_with('.'), "{}", cause.help);
             }
         }
     }

@@ -80,7 +80,7 @@ pub enum StopOutcome {
 pub struct RobotAcknowledgement {
     /// The robot.
     pub robot: String,
-    /// From the first word until its acknowledgement was received; `None` if it has not acknowledged.
+    /// From the first message until its acknowledgement was received; `None` if it has not acknowledged.
     pub acknowledged_after: Option<Duration>,
     /// Its last status; `None` if none was received.
     pub last: Option<Status>,
@@ -92,7 +92,7 @@ pub const MOST_ROBOTS: usize = 1_000;
 /// Stops, or releases, every robot there is.
 #[derive(Clone, Debug, Default)]
 pub struct Stopper {
-    word: StopCommand,
+    command: StopCommand,
     robots: BTreeMap<String, LastStatus>,
     /// By who reports them: the locks of robots.
     locks: BTreeMap<Source, Locks>,
@@ -116,8 +116,8 @@ struct LastStatus {
 
 impl Stopper {
     /// A stopper without robots that has published nothing.
-    pub fn new(word: StopCommand) -> Self {
-        Self { word, ..Self::default() }
+    pub fn new(command: StopCommand) -> Self {
+        Self { command, ..Self::default() }
     }
 
     /// The same over another transport, on which it depends how long it looks for robots.
@@ -163,15 +163,15 @@ impl Stopper {
             }
             Event::Status { robot, .. } if !self.follows(&robot) => {}
             Event::Status { robot, status } => {
-                let (word, is_published) = (self.word, self.published.is_some());
+                let (command, is_published) = (self.command, self.published.is_some());
                 let received = self.robots.entry(robot).or_default();
                 let last = received.last.as_ref().map(|(status, at)| (status.counter, *at));
                 if !status.is_news(last, now) {
                     return;
                 }
-                // A status that contradicts an earlier one counts: another word may have come after
+                // A status that contradicts an earlier one counts: another command may have come after
                 // ours.
-                received.acknowledged = (is_published && acknowledges(word, &status))
+                received.acknowledged = (is_published && acknowledges(command, &status))
                     .then(|| received.acknowledged.unwrap_or(now));
                 received.last = Some((status, now));
             }
@@ -205,7 +205,7 @@ impl Stopper {
     /// Publishes the command ten times a second; a release only after a look at what it would do.
     fn due_messages(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
         if self.published.is_none()
-            && self.word == StopCommand::Release
+            && self.command == StopCommand::Release
             && (elapsed < self.transport.robot_search_duration() || self.is_in_run())
         {
             return Vec::new();
@@ -215,7 +215,7 @@ impl Stopper {
         }
         let first = self.published.map_or(now, |(first, _)| first);
         self.published = Some((first, now));
-        if self.word == StopCommand::Engage {
+        if self.command == StopCommand::Engage {
             return vec![Action::Publish(true)];
         }
         // Locks without sources, as that of twist_mux, receive a `false`.
@@ -251,7 +251,7 @@ impl Stopper {
     fn ending(&self, elapsed: Duration) -> Option<StopOutcome> {
         let all = !self.robots.is_empty()
             && self.robots.values().all(|received| received.acknowledged.is_some());
-        if self.word == StopCommand::Release
+        if self.command == StopCommand::Release
             && elapsed >= self.transport.robot_search_duration()
             && self.published.is_none()
         {
@@ -276,8 +276,8 @@ impl Stopper {
 
 /// A robot whose hardware has failed reports that, and that the e-stop holds it: it may be
 /// repaired.
-fn acknowledges(word: StopCommand, status: &Status) -> bool {
-    match word {
+fn acknowledges(command: StopCommand, status: &Status) -> bool {
+    match command {
         StopCommand::Engage => status.holds_e_stop(),
         StopCommand::Release => !status.holds_e_stop(),
     }

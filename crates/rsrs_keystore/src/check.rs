@@ -100,7 +100,7 @@ fn problems_in(
     if texts.contains_key(KEY) {
         problems.extend(readable_by_others(&folder.join(KEY)));
     }
-    problems.extend(strangers(texts).into_iter().map(content));
+    problems.extend(mismatches(texts).into_iter().map(content));
     if let Some(document) = texts.get(GOVERNANCE) {
         match governance(document) {
             Ok(governance) => {
@@ -147,7 +147,7 @@ fn out_of_time(
 }
 
 /// Files that do not belong together: nobody would authenticate who has them, or let them in.
-fn strangers(texts: &Texts) -> Vec<(&'static str, String)> {
+fn mismatches(texts: &Texts) -> Vec<(&'static str, String)> {
     let mut found = Vec::new();
     let both = |one, other| texts.get(one).zip(texts.get(other));
     if texts.get(KEY).is_some_and(|key| !certificate::is_key(key)) {

@@ -135,7 +135,7 @@ async fn made(
     trial: Trial,
     operator: &dyn TrialOperator,
 ) -> anyhow::Result<(TrialResult, RunSummary)> {
-    let summary = trial_nodes.conduct(plan).await?;
+    let summary = trial_nodes.run(plan).await?;
     if let Trial::Stand { neighbour, samples } = trial {
         let robot = &plan.robots[0].name;
         let found = sensor_readings::count(&plan.bag, robot, Some(samples))?;

@@ -26,7 +26,7 @@ use crate::label::{human, none, phase_of};
 /// Radius of robots whose radius is not in the bag, in metres.
 const SOME_RADIUS_M: f64 = 0.05;
 /// How often the phase of a film is looked at, in seconds.
-const LOOK_S: f64 = 2.0;
+const PHASE_PERIOD_S: f64 = 2.0;
 /// For how long the way that a robot came is shown in a film, in seconds.
 const TAIL_S: f64 = 20.0;
 
@@ -173,8 +173,8 @@ impl DrawnRun {
         {
             return vec![(0.0, none(why))];
         }
-        let n_look = samples_in(LOOK_S, trajectory.period_s);
-        let looks = (1..=trajectory.n_samples() / n_look).map(|look| look * n_look);
+        let n_period = samples_in(PHASE_PERIOD_S, trajectory.period_s);
+        let looks = (1..=trajectory.n_samples() / n_period).map(|look| look * n_period);
         let phase = |n_samples: usize| {
             let order = order_of(trajectory, n_samples, bodies, *behaviour)?;
             let words = if order.is_whole() {

@@ -46,7 +46,7 @@ pub fn text(answer: &ValidationReport) -> Words {
         let loses_object =
             validation.outside().all(|place| place.object.is_some()) && answer.turning.is_none();
         blocks.extend(loses_object.then(|| OBJECT_REMEDY.into()));
-        blocks.push(remedy(answer).into());
+        blocks.push(help(answer).into());
     }
     blocks.push(capabilities(answer));
     let warning = |lost| format!("warning: {lost}").into();
@@ -216,7 +216,7 @@ fn side(amount: f64, positive: &str, negative: &str) -> String {
 }
 
 /// What would contain the trials.
-fn remedy(answer: &ValidationReport) -> String {
+fn help(answer: &ValidationReport) -> String {
     if let Some(turning) = &answer.turning {
         return turned(turning);
     }

@@ -64,7 +64,7 @@ impl Level {
 /// it complains about readers of a participant that has gone.
 const MIDDLEWARE: [(&str, LevelFilter); 11] = [
     ("rustdds", LevelFilter::Error),
-    // A receive buffer that the kernel keeps small loses samples, and the text names the remedy.
+    // A receive buffer that the kernel keeps small loses samples, and the text states what to do.
     ("rustdds::network::udp_listener", LevelFilter::Warn),
     // Whatever is refused in a secured network is logged for each datagram: those of strangers, who
     // could fill the disk, and those of members until they have authenticated each other.

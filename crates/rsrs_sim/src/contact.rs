@@ -103,7 +103,7 @@ impl Borders {
     }
 
     /// The border for bodies of a radius: in a square, centres stay within `side / 2 - radius` on both axes.
-    pub fn of(&self, radius_m: f64) -> Border {
+    pub fn for_radius(&self, radius_m: f64) -> Border {
         let walls = self.walls;
         match &self.space {
             None => {
@@ -256,7 +256,7 @@ mod tests {
         let border = |walls| {
             let arena = Arena { side_m: 2.0, walls };
             let conditions = Conditions { arena, ..flockbot_conditions() };
-            Borders::new(&conditions).of(0.1).drive((0.85, 0.2), (0.95, 0.3))
+            Borders::new(&conditions).for_radius(0.1).drive((0.85, 0.2), (0.95, 0.3))
         };
 
         assert_eq!(border(Walls::None), (0.95, 0.3));

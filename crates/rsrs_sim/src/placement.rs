@@ -198,7 +198,7 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
     if conditions.robots > at_most {
         return Err(refuse(None));
     }
-    let border = Borders::new(conditions).of(radius_m);
+    let border = Borders::new(conditions).for_radius(radius_m);
     let mut poses: Vec<Pose> = Vec::with_capacity(conditions.robots);
     let mut taken = Taken::new(area.half_m(), spacing_m, conditions.robots);
     for robot in 0..conditions.robots {

@@ -122,7 +122,7 @@ impl Pushing {
             weight: 1.0,
             contact: robot.contact,
             is_object: false,
-            border: borders.of(robot.radius_m),
+            border: borders.for_radius(robot.radius_m),
         };
         let object = |object: Object| Body {
             radius_m: object.radius_m,
@@ -130,7 +130,7 @@ impl Pushing {
             weight: object.weight,
             contact: ContactModel::Push,
             is_object: true,
-            border: borders.of(object.radius_m),
+            border: borders.for_radius(object.radius_m),
         };
         let places = || vec![[0.0; 2]; n_bodies];
         let objects = conditions.world.each_object().map(object);

@@ -43,7 +43,7 @@ impl WorldParameters {
             period_s: conditions.period_s as f32,
             view: FieldOfView::new(robot),
             contact: Contact::new(robot),
-            border: Borders::new(conditions).of(robot.radius_m),
+            border: Borders::new(conditions).for_radius(robot.radius_m),
             friction: match robot.contact {
                 ContactModel::Push => robot.contact_friction,
                 ContactModel::Stop | ContactModel::None => 0.0,

@@ -53,7 +53,7 @@ struct Hosted {
     gate_status: Option<Publisher<RobotStatus>>,
     arming: Arming,
     /// Whether the robot sees a virtual one, in a mixed fleet.
-    sight: VirtualDetection,
+    virtual_detection: VirtualDetection,
     /// What its controller needs besides `detection`.
     further: BTreeMap<String, (Stamp, Subscription)>,
 }
@@ -148,10 +148,20 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     } else {
         None
     };
-    let (arming, sight) = (Arming::Disarmed, VirtualDetection::default());
+    let (arming, virtual_detection) = (Arming::Disarmed, VirtualDetection::default());
     let robot = robot.to_owned();
     let further = BTreeMap::new();
-    Ok(Hosted { robot, machine, node, cmd_vel, status, gate_status, arming, sight, further })
+    Ok(Hosted {
+        robot,
+        machine,
+        node,
+        cmd_vel,
+        status,
+        gate_status,
+        arming,
+        virtual_detection,
+        further,
+    })
 }
 
 fn subscribe_detection(
@@ -295,7 +305,7 @@ async fn run_loop(
             }
             Some(received) = events.recv() => {
                 if let Input::Virtual(index, detection) = received {
-                    hosted[index].sight.receive(detection, Instant::now());
+                    hosted[index].virtual_detection.receive(detection, Instant::now());
                 }
                 for (index, event) in dispatch(received, hosted, server, &mut complaints) {
                     let is_set = matches!(event, Event::Parameters(_));
@@ -333,7 +343,8 @@ fn dispatch(
     let all = |event: Event| (0..hosted.len()).map(|index| (index, event.clone())).collect();
     match received {
         Input::Of(index, Event::Detection(detected)) => {
-            let detected = hosted[index].sight.with(Bool { data: detected }, Instant::now());
+            let detected =
+                hosted[index].virtual_detection.with(Bool { data: detected }, Instant::now());
             vec![(index, Event::Detection(detected))]
         }
         Input::Of(index, event) => vec![(index, event)],

@@ -35,17 +35,17 @@ mod tests {
 
     #[test]
     fn a_virtual_robot_is_seen_beside_real_ones_until_the_simulator_falls_silent() {
-        let mut sight = VirtualDetection::default();
+        let mut detection = VirtualDetection::default();
         let start = Instant::now();
-        assert!(!sight.with(NOT_SEEN, start));
-        assert!(sight.with(SEEN, start));
+        assert!(!detection.with(NOT_SEEN, start));
+        assert!(detection.with(SEEN, start));
 
-        sight.receive(SEEN, start);
+        detection.receive(SEEN, start);
 
-        assert!(sight.with(NOT_SEEN, start + Duration::from_millis(499)));
-        assert!(!sight.with(NOT_SEEN, start + FORGOTTEN_AFTER), "it has gone");
-        sight.receive(NOT_SEEN, start);
-        assert!(!sight.with(NOT_SEEN, start));
-        assert!(sight.with(SEEN, start), "the robot's own sensor counts whatever it reports");
+        assert!(detection.with(NOT_SEEN, start + Duration::from_millis(499)));
+        assert!(!detection.with(NOT_SEEN, start + FORGOTTEN_AFTER), "it has gone");
+        detection.receive(NOT_SEEN, start);
+        assert!(!detection.with(NOT_SEEN, start));
+        assert!(detection.with(SEEN, start), "the robot's own sensor counts whatever it reports");
     }
 }

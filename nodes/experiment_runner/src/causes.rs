@@ -31,18 +31,18 @@ fn of_readings() -> [Cause; 4] {
         Cause {
             shown: first.to_string(),
             means: "The robot's further sensor has a publisher, and nothing came from it while the robots moved.",
-            remedy: "`ros2 topic hz` on its topic before the next run.",
+            help: "`ros2 topic hz` on its topic before the next run.",
         },
         Cause {
             shown: loss.to_string(),
             means: "A further sensor fell silent; a robot without one of its readings is not commanded.",
-            remedy: "Look at the sensor, and at the node that publishes it.",
+            help: "Look at the sensor, and at the node that publishes it.",
         },
         Cause {
             shown: controller::nothing_on("wall"),
             means: "In the log of a controller: its table needs the reading, which did not come for a second, or not \
                     with the last detections.",
-            remedy: "Start who publishes it, or look at its name.",
+            help: "Start who publishes it, or look at its name.",
         },
         Cause {
             shown: contradictions::in_words(
@@ -50,7 +50,7 @@ fn of_readings() -> [Cause; 4] {
                 ["/robot_3/detection", "/robot_3/detection/wall"].map(str::to_owned),
             ),
             means: "What the robot publishes is not what its profile says of its sensor.",
-            remedy: "Publish the nearest thing alone, or give the profile two sensors.",
+            help: "Publish the nearest thing alone, or give the profile two sensors.",
         },
     ]
 }
@@ -64,24 +64,24 @@ fn of_objects() -> [Cause; 4] {
         Cause {
             shown: missing.to_string(),
             means: "Nobody publishes where an object is that the world of the run has.",
-            remedy: "Have the tracker publish it, or start with another world's file.",
+            help: "Have the tracker publish it, or start with another world's file.",
         },
         Cause {
             shown: Finding::LostObject { object: object(), time_s: 12.0 }.to_string(),
             means: "The tracker did not see it for a while; `rsrs label` says so, and no behaviour over objects is \
                     judged.",
-            remedy: "Look at the markers of the object, and at who covers them.",
+            help: "Look at the markers of the object, and at who covers them.",
         },
         Cause {
             shown: Finding::ObjectFrame { object: object(), found, expected }.to_string(),
             means: "Robots and objects are tracked in two frames.",
-            remedy: "Publish both in one.",
+            help: "Publish both in one.",
         },
         Cause {
             shown: Finding::ObjectJump { object: object(), by_m: 0.8, in_s: 0.1, time_s: 12.0 }
                 .to_string(),
             means: "Its poses cannot be those of one object that robots push.",
-            remedy: "As the message asks; define the bodies of objects that are alike by different markers.",
+            help: "As the message asks; define the bodies of objects that are alike by different markers.",
         },
     ]
 }
@@ -114,7 +114,7 @@ fn of_recorder() -> Vec<Cause> {
 /// What may happen to the files. Most of [`BagError`] is about bags that are read.
 fn of_writer() -> Vec<Cause> {
     let path = || "results/bag".into();
-    let cause = |error: BagError, means, remedy| Cause { shown: error.to_string(), means, remedy };
+    let cause = |error: BagError, means, help| Cause { shown: error.to_string(), means, help };
     let no_space = || io::Error::from(io::ErrorKind::StorageFull);
     vec![
         cause(

@@ -75,11 +75,11 @@ pub fn join(network: &SessionOptions) -> Result<Session, SessionError> {
 /// If the network cannot be used. A robot that does not acknowledge is part of the report.
 pub async fn command_all(
     session: Session,
-    word: StopCommand,
+    command: StopCommand,
     robots: &[String],
     interrupt: impl Future<Output = ()>,
 ) -> anyhow::Result<StopReport> {
-    let given = StopNode::new(&session, Stopper::new(word).over(session.transport()));
+    let given = StopNode::new(&session, Stopper::new(command).over(session.transport()));
     let report = match given {
         Ok(mut stop_node) => tokio::select! {
             report = stop_node.run(robots, interrupt) => report,
@@ -134,7 +134,7 @@ impl<'a> StopNode<'a> {
         interrupt: impl Future<Output = ()>,
     ) -> anyhow::Result<StopReport> {
         let (received, mut events) = unbounded_channel();
-        // The first word goes out before anything else is looked at.
+        // The first message goes out before anything else is looked at.
         self.advance(Event::Tick).await;
         for robot in robots {
             self.find(robot, &received).await;

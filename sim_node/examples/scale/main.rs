@@ -8,7 +8,7 @@
 //! another build of this program, whose simulator is used instead. Everything happens in a network of its
 //! own, with this process as every controller, the runner and the recorder.
 
-mod conductor;
+mod fleet_runner;
 
 use std::io::Write;
 use std::path::Path;
@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use clap::Parser;
-use conductor::{Conductor, Report, TimeMode, conditions, names};
+use fleet_runner::{FleetRunner, Report, TimeMode, conditions, names};
 use rsrs_ros::confine;
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{Session, SessionOptions};
@@ -64,13 +64,13 @@ async fn measure(
     let mut simulator = simulator(n_robots, other)?;
     let options = SessionOptions { domain_id: DOMAIN, interfaces: vec![LOOPBACK], enclave: None };
     let session = Session::open(&options)?;
-    let mut conductor = Conductor::new(&session, n_robots, pace).await;
+    let mut fleet_runner = FleetRunner::new(&session, n_robots, pace).await;
     let matched_s = begun.elapsed().as_secs_f64();
-    conductor.place().await;
+    fleet_runner.place().await;
     let (cpu_s, report) = match pace {
         TimeMode::Lockstep { .. } => {
             let before = cpu_s(&simulator)?;
-            let report = conductor.conduct(LONGEST).await;
+            let report = fleet_runner.run(LONGEST).await;
             (cpu_s(&simulator)? - before, report)
         }
         TimeMode::RealTime => {
@@ -81,7 +81,7 @@ async fn measure(
                 anyhow::Ok(cpu_s(&simulator)? - before)
             };
             let whole = WARM_UP + Duration::from_secs_f64(seconds);
-            let (cpu_s, report) = tokio::join!(watching, conductor.conduct(whole));
+            let (cpu_s, report) = tokio::join!(watching, fleet_runner.run(whole));
             (cpu_s?, report)
         }
     };
@@ -91,7 +91,7 @@ async fn measure(
         TimeMode::RealTime => seconds,
         TimeMode::Lockstep { .. } => report.took.as_secs_f64(),
     };
-    drop(conductor);
+    drop(fleet_runner);
     session.close().await;
     if report.steps == 0 || report.moving < n_robots {
         bail!(

@@ -187,7 +187,7 @@ pub fn armed_lease() -> RunLease {
     }
 }
 
-/// Waits until the simulator receives all that a conductor publishes.
+/// Waits until the simulator receives all that a fleet runner publishes.
 pub async fn until_it_listens(session: &Session) {
     for topic in [topics::LEASE, topics::RECORDED] {
         session.wait_for_readers(topic.name, 1, TIMEOUT).await.expect("the simulator subscribes");

@@ -69,7 +69,7 @@ fn listen(
 async fn run() {
     let _simulator = start();
     let session = session();
-    let node = session.node("/", "conductor").expect("the name is allowed");
+    let node = session.node("/", "fleet_runner").expect("the name is allowed");
     let simulator = Latest::<RobotStatus>::new(&session, &node, topics::SIMULATOR_STATUS);
     let robots = Latest::<RobotStatus>::new(&session, &node, topics::STATUS);
     let (to_received, mut received) = unbounded_channel();
@@ -86,17 +86,17 @@ async fn run() {
     let armed = simulator.in_state(RobotState::Armed).await;
     assert_eq!(armed.parameter_digest, world.digest());
 
-    let mut conductor = Conductor::new(&session, &node, &robots);
-    let run = conductor.conduct(&mut received);
+    let mut fleet_runner = FleetRunner::new(&session, &node, &robots);
+    let run = fleet_runner.run(&mut received);
     tokio::time::timeout(TIMEOUT, run).await.expect("the run ends");
 
     let stopped = simulator.in_state(RobotState::Stopped).await;
     assert_eq!(stopped.stop_reason, "all steps are made");
     assert_eq!(stopped.parameter_digest, world.digest());
-    let bits: Vec<u64> = conductor.digests.iter().map(|digest| digest.digest).collect();
+    let bits: Vec<u64> = fleet_runner.digests.iter().map(|digest| digest.digest).collect();
     assert!(bits == expected, "the states differ from those of the replicate");
     // The pose of a step comes with the command that led to it.
-    let (obeyed, commanded) = (&conductor.obeyed, &conductor.commanded);
+    let (obeyed, commanded) = (&fleet_runner.obeyed, &fleet_runner.commanded);
     assert_eq!(obeyed[0], Command::STOP);
     assert_eq!(obeyed[1..], commanded[..obeyed.len() - 1]);
     drop(subscriptions);
@@ -109,7 +109,7 @@ fn command_of(odometry: &Odometry) -> Command {
 }
 
 /// The runner, the controllers and the recorder in one.
-struct Conductor<'a> {
+struct FleetRunner<'a> {
     robots: &'a Latest<RobotStatus>,
     leases: Publisher<RunLease>,
     recorded: Publisher<Recorded>,
@@ -123,7 +123,7 @@ struct Conductor<'a> {
     commanded: Vec<Command>,
 }
 
-impl<'a> Conductor<'a> {
+impl<'a> FleetRunner<'a> {
     fn new(session: &Session, node: &NodeHandle, robots: &'a Latest<RobotStatus>) -> Self {
         Self {
             robots,
@@ -141,7 +141,7 @@ impl<'a> Conductor<'a> {
     }
 
     /// Leads the run until every digest has come, and every detection was answered.
-    async fn conduct(&mut self, received: &mut UnboundedReceiver<Input>) {
+    async fn run(&mut self, received: &mut UnboundedReceiver<Input>) {
         let mut lease = armed_lease();
         let mut beat = tokio::time::interval(Duration::from_millis(50));
         while (self.digests.len() as u64) < STEPS || self.steps_answered != [STEPS; ROBOTS.len()] {

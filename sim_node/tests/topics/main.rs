@@ -1,8 +1,8 @@
 //! The simulator node as a process, over real DDS in a network of its own.
 
 #[expect(dead_code, reason = "the example that it belongs to measures time, too")]
-#[path = "../../examples/scale/conductor.rs"]
-mod conductor;
+#[path = "../../examples/scale/fleet_runner.rs"]
+mod fleet_runner;
 
 mod fleet;
 mod lockstep;

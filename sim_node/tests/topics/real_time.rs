@@ -35,7 +35,7 @@ fn in_real_time_robots_move_while_their_gates_let_them_and_stand_within_the_leas
 async fn run() {
     let _simulator = start();
     let session = session();
-    let node = session.node("/", "conductor").expect("the name is allowed");
+    let node = session.node("/", "fleet_runner").expect("the name is allowed");
     let seen = Seen {
         simulator: Latest::new(&session, &node, topics::SIMULATOR_STATUS),
         robots: Latest::new(&session, &node, topics::STATUS),
@@ -50,14 +50,14 @@ async fn run() {
 
     seen.stands_and_senses_before_the_start(world.digest()).await;
     // Controllers may come later than the world.
-    let mut conductor = Conductor::new(&session, &node, &seen.robots);
+    let mut fleet_runner = FleetRunner::new(&session, &node, &seen.robots);
     until_a_twist_is_received(&session).await;
-    conductor.until(|| seen.robots.all_in_state(RobotState::Armed)).await;
-    conductor.lease.state = u8::from(LeaseState::Running);
-    seen.moves(&mut conductor).await;
-    seen.one_that_receives_no_command_stands(&mut conductor).await;
-    seen.stops_without_leases(&world, &mut conductor).await;
-    seen.stays_when_leases_come_back(&mut conductor).await;
+    fleet_runner.until(|| seen.robots.all_in_state(RobotState::Armed)).await;
+    fleet_runner.lease.state = u8::from(LeaseState::Running);
+    seen.moves(&mut fleet_runner).await;
+    seen.one_that_receives_no_command_stands(&mut fleet_runner).await;
+    seen.stops_without_leases(&world, &mut fleet_runner).await;
+    seen.stays_when_leases_come_back(&mut fleet_runner).await;
 
     assert!(seen.clock.only().is_none(), "in real time nobody publishes /clock");
     session.close().await;
@@ -91,7 +91,7 @@ impl Seen {
         assert_eq!(self.digest.only().expect("it comes with every period").step, 1);
     }
 
-    async fn moves(&self, conductor: &mut Conductor<'_>) {
+    async fn moves(&self, fleet_runner: &mut FleetRunner<'_>) {
         let start = self.odom.places();
         let has_moved = |robot: usize| {
             let (from, to) = (start[robot], self.odom.place(ROBOTS[robot]));
@@ -100,7 +100,7 @@ impl Seen {
         };
 
         // The third robot's commands carry no stamp.
-        conductor.until(|| (0..ROBOTS.len()).all(has_moved)).await;
+        fleet_runner.until(|| (0..ROBOTS.len()).all(has_moved)).await;
 
         assert_eq!(
             self.simulator.only().expect("it publishes").state,
@@ -114,26 +114,26 @@ impl Seen {
         assert!(age_ns.is_some_and(|age_ns| age_ns < 5_000_000_000), "{age_ns:?}");
     }
 
-    async fn one_that_receives_no_command_stands(&self, conductor: &mut Conductor<'_>) {
-        conductor.silent = Some(0);
+    async fn one_that_receives_no_command_stands(&self, fleet_runner: &mut FleetRunner<'_>) {
+        fleet_runner.silent = Some(0);
         let stands = || {
             let odometry = self.odom.get(ROBOTS[0]).expect("it has moved");
             odometry.twist.twist == Twist::default()
         };
-        conductor.until(stands).await;
+        fleet_runner.until(stands).await;
         let (first, second) = (self.odom.place(ROBOTS[0]), self.odom.place(ROBOTS[1]));
 
-        conductor.until(|| self.odom.place(ROBOTS[1]) != second).await;
+        fleet_runner.until(|| self.odom.place(ROBOTS[1]) != second).await;
 
         let (now, then) = (self.odom.place(ROBOTS[0]).expect("it is there"), first);
         let then = then.expect("it was there");
         assert_eq!(now[..2], then[..2], "it stands while the others go on");
     }
 
-    async fn stops_without_leases(&self, world: &World, conductor: &mut Conductor<'_>) {
+    async fn stops_without_leases(&self, world: &World, fleet_runner: &mut FleetRunner<'_>) {
         let silence = Instant::now();
-        conductor.runner = Runner::Dead;
-        conductor.until(|| self.robots.all_in_state(RobotState::Stopped)).await;
+        fleet_runner.runner = Runner::Dead;
+        fleet_runner.until(|| self.robots.all_in_state(RobotState::Stopped)).await;
         let stopped = self.simulator.in_state(RobotState::Stopped).await;
         assert!(silence.elapsed() < LEASE_DURATION + MARGIN, "{:?}", silence.elapsed());
         assert_eq!(stopped.stop_reason, "every robot has stopped");
@@ -150,11 +150,11 @@ impl Seen {
         assert_eq!(odometry.twist.twist, Twist::default());
     }
 
-    async fn stays_when_leases_come_back(&self, conductor: &mut Conductor<'_>) {
+    async fn stays_when_leases_come_back(&self, fleet_runner: &mut FleetRunner<'_>) {
         let places = self.odom.places();
-        conductor.runner = Runner::Alive;
+        fleet_runner.runner = Runner::Alive;
         for _ in 0..10 {
-            conductor.beat().await;
+            fleet_runner.beat().await;
             tokio::time::sleep(BEAT).await;
         }
         assert!(self.robots.all_in_state(RobotState::Stopped), "a lapse is a stop");
@@ -183,7 +183,7 @@ enum Runner {
 }
 
 /// The runner and the controllers in one. It goes quiet when nobody waits in it.
-struct Conductor<'a> {
+struct FleetRunner<'a> {
     runner: Runner,
     robots: &'a Latest<RobotStatus>,
     lease: RunLease,
@@ -195,7 +195,7 @@ struct Conductor<'a> {
     unstamped: Publisher<Twist>,
 }
 
-impl<'a> Conductor<'a> {
+impl<'a> FleetRunner<'a> {
     fn new(session: &Session, node: &NodeHandle, robots: &'a Latest<RobotStatus>) -> Self {
         let status = topics::CONTROLLER_STATUS;
         Self {
@@ -213,7 +213,7 @@ impl<'a> Conductor<'a> {
         }
     }
 
-    /// Conducts until a condition holds.
+    /// Runs until a condition holds.
     async fn until(&mut self, condition: impl Fn() -> bool) {
         let start = Instant::now();
         while !condition() {

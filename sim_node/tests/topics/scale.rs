@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use crate::conductor::{Conductor, TimeMode, names};
 use crate::fleet::start_with;
+use crate::fleet_runner::{FleetRunner, TimeMode, names};
 use rsrs_testing::network::{in_own_network, session};
 
 const N_ROBOTS: usize = 100;
@@ -16,10 +16,10 @@ fn of_a_hundred_virtual_robots_nothing_is_lost() {
 async fn hundred() {
     let _simulator = start_with(&names(N_ROBOTS).join(","));
     let session = session();
-    let mut conductor = Conductor::new(&session, N_ROBOTS, TimeMode::RealTime).await;
-    conductor.place().await;
+    let mut fleet_runner = FleetRunner::new(&session, N_ROBOTS, TimeMode::RealTime).await;
+    fleet_runner.place().await;
 
-    let report = conductor.conduct(Duration::from_secs(6)).await;
+    let report = fleet_runner.run(Duration::from_secs(6)).await;
 
     assert_eq!((report.lost, report.moving), (0, N_ROBOTS), "{report:?}");
     // Even on a busy machine more than the first few periods come, and of every robot.
@@ -27,6 +27,6 @@ async fn hundred() {
     let n_robots = N_ROBOTS as u64;
     assert!(report.detections + 2 * n_robots >= report.steps * n_robots, "{report:?}");
     assert!(report.poses + 2 * n_robots >= report.steps * n_robots, "{report:?}");
-    drop(conductor);
+    drop(fleet_runner);
     session.close().await;
 }

@@ -22,14 +22,15 @@ use rsrs_render::latex;
 /// show that in at least one of the cells real robots mill less often; the cells that show it by
 /// themselves are named. It is `supported` if they show that real robots, averaged over the runs, mill
 /// as often, or less often by at most the margin. Either verdict is wrong with a probability of at most
-/// 0.05, however often you looked before: add runs and compare again as you like. Else it
-/// is `undecided`, or `no claim` where simulated robots hardly mill, so that nothing can fall short. Runs
-/// that were left out for a cause after their start may have ended in any way: a verdict stands only if it
-/// stands whatever they came to. Exit code 3 means that the claim is violated, or that a run cannot be
-/// labelled.
+/// 0.05, however often you looked before: add runs and compare again as you like. Otherwise it is
+/// `undecided`, or `no claim` where simulated robots hardly mill, so that nothing can fall short. Runs
+/// that were left out for a cause after their start may have ended in any way: a verdict is given only
+/// if none of these ends could change it. Exit code 3 means that the claim is violated, or that a run
+/// cannot be labelled.
 ///
-/// The last lines are what to do next: the experiment that is most informative, before the first run that
-/// counts the one that decides soonest, or, where real robots mill less often, back to measuring them.
+/// The last lines say what to do next: the most informative experiment (before the first run that
+/// counts, the one that decides soonest), or to measure the robots again where real ones mill less
+/// often.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -57,7 +58,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(path) = &arguments.output {
         latex::check(path).map_err(bad_arguments)?;
     }
-    let result = compare(&arguments.folder, &arguments.runs.of(&arguments.bags))?;
+    let result = compare(&arguments.folder, &arguments.runs.options(&arguments.bags))?;
     let result = Report::new(result);
     report(arguments.format, &result, text(&result))?;
     if let Some(path) = &arguments.output {

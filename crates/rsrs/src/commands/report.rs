@@ -16,11 +16,11 @@ use crate::failure::{Outcome, bad_arguments};
 /// Write one HTML file with the diagram, its cells in motion, and the runs that were compared with it.
 ///
 /// The cells of the diagram respond to pointer, tap and arrow keys: they show how their runs ended, and
-/// one of them, simulated again; a button opens the cell in a simulator that lies in the file, to change and watch
-/// it. Runs are played from their bags beside their order parameters.
-/// The file needs no other and asks for nothing from the network: it can be mailed, printed and kept.
-/// Runs are labelled and compared as `rsrs compare` does it; without runs the report is of the sweep alone.
-/// Exit code 3 means that the claim is violated.
+/// one of them, simulated again; a button opens the cell in a simulator that lies in the file, to
+/// change and watch it. Runs are played from their bags beside their order parameters. The file needs
+/// no other file and no network: it can be mailed, printed and kept. Runs are labelled and compared as
+/// by `rsrs compare`; without runs the report covers the sweep alone. Exit code 3 means that the claim
+/// is violated.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             "name the report `-o report.html`",
         )));
     }
-    let runs = (!arguments.bags.is_empty()).then(|| arguments.runs.of(&arguments.bags));
+    let runs = (!arguments.bags.is_empty()).then(|| arguments.runs.options(&arguments.bags));
     let (html, comparison) = html(&arguments.folder, runs.as_ref())?;
     write_file(output, html.as_bytes())?;
     let n_bytes = html.len() as u64;

@@ -21,12 +21,12 @@ use rsrs_ros::runtime::runtime;
 
 /// Stop every robot; return when all have acknowledged.
 ///
-/// Needs no runner. Robots are found by their statuses and by leases; `--fleet` names those that
-/// should be there. The robots stay locked after the command has ended: no run starts before
-/// `rsrs stop --release`, and robots that were stopped in a run stand until a new run arms them.
-/// Whoever else publishes on the e-stop topic cannot undo it; a release names who still holds.
-/// Exit code 3 means that a robot has not acknowledged within 7 s (10 s in a secured
-/// fleet, which needs the enclave `/stop`: docs/security.md): go and look.
+/// Needs no runner. Robots are found by their statuses and by leases; `--fleet` names those that should
+/// be there. The robots stay locked after the command has ended: no run starts before `rsrs stop
+/// --release`, and robots that were stopped in a run stand until a new run arms them. No other
+/// publisher on the e-stop topic can undo it; a release names those that still hold it. Exit code 3
+/// means that a robot has not acknowledged within 7 s (10 s in a secured fleet, which needs the enclave
+/// `/stop`: docs/security.md): go and look.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -51,7 +51,8 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct StopSummary {
     /// `stop` or `release`.
-    word: &'static str,
+    #[serde(rename = "word")]
+    command: &'static str,
     /// Whether every known robot has acknowledged, and there is one.
     acknowledged: bool,
     /// How long it took, in seconds.
@@ -77,7 +78,7 @@ struct HoldingRow {
 struct RobotRow {
     robot: String,
     acknowledged: bool,
-    /// From the first word to the acknowledgement, in seconds.
+    /// From the first message to the acknowledgement, in seconds.
     after_s: Option<f64>,
     /// The state in its last status; `None` if none was received.
     state: Option<String>,
@@ -89,13 +90,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     rsrs_ros::session::start_again_after_deadlock();
     let network = chosen_network(&arguments.network.interface, Member::Stop)?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled_robots)?;
-    let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
+    let command = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
     let given = runtime()?
-        .block_on(async { command_all(join(&network)?, word, &robots, requested()).await })?;
-    let summary = summary(word, &given);
-    report(arguments.format, &summary, words(word, &summary))?;
+        .block_on(async { command_all(join(&network)?, command, &robots, requested()).await })?;
+    let summary = summary(command, &given);
+    report(arguments.format, &summary, words(command, &summary))?;
     let named = if robots.is_empty() { Named::Nobody } else { Named::ByFleetFile };
-    print_ending(word, named, &given);
+    print_ending(command, named, &given);
     Ok(match given.ending {
         StopOutcome::Acknowledged => Outcome::Done,
         StopOutcome::TimedOut | StopOutcome::Interrupted | StopOutcome::InRun => {
@@ -104,15 +105,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })
 }
 
-fn summary(word: StopCommand, report: &StopReport) -> StopSummary {
+fn summary(command: StopCommand, report: &StopReport) -> StopSummary {
     StopSummary {
-        word: match word {
+        command: match command {
             StopCommand::Engage => "stop",
             StopCommand::Release => "release",
         },
         acknowledged: report.ending == StopOutcome::Acknowledged,
         took_s: report.took_s,
-        holding: match word {
+        holding: match command {
             StopCommand::Engage => Vec::new(),
             StopCommand::Release => report.holding.iter().map(holding_row).collect(),
         },
@@ -143,13 +144,13 @@ fn row(answer: &RobotAcknowledgement) -> RobotRow {
 }
 
 /// A table of the robots; those that have not acknowledged catch the eye.
-fn words(word: StopCommand, summary: &StopSummary) -> Words {
+fn words(command: StopCommand, summary: &StopSummary) -> Words {
     if summary.robots.is_empty() {
         return Words::toned(Tone::Bad, "no robot found");
     }
     let longest = summary.robots.iter().map(|row| row.robot.len()).max().unwrap_or(0);
     let width = longest.max("robot".len());
-    let head = match word {
+    let head = match command {
         StopCommand::Engage => "stands",
         StopCommand::Release => "released",
     };
@@ -182,10 +183,10 @@ enum Named {
 }
 
 /// Prints on standard error what follows.
-fn print_ending(word: StopCommand, named: Named, report: &StopReport) {
+fn print_ending(command: StopCommand, named: Named, report: &StopReport) {
     let silent = report.unacknowledged();
     let (n_robots, took_s) = (report.answers.len(), report.took_s);
-    print_always(match (report.ending, word) {
+    print_always(match (report.ending, command) {
         (StopOutcome::Acknowledged, StopCommand::Engage) => {
             let all = all_of(n_robots, named);
             format!("{all} locked; `rsrs stop --release` lets the next run start")

@@ -8,7 +8,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use state_machine::{Answers, Memory, Program, StateMachine};
+use state_machine::{Memory, Program, StateMachine, TransitionTable};
 
 use crate::digest::Digest;
 use crate::numerals::{counted, rounded};
@@ -183,7 +183,7 @@ impl Controller {
     pub fn program(&self) -> Program {
         match self {
             Self::Parameters(parameters) => Program::Parameters(*parameters),
-            Self::Machine(machine) => Program::Answers(Answers::new(machine)),
+            Self::Machine(machine) => Program::Machine(TransitionTable::new(machine)),
         }
     }
 }

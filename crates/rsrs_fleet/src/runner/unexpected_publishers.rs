@@ -11,14 +11,14 @@ use crate::timing::NODE_TIMEOUT;
 #[derive(Clone, Debug, Default)]
 pub(super) struct UnexpectedPublishers {
     known: BTreeSet<[u8; 16]>,
-    /// Topics, and the nodes that published them: one of these that starts again is no stranger.
+    /// Topics, and the nodes that published them: one of these that starts again is expected.
     nodes: BTreeSet<(String, String)>,
     /// By publisher: since when it is found to be none of these.
     since: BTreeMap<[u8; 16], Duration>,
 }
 
 impl UnexpectedPublishers {
-    /// No publisher is a stranger yet.
+    /// No publisher is unexpected yet.
     pub(super) fn none_of(graph: &Graph) -> Self {
         let node = |end: &Endpoint| Some((end.topic.clone(), end.node.clone()?));
         Self {

@@ -15,17 +15,17 @@ use crate::network::{Delivery, Item, Message, Network, Node};
 use crate::safety_oracle::{FASTEST, GLANCE_MS, SafetyOracle, WHEELS_TIMEOUT_MS};
 use crate::scenario::{Body, N_BUTTONS, Scenario};
 
-mod conducting;
 mod controlling;
 mod e_stop;
-mod happenings;
 mod robots;
+mod runners;
+mod scenario_events;
 mod simulating;
 mod stopping;
 mod wheels;
 
-use conducting::RunnerHost;
 use robots::RobotHost;
+use runners::RunnerHost;
 use simulating::SimulatorHost;
 pub use stopping::Stop;
 

@@ -71,7 +71,7 @@ impl<'a> TrialNodes<'a> {
     }
 
     /// Runs one trial to its end.
-    pub async fn conduct(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
+    pub async fn run(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
         let operator = self.operator;
         let summary = match &mut self.processes {
             Processes::Simulator(network, fleet) => {

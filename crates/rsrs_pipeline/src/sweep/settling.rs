@@ -14,9 +14,9 @@ use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
 
 /// Runs of a cell that `choose` looks at, and `episode` at most.
-const LOOK: u64 = 200;
+const MOST_RUNS: u64 = 200;
 /// Runs of each cell at the edge that `sweep` looks at, at most.
-const LOOK_AT_EDGE: u64 = 16;
+const MOST_RUNS_AT_EDGE: u64 = 16;
 
 /// A cell that is not settled.
 #[derive(Clone, Debug, Serialize)]
@@ -34,7 +34,7 @@ pub fn of_cell(
     index: usize,
     execution: Execution<'_>,
 ) -> anyhow::Result<Option<Settling>> {
-    of_runs(source, index, LOOK, execution)
+    of_runs(source, index, MOST_RUNS, execution)
 }
 
 /// The same by the sweep's own runs of the cell, which may be few where each takes long; `None` also of a single run,
@@ -44,7 +44,7 @@ pub fn of_cell_as_swept(
     index: usize,
     execution: Execution<'_>,
 ) -> anyhow::Result<Option<Settling>> {
-    match source.sweep.replicates.min(LOOK) {
+    match source.sweep.replicates.min(MOST_RUNS) {
         0 | 1 => Ok(None),
         replicates => of_runs(source, index, replicates, execution),
     }
@@ -87,7 +87,7 @@ pub fn at_edge(
     let edge = edge(&result.diagram);
     let cells = result.source.cells("sweep.yaml")?;
     let of_edge: Vec<Conditions> = edge.iter().map(|index| cells[*index].1.clone()).collect();
-    let n = LOOK_AT_EDGE.min(result.source.sweep.replicates);
+    let n = MOST_RUNS_AT_EDGE.min(result.source.sweep.replicates);
     let found = of_conditions(&result.source, &of_edge, n, execution)?.unwrap_or_default();
     let unsettled = edge.iter().zip(found).filter(|(_, settling)| !settling.is_settled());
     let unsettled = unsettled

@@ -19,18 +19,18 @@ pub struct Avx2(());
 /// Eight numbers in single precision.
 #[derive(Clone, Copy)]
 pub struct Singles(__m256);
-/// Eight answers: all bits of a lane, or none.
+/// A mask of eight lanes: all bits of a lane, or none.
 #[derive(Clone, Copy)]
-pub struct Answers(__m256);
+pub struct SinglesMask(__m256);
 /// Eight words.
 #[derive(Clone, Copy)]
 pub struct LanesU32(__m256i);
 /// Four numbers in double precision.
 #[derive(Clone, Copy)]
 pub struct Doubles(__m256d);
-/// Four answers: all bits of a lane, or none.
+/// A mask of four lanes: all bits of a lane, or none.
 #[derive(Clone, Copy)]
-pub struct DoubleAnswers(__m256d);
+pub struct DoublesMask(__m256d);
 
 impl Avx2 {
     /// The unit, if this machine has it.
@@ -47,10 +47,10 @@ operator!(Doubles, Add, add, _mm256_add_pd);
 operator!(Doubles, Sub, sub, _mm256_sub_pd);
 operator!(Doubles, Mul, mul, _mm256_mul_pd);
 operator!(Doubles, Div, div, _mm256_div_pd);
-operator!(Answers, BitAnd, bitand, _mm256_and_ps);
-operator!(Answers, BitOr, bitor, _mm256_or_ps);
-operator!(DoubleAnswers, BitAnd, bitand, _mm256_and_pd);
-operator!(DoubleAnswers, BitOr, bitor, _mm256_or_pd);
+operator!(SinglesMask, BitAnd, bitand, _mm256_and_ps);
+operator!(SinglesMask, BitOr, bitor, _mm256_or_ps);
+operator!(DoublesMask, BitAnd, bitand, _mm256_and_pd);
+operator!(DoublesMask, BitOr, bitor, _mm256_or_pd);
 operator!(LanesU32, Add, add, _mm256_add_epi32);
 operator!(LanesU32, Mul, mul, _mm256_mullo_epi32);
 operator!(LanesU32, BitXor, bitxor, _mm256_xor_si256);
@@ -58,21 +58,21 @@ operator!(LanesU32, BitAnd, bitand, _mm256_and_si256);
 operator!(LanesU32, BitOr, bitor, _mm256_or_si256);
 
 number!(
-    Singles, __m256, Answers, f32, 8,
+    Singles, __m256, SinglesMask, f32, 8,
     _mm256_set1_ps, _mm256_sqrt_ps, _mm256_min_ps, _mm256_max_ps, _mm256_cmp_ps,
     abs: |number| _mm256_andnot_ps(_mm256_set1_ps(-0.0), number),
     select: |which, yes, no| _mm256_blendv_ps(no, yes, which),
     unless: |kept, dropped| _mm256_andnot_ps(dropped, kept),
 );
 number!(
-    Doubles, __m256d, DoubleAnswers, f64, 4,
+    Doubles, __m256d, DoublesMask, f64, 4,
     _mm256_set1_pd, _mm256_sqrt_pd, _mm256_min_pd, _mm256_max_pd, _mm256_cmp_pd,
     abs: |number| _mm256_andnot_pd(_mm256_set1_pd(-0.0), number),
     select: |which, yes, no| _mm256_blendv_pd(no, yes, which),
     unless: |kept, dropped| _mm256_andnot_pd(dropped, kept),
 );
 
-impl Mask for Answers {
+impl Mask for SinglesMask {
     #[inline(always)]
     fn bits(self) -> u32 {
         // SAFETY: vectors come from a unit that was found on this machine.
@@ -80,7 +80,7 @@ impl Mask for Answers {
     }
 }
 
-impl Mask for DoubleAnswers {
+impl Mask for DoublesMask {
     #[inline(always)]
     fn bits(self) -> u32 {
         // SAFETY: as above.
@@ -103,10 +103,10 @@ impl LaneU32 for LanesU32 {
 
 impl Simd for Avx2 {
     type F = Singles;
-    type M = Answers;
+    type M = SinglesMask;
     type U = LanesU32;
     type D = Doubles;
-    type N = DoubleAnswers;
+    type N = DoublesMask;
 
     #[inline(always)]
     fn single(self, number: f32) -> Singles {
@@ -119,9 +119,9 @@ impl Simd for Avx2 {
         LanesU32(unsafe { _mm256_set1_epi32(word.cast_signed()) })
     }
     #[inline(always)]
-    fn no(self) -> Answers {
+    fn no(self) -> SinglesMask {
         // SAFETY: as above.
-        Answers(unsafe { _mm256_setzero_ps() })
+        SinglesMask(unsafe { _mm256_setzero_ps() })
     }
     #[inline(always)]
     fn words(self, word: impl FnMut(usize) -> u32) -> LanesU32 {
@@ -161,12 +161,12 @@ impl Simd for Avx2 {
         LanesU32(unsafe { _mm256_cvttps_epi32(numbers.0) })
     }
     #[inline(always)]
-    fn less(self, words: LanesU32, than: LanesU32) -> Answers {
+    fn less(self, words: LanesU32, than: LanesU32) -> SinglesMask {
         // SAFETY: as above.
-        Answers(unsafe { _mm256_castsi256_ps(_mm256_cmpgt_epi32(than.0, words.0)) })
+        SinglesMask(unsafe { _mm256_castsi256_ps(_mm256_cmpgt_epi32(than.0, words.0)) })
     }
     #[inline(always)]
-    fn select(self, mask: Answers, yes: LanesU32, no: LanesU32) -> LanesU32 {
+    fn select(self, mask: SinglesMask, yes: LanesU32, no: LanesU32) -> LanesU32 {
         // SAFETY: as above.
         LanesU32(unsafe { _mm256_blendv_epi8(no.0, yes.0, _mm256_castps_si256(mask.0)) })
     }

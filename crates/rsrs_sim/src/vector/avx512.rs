@@ -19,18 +19,18 @@ pub struct Avx512(());
 /// Sixteen numbers in single precision.
 #[derive(Clone, Copy)]
 pub struct Singles(__m512);
-/// Sixteen answers.
+/// A mask of sixteen lanes.
 #[derive(Clone, Copy)]
-pub struct Answers(__mmask16);
+pub struct SinglesMask(__mmask16);
 /// Sixteen words.
 #[derive(Clone, Copy)]
 pub struct LanesU32(__m512i);
 /// Eight numbers in double precision.
 #[derive(Clone, Copy)]
 pub struct Doubles(__m512d);
-/// Eight answers.
+/// A mask of eight lanes.
 #[derive(Clone, Copy)]
-pub struct DoubleAnswers(__mmask8);
+pub struct DoublesMask(__mmask8);
 
 impl Avx512 {
     /// The unit, if this machine has it.
@@ -48,10 +48,10 @@ operator!(Doubles, Add, add, _mm512_add_pd);
 operator!(Doubles, Sub, sub, _mm512_sub_pd);
 operator!(Doubles, Mul, mul, _mm512_mul_pd);
 operator!(Doubles, Div, div, _mm512_div_pd);
-bit_operator!(Answers, BitAnd, bitand, &);
-bit_operator!(Answers, BitOr, bitor, |);
-bit_operator!(DoubleAnswers, BitAnd, bitand, &);
-bit_operator!(DoubleAnswers, BitOr, bitor, |);
+bit_operator!(SinglesMask, BitAnd, bitand, &);
+bit_operator!(SinglesMask, BitOr, bitor, |);
+bit_operator!(DoublesMask, BitAnd, bitand, &);
+bit_operator!(DoublesMask, BitOr, bitor, |);
 operator!(LanesU32, Add, add, _mm512_add_epi32);
 operator!(LanesU32, Mul, mul, _mm512_mullo_epi32);
 operator!(LanesU32, BitXor, bitxor, _mm512_xor_si512);
@@ -59,28 +59,28 @@ operator!(LanesU32, BitAnd, bitand, _mm512_and_si512);
 operator!(LanesU32, BitOr, bitor, _mm512_or_si512);
 
 number!(
-    Singles, __m512, Answers, f32, 16,
+    Singles, __m512, SinglesMask, f32, 16,
     _mm512_set1_ps, _mm512_sqrt_ps, _mm512_min_ps, _mm512_max_ps, _mm512_cmp_ps_mask,
     abs: |number| _mm512_abs_ps(number),
     select: |which, yes, no| _mm512_mask_blend_ps(which, no, yes),
     unless: |kept, dropped| _mm512_maskz_mov_ps(!dropped, kept),
 );
 number!(
-    Doubles, __m512d, DoubleAnswers, f64, 8,
+    Doubles, __m512d, DoublesMask, f64, 8,
     _mm512_set1_pd, _mm512_sqrt_pd, _mm512_min_pd, _mm512_max_pd, _mm512_cmp_pd_mask,
     abs: |number| _mm512_abs_pd(number),
     select: |which, yes, no| _mm512_mask_blend_pd(which, no, yes),
     unless: |kept, dropped| _mm512_maskz_mov_pd(!dropped, kept),
 );
 
-impl Mask for Answers {
+impl Mask for SinglesMask {
     #[inline(always)]
     fn bits(self) -> u32 {
         u32::from(self.0)
     }
 }
 
-impl Mask for DoubleAnswers {
+impl Mask for DoublesMask {
     #[inline(always)]
     fn bits(self) -> u32 {
         u32::from(self.0)
@@ -102,10 +102,10 @@ impl LaneU32 for LanesU32 {
 
 impl Simd for Avx512 {
     type F = Singles;
-    type M = Answers;
+    type M = SinglesMask;
     type U = LanesU32;
     type D = Doubles;
-    type N = DoubleAnswers;
+    type N = DoublesMask;
 
     #[inline(always)]
     fn single(self, number: f32) -> Singles {
@@ -118,8 +118,8 @@ impl Simd for Avx512 {
         LanesU32(unsafe { _mm512_set1_epi32(word.cast_signed()) })
     }
     #[inline(always)]
-    fn no(self) -> Answers {
-        Answers(0)
+    fn no(self) -> SinglesMask {
+        SinglesMask(0)
     }
     #[inline(always)]
     fn words(self, word: impl FnMut(usize) -> u32) -> LanesU32 {
@@ -159,12 +159,12 @@ impl Simd for Avx512 {
         LanesU32(unsafe { _mm512_cvttps_epi32(numbers.0) })
     }
     #[inline(always)]
-    fn less(self, words: LanesU32, than: LanesU32) -> Answers {
+    fn less(self, words: LanesU32, than: LanesU32) -> SinglesMask {
         // SAFETY: as above.
-        Answers(unsafe { _mm512_cmplt_epi32_mask(words.0, than.0) })
+        SinglesMask(unsafe { _mm512_cmplt_epi32_mask(words.0, than.0) })
     }
     #[inline(always)]
-    fn select(self, mask: Answers, yes: LanesU32, no: LanesU32) -> LanesU32 {
+    fn select(self, mask: SinglesMask, yes: LanesU32, no: LanesU32) -> LanesU32 {
         // SAFETY: as above.
         LanesU32(unsafe { _mm512_mask_blend_epi32(mask.0, no.0, yes.0) })
     }

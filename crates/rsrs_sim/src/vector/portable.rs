@@ -19,7 +19,7 @@ pub struct Lanes<T, const N: usize>([T; N]);
 /// All bits of a lane, or none.
 #[derive(Clone, Copy)]
 #[repr(align(16))]
-pub struct Answers<T, const N: usize>([T; N]);
+pub struct LanesMask<T, const N: usize>([T; N]);
 
 #[inline(always)]
 fn zip<T: Copy, R, const N: usize>(left: [T; N], right: [T; N], f: impl Fn(T, T) -> R) -> [R; N] {
@@ -44,10 +44,10 @@ macro_rules! number {
         operator!(Lanes<$scalar, $n>, Sub, sub, |a, b| a - b);
         operator!(Lanes<$scalar, $n>, Mul, mul, |a, b| a * b);
         operator!(Lanes<$scalar, $n>, Div, div, |a, b| a / b);
-        operator!(Answers<$bits, $n>, BitAnd, bitand, |a, b| a & b);
-        operator!(Answers<$bits, $n>, BitOr, bitor, |a, b| a | b);
+        operator!(LanesMask<$bits, $n>, BitAnd, bitand, |a, b| a & b);
+        operator!(LanesMask<$bits, $n>, BitOr, bitor, |a, b| a | b);
 
-        impl Mask for Answers<$bits, $n> {
+        impl Mask for LanesMask<$bits, $n> {
             #[inline(always)]
             fn bits(self) -> u32 {
                 (0..$n).fold(0, |bits, lane| bits | ((self.0[lane] & 1) as u32) << lane)
@@ -56,7 +56,7 @@ macro_rules! number {
 
         impl Number for Lanes<$scalar, $n> {
             type Scalar = $scalar;
-            type Mask = Answers<$bits, $n>;
+            type Mask = LanesMask<$bits, $n>;
             const LANES: usize = $n;
             #[inline(always)]
             fn all(self, constant: $scalar) -> Self {
@@ -84,15 +84,15 @@ macro_rules! number {
             }
             #[inline(always)]
             fn lt(self, other: Self) -> Self::Mask {
-                Answers(zip(self.0, other.0, |a, b| (0 as $bits).wrapping_sub((a < b) as $bits)))
+                LanesMask(zip(self.0, other.0, |a, b| (0 as $bits).wrapping_sub((a < b) as $bits)))
             }
             #[inline(always)]
             fn le(self, other: Self) -> Self::Mask {
-                Answers(zip(self.0, other.0, |a, b| (0 as $bits).wrapping_sub((a <= b) as $bits)))
+                LanesMask(zip(self.0, other.0, |a, b| (0 as $bits).wrapping_sub((a <= b) as $bits)))
             }
             #[inline(always)]
             fn gt(self, other: Self) -> Self::Mask {
-                Answers(zip(self.0, other.0, |a, b| (0 as $bits).wrapping_sub((a > b) as $bits)))
+                LanesMask(zip(self.0, other.0, |a, b| (0 as $bits).wrapping_sub((a > b) as $bits)))
             }
             #[inline(always)]
             fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
@@ -136,10 +136,10 @@ impl LaneU32 for Lanes<u32, 4> {
 
 impl Simd for Portable {
     type F = Lanes<f32, 4>;
-    type M = Answers<u32, 4>;
+    type M = LanesMask<u32, 4>;
     type U = Lanes<u32, 4>;
     type D = Lanes<f64, 2>;
-    type N = Answers<u64, 2>;
+    type N = LanesMask<u64, 2>;
 
     #[inline(always)]
     fn single(self, number: f32) -> Self::F {
@@ -151,7 +151,7 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn no(self) -> Self::M {
-        Answers([0; 4])
+        LanesMask([0; 4])
     }
     #[inline(always)]
     fn words(self, word: impl FnMut(usize) -> u32) -> Self::U {
@@ -179,7 +179,7 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn less(self, words: Self::U, than: Self::U) -> Self::M {
-        Answers(zip(words.0, than.0, |a, b| 0_u32.wrapping_sub(u32::from(a < b))))
+        LanesMask(zip(words.0, than.0, |a, b| 0_u32.wrapping_sub(u32::from(a < b))))
     }
     #[inline(always)]
     fn select(self, mask: Self::M, yes: Self::U, no: Self::U) -> Self::U {

@@ -23,7 +23,7 @@ const EVERY: Duration = Duration::from_millis(500);
 /// them.
 const PATIENCE_S: f64 = 10.0;
 /// How long they are looked at, in seconds, so that rates and disagreements of machines show.
-const LOOK_S: f64 = 2.0;
+const OBSERVED_S: f64 = 2.0;
 
 /// How long it is looked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub fn check(
             return Ok(ControlFlow::Continue(()));
         }
         let all_are_seen = seen.robots.iter().all(|robot| robot.pose.is_some());
-        let is_enough = if all_are_seen { LOOK_S } else { PATIENCE_S };
+        let is_enough = if all_are_seen { OBSERVED_S } else { PATIENCE_S };
         Ok(if seen.looked_for_s >= is_enough {
             ControlFlow::Break(())
         } else {

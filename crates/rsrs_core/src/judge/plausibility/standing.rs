@@ -4,7 +4,7 @@ use super::motion::Motion;
 use super::{Implausibility, MOST_LAG_S};
 
 /// A robot is looked at for at least so long, in seconds.
-const LOOK_S: f64 = 3.0;
+const LEAST_OBSERVED_S: f64 = 3.0;
 
 /// Commands that lead so far, in metres, show whether a robot obeys: a gust holds a slow one back for
 /// some seconds.
@@ -92,8 +92,8 @@ impl Stood {
 
 /// The end of a look that begins there: 3 s later, or as soon as commands have led far enough.
 fn look_from(motion: &Motion, start: usize) -> Option<usize> {
-    let least = start + motion.samples_in(LOOK_S);
-    let most = start + 10 * motion.samples_in(LOOK_S);
+    let least = start + motion.samples_in(LEAST_OBSERVED_S);
+    let most = start + 10 * motion.samples_in(LEAST_OBSERVED_S);
     let n_lag = motion.samples_in(MOST_LAG_S);
     let last = motion.len().checked_sub(1).filter(|last| least <= *last)?;
     let is_enough = |end: &usize| {

@@ -119,13 +119,13 @@ impl StateMachine {
 
 /// A machine ready to run: what follows from each state and case, looked up.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answers {
+pub struct TransitionTable {
     /// For each state, by [`Readings::case`].
-    by_state: Vec<Vec<Answer>>,
+    by_state: Vec<Vec<Entry>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Answer {
+struct Entry {
     command: Command,
     next: Vec<Next>,
 }
@@ -154,7 +154,7 @@ pub fn transition_key(seed: Seed, digest: u64, robot: usize) -> Key {
     RunKey::new(seed, digest).key(robot, Purpose::Transition)
 }
 
-impl Answers {
+impl TransitionTable {
     /// Looks up what a machine does.
     ///
     /// # Panics
@@ -169,25 +169,25 @@ impl Answers {
             probability: transition.probability,
             after_periods: transition.after_periods,
         };
-        let answer = |state, case| {
+        let entry = |state, case| {
             let found = machine.sensors.possible(Readings::of_case(case));
             let row = machine.row(state, found).expect("cases without a row were refused");
-            Answer { command: row.command, next: row.next.iter().map(next).collect() }
+            Entry { command: row.command, next: row.next.iter().map(next).collect() }
         };
         let n_cases = 1_usize << machine.sensors.n_readings();
-        let of_state = |state| (0..n_cases).map(|case| answer(state, case)).collect();
+        let of_state = |state| (0..n_cases).map(|case| entry(state, case)).collect();
         Self { by_state: (0..states.len()).map(of_state).collect() }
     }
 
     /// The command for what is reported, after which the robot may be in another state.
     pub fn decide(&self, found: Readings, memory: &mut Memory, key: Key) -> Command {
-        let answer = &self.by_state[memory.state][found.case()];
+        let entry = &self.by_state[memory.state][found.case()];
         memory.periods = memory.periods.saturating_add(1);
-        if let Some(state) = drawn(&answer.next, *memory, key) {
+        if let Some(state) = drawn(&entry.next, *memory, key) {
             (memory.state, memory.periods) = (state, 0);
         }
         memory.count = memory.count.wrapping_add(1);
-        answer.command
+        entry.command
     }
 }
 
@@ -210,7 +210,7 @@ pub enum Program {
     /// Two commands over one detection.
     Parameters(ControllerParameters),
     /// A machine.
-    Answers(Answers),
+    Machine(TransitionTable),
 }
 
 impl Program {
@@ -222,7 +222,7 @@ impl Program {
     pub fn decide(&self, found: Readings, memory: &mut Memory, key: Key) -> Command {
         match self {
             Self::Parameters(parameters) => decide(found.detection(), *parameters),
-            Self::Answers(answers) => answers.decide(found, memory, key),
+            Self::Machine(table) => table.decide(found, memory, key),
         }
     }
 }

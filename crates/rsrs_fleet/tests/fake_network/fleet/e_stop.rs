@@ -9,20 +9,20 @@ use crate::network::{Message, Node};
 impl Fleet {
     /// Publishes a value on the e-stop topic.
     pub(super) fn publish_e_stop(&mut self, (from, engaged): (Node, bool)) {
-        let word = Message::EStop(self.source(from), engaged);
-        self.command_all(from, &word);
+        let message = Message::EStop(self.source(from), engaged);
+        self.command_all(from, &message);
         if from != Node::Stopper {
-            self.send(from, Node::Stopper, word);
+            self.send(from, Node::Stopper, message);
         }
     }
 
-    pub(super) fn command_all(&mut self, from: Node, word: &Message) {
+    pub(super) fn command_all(&mut self, from: Node, message: &Message) {
         self.e_stop_was_used = true;
         for robot in self.all_robots() {
-            self.send(from, self.gatekeeper(robot), word.clone());
+            self.send(from, self.gatekeeper(robot), message.clone());
         }
         for runner in 0..N_RUNNERS {
-            self.send(from, Node::Runner(runner), word.clone());
+            self.send(from, Node::Runner(runner), message.clone());
         }
     }
 

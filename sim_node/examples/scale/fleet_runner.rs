@@ -61,7 +61,7 @@ enum Input {
 }
 
 /// Leads a simulated fleet.
-pub struct Conductor<'a> {
+pub struct FleetRunner<'a> {
     session: &'a Session,
     node: NodeHandle,
     robots: Vec<String>,
@@ -104,17 +104,17 @@ pub fn conditions(n_robots: usize) -> Conditions {
     conditions
 }
 
-impl<'a> Conductor<'a> {
+impl<'a> FleetRunner<'a> {
     /// Connects to a simulator, and waits until it subscribes.
     pub async fn new(session: &'a Session, n_robots: usize, pace: TimeMode) -> Self {
-        let node = session.node("/", "conductor").expect("the name is allowed");
+        let node = session.node("/", "fleet_runner").expect("the name is allowed");
         let robots = names(n_robots);
         let (to_received, received) = unbounded_channel();
         let statuses = Arc::new(Mutex::new(vec![RobotStatus::default(); n_robots]));
         let poses = Arc::new(AtomicU64::new(0));
         let subscriptions = listen(session, &node, &robots, &to_received, &poses);
         let to_statuses = listen_to_statuses(session, &node, &robots, &statuses);
-        let conductor = Self {
+        let fleet_runner = Self {
             commands: of_each(session, &node, &robots, topics::CMD_VEL.name, topics::CMD_VEL.qos),
             controllers: of_each(
                 session,
@@ -137,7 +137,7 @@ impl<'a> Conductor<'a> {
             subscriptions,
             _to_statuses: to_statuses,
         };
-        for robot in &conductor.robots {
+        for robot in &fleet_runner.robots {
             for topic in [topics::CMD_VEL, topics::CONTROLLER_STATUS] {
                 let name = topic.for_robot(robot);
                 session.wait_for_readers(&name, 1, TIMEOUT).await.expect("it subscribes");
@@ -145,7 +145,7 @@ impl<'a> Conductor<'a> {
             let name = topics::ODOM.for_robot(robot);
             session.wait_for_writers(&name, 1, TIMEOUT).await.expect("it publishes");
         }
-        conductor
+        fleet_runner
     }
 
     /// Places the world.
@@ -166,7 +166,7 @@ impl<'a> Conductor<'a> {
     }
 
     /// Leads the fleet until `until` has passed, or all steps of a lockstep run are made.
-    pub async fn conduct(&mut self, until: Duration) -> Report {
+    pub async fn run(&mut self, until: Duration) -> Report {
         let mut beat = tokio::time::interval(BEAT);
         beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let start = Instant::now();
@@ -273,7 +273,7 @@ fn listen(
     let mut made = Vec::new();
     for (index, robot) in robots.iter().enumerate() {
         let (to_received, topic) = (received.clone(), topics::DETECTION);
-        // The conductor has ended when there is no receiver.
+        // The fleet runner has ended when there is no receiver.
         let deliver = move |sample: Received<Bool>| {
             drop(to_received.send(Input::Detection(index, sample.message.data)));
         };

@@ -117,11 +117,11 @@ impl Fleet {
         self.give_runner(runner, runner::Event::Interrupt { reason })
     }
 
-    fn start_stopper(&mut self, word: StopCommand) {
+    fn start_stopper(&mut self, command: StopCommand) {
         if self.stopper.is_some() {
             return;
         }
-        self.stopper = Some((Stopper::new(word), word, self.now_ms));
+        self.stopper = Some((Stopper::new(command), command, self.now_ms));
         self.switch_on(Node::Stopper);
         self.ask_for_locks(Node::Stopper);
         // As from a fleet file: a robot that is out of reach should be named.
