@@ -53,7 +53,7 @@ fn a_sweep_of_one_world_from_before_is_refused_where_both_are_needed() {
     for refused in [&choose, &measured] {
         assert_eq!(code(refused), 1, "{}", stdout(refused));
         let printed = stderr(refused);
-        assert!(printed.contains("holds one world only, that of robots made worse"), "{printed}");
+        assert!(printed.contains("holds only robots made worse"), "{printed}");
         assert!(printed.contains("rsrs sweep DIR/sweep.yaml -o NEW_DIR"), "{printed}");
     }
     assert_eq!(code(&worse), 0, "{}", stderr(&worse));

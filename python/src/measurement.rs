@@ -230,7 +230,7 @@ fn rows(fitted: &fitting::Fit) -> PyResult<Table> {
 /// turn
 ///     Turns in place: robot, commanded_rad_s, angle_rad, duration_s.
 /// detection
-///     Detections: robot, distance_m, bearing_rad, samples, detections; no distance is no neighbour.
+///     Detections: robot, distance_m, bearing_rad, samples, detections; no distance means no neighbour.
 /// arcs
 ///     Turns while driving: robot, commanded_m_s, commanded_rad_s, angle_rad, duration_s.
 /// period
@@ -388,9 +388,9 @@ const MOST_ROBOTS: usize = 1_000_000;
 /// detection
 ///     Table of detections, as for `fit`.
 /// simulated
-///     Whether trajectories of the simulator may stand in for real ones; the answer states it.
+///     Whether trajectories of the simulator may stand in for real ones; the result says so.
 /// at
-///     Values on the capabilities that the sweep sweeps: {"range_m": 0.75}.
+///     Values of the capabilities that the sweep varies: {"range_m": 0.75}.
 /// robot_class
 ///     The class whose robot is judged, where classes of the sweep's world have profiles of their own; of bags in which
 ///     there are several classes, its robots' trajectories count.

@@ -66,7 +66,7 @@ pub enum WorldError {
     Rows(#[from] RowsError),
     /// Real robots do not wait.
     #[error(
-        "`{TIME}` is `{}` and {name} is none of this simulator's robots, expected `{}` for a world with \
+        "`{TIME}` is `{}` and {name} is not one of this simulator's robots, expected `{}` for a world with \
          real robots",
         Time::Lockstep.key(), Time::RealTime.key()
     )]

@@ -7,8 +7,8 @@ use crate::threads_argument::ThreadsArgument;
 /// The same of `choose`, `answer` and `diagnose`, which look for one setting.
 #[derive(Clone, Copy, clap::Args)]
 pub struct SettingArguments {
-    /// Number of robots (default: of a sweep any that it has; of a profile that of `fleet.yaml` beside it,
-    /// or else any of a few from 3 to 12).
+    /// Number of robots (default: any that a sweep has; for a profile as in `fleet.yaml` beside it, or
+    /// else any of a few from 3 to 12).
     #[arg(long, value_name = "N")]
     pub robots: Option<usize>,
     /// Fresh runs that confirm a setting, in each world (default: 1000).

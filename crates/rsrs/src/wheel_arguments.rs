@@ -9,8 +9,8 @@ use crate::failure::check_flag;
 /// Both or neither.
 #[derive(clap::Args)]
 pub struct WheelArguments {
-    /// Distance of its two wheels, in metres, if it drives on two: a turn while driving asks more
-    /// of the outer one, and what it cannot do is neither simulated nor driven.
+    /// Distance of its two wheels, in metres, if it drives on two: a turn while driving asks more of
+    /// the outer one, and commands beyond its speed are refused.
     #[arg(long, value_name = "M", requires = "wheel_speed")]
     pub wheel_base: Option<f64>,
     /// Fastest speed of a wheel over the floor, in metres per second.

@@ -72,9 +72,7 @@ pub fn diagnoses(array: DiagnosticArray) -> Vec<Diagnosis> {
         part: name,
         hardware: hardware_id,
         error: match level {
-            DiagnosticStatus::STALE if message.is_empty() => {
-                Some("says nothing any more".to_owned())
-            }
+            DiagnosticStatus::STALE if message.is_empty() => Some("no longer updated".to_owned()),
             DiagnosticStatus::ERROR | DiagnosticStatus::STALE => Some(message),
             _ => None,
         },

@@ -21,13 +21,13 @@ pub enum Kind {
     Controllers,
     /// The simulator.
     Simulator,
-    /// Who conducts runs.
+    /// Who runs experiments.
     Runner,
     /// Who stops all robots: `rsrs stop`, an e-stop box.
     Stop,
     /// Who publishes poses.
     Tracker,
-    /// Who looks: `RViz`, Foxglove, `ros2 topic echo`.
+    /// Who only watches: `RViz`, Foxglove, `ros2 topic echo`.
     Viewer,
 }
 

@@ -497,7 +497,7 @@ fn only_a_part(path: &Path, part: RunPart) -> anyhow::Error {
             "{}: {recorded_s:.1} s recorded, and {of}: a part is not judged as the whole",
             path.display()
         ),
-        "run it again; or judge what there is with `rsrs label BAG --part`, which counts nowhere",
+        "run it again; or judge what there is with `rsrs label BAG --part`, which does not count",
     )
 }
 

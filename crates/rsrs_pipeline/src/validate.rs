@@ -33,7 +33,7 @@ pub struct ValidateOptions {
     pub detection: Option<PathBuf>,
     /// Whether trajectories of the simulator may stand in for real ones.
     pub stand_in: StandIn,
-    /// Values on the capabilities that the sweep sweeps: one robot is judged.
+    /// Values of the capabilities that the sweep varies: one robot is judged.
     pub at: Cell,
     /// The class whose robot is judged, where classes have profiles of their own.
     pub class: Option<String>,
@@ -46,7 +46,7 @@ pub struct ValidateOptions {
 pub enum StandIn {
     /// They are refused.
     Refused,
-    /// They are judged, and the answer states it.
+    /// They are judged, and the result says so.
     Allowed,
 }
 
@@ -121,8 +121,8 @@ fn read(name: &str, source: ResolvedSweep, options: &ValidateOptions) -> anyhow:
         let files: Vec<&PathBuf> = simulated.iter().chain(of_table).collect();
         return Err(with_help(
             format!("the robots of {} were moved by the simulator", names(&files)),
-            "give trajectories of real robots; `--simulated` takes them all the same, and the answer \
-             states it",
+            "give trajectories of real robots; `--simulated` takes them all the same, and the result \
+             says so",
         ));
     }
     let class = options.class.clone();
@@ -165,7 +165,7 @@ fn judged_conditions(
     if let Some((axis, _)) = at.iter().find(|(axis, _)| !capabilities.contains(axis)) {
         let have = if capabilities.is_empty() { "none".to_owned() } else { keys(&capabilities) };
         return Err(with_help(
-            format!("{file}: {axis} is no capability that this sweep sweeps ({have})"),
+            format!("{file}: {axis} is not a capability that this sweep varies ({have})"),
             "leave it out of `--at`",
         ));
     }

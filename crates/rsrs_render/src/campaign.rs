@@ -93,7 +93,7 @@ fn notes(row: &Row) -> Vec<String> {
     if let Some(n_lost @ 1..) = row.n_lost {
         notes.push(format!("{} lost on the way to the bag", counted(n_lost, "message")));
     }
-    let counts = if row.counts { "; it counts" } else { "; it counts nowhere" };
+    let counts = if row.counts { "; it counts" } else { "; it does not count" };
     notes.extend(row.lost_robots.iter().map(|lost| format!("{lost}{counts}")));
     notes.extend(gaps::lines(&row.gaps));
     notes.iter().map(|note| format!("{}: {note}", row.experiment)).collect()
@@ -175,7 +175,7 @@ mod tests {
         let columns: Vec<&str> = rows[1].split_whitespace().collect();
         assert_eq!(columns[..6], ["001_lost", "0.15", "0.75", "9", "1", "1"], "{table}");
         let note =
-            "001_lost: robot_1 lost after 61.2 s: silent for more than 1 s; it counts nowhere";
+            "001_lost: robot_1 lost after 61.2 s: silent for more than 1 s; it does not count";
         assert!(rows.contains(&note), "{table}");
         assert!(!short_handed.is_whole());
 

@@ -154,7 +154,7 @@ fn sweep_command(sweep: &Path, results: &Path) -> String {
 /// Why what was found has no sweep.
 fn no_sweep() -> String {
     let behaviours = Behaviour::BUILT_IN.map(Behaviour::key).join(", ");
-    format!("no sweep: runs are judged for {behaviours}, and this is none of them")
+    format!("no sweep: runs are judged for {behaviours}, and this is not one of them")
 }
 
 /// Draws one run of each controller, as `gallery.svg`, `gallery.png` and `gallery.html` in the folder of the

@@ -115,7 +115,7 @@ pub fn text(label: &Labelled) -> Words {
     if let Some(RunPart { recorded_s, set_s }) = label.part {
         let of = set_s.map_or_else(String::new, |set_s| format!(" of {set_s:.0} s"));
         lines.push(
-            format!("  only a part of the run: {recorded_s:.1} s{of}; it counts nowhere").into(),
+            format!("  only a part of the run: {recorded_s:.1} s{of}; it does not count").into(),
         );
     }
     lines.extend(label.damage.iter().map(|damage| Words::from(format!("  {damage}"))));

@@ -77,7 +77,7 @@ fn a_world_with_real_robots_is_taken_in_real_time_alone() {
     assert!(check(&real_time, &hosted(), &flockbot()).is_ok());
     assert_eq!(
         refusal(&[json, robots, text(TIME, "lockstep")]),
-        "`time` is `lockstep` and real is none of this simulator's robots, expected `real_time` \
+        "`time` is `lockstep` and real is not one of this simulator's robots, expected `real_time` \
          for a world with real robots"
     );
     assert_eq!(refusal(&[text(TRACKED_BY, "tf")]), "`tracked_by` is `tf`, expected odom or pose");

@@ -16,12 +16,12 @@ use crate::setting_arguments::SettingArguments;
 /// Answer the paper's five questions about a robot: how many, how fast, how sharply turning, how good the
 /// sensors, how alike.
 ///
-/// A setting is recommended as by `choose`: that from which each quantity may drift farthest, among speeds
-/// and turning rates within the robot's limits, or among the settings of a sweep, confirmed on fresh seeds
-/// in both worlds. From it one quantity at a time is moved; the answer is the range over
-/// which robots mill as often as wanted, with the reason why it ends there. The picture has all
-/// curves, with bands of 95 %. Exit code 3 means that the robots do not do what is wanted; `rsrs diagnose` names what
-/// to change.
+/// A setting is recommended as by `choose`: the one from which each quantity may drift farthest, among
+/// speeds and turning rates within the robot's limits, or among the settings of a sweep, confirmed on
+/// fresh seeds in both worlds. From it one quantity at a time is moved; the answer is the range over
+/// which robots mill as often as wanted, with the reason why it ends there. The picture has all curves,
+/// with bands of 95 %. Exit code 3 means that the robots do not do what is wanted; `rsrs diagnose`
+/// names what to change.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

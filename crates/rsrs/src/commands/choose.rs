@@ -25,20 +25,28 @@ use rsrs_render::words::Words;
 
 /// Choose the cell that may drift furthest while robots do what is wanted, and confirm it on fresh seeds.
 ///
-/// What counts is the share of runs that end as wanted, in stable milling or what else the sweep is
-/// judged for, in the world in which it is smaller (robots made worse, or as measured), smoothed
-/// over neighbouring cells. Cells without a surely failing neighbour come first, and then those
-/// deepest inside the region where this share is viable. In this order, cells are confirmed in both
-/// worlds until one is viable; only these fresh runs count for its `B_s`, because the best of many
-/// swept cells looks better than it is. The output also states what a denser start and other
-/// numbers of robots would give. The last lines show which of the factors that make robots worse
-/// matters in that cell: each alone, and all but each. With `--pseudo-realities`, every cell is
-/// also run with profiles drawn around the intervals that `rsrs measure fit` states, instead of
-/// robots that are made worse. The output then shows, beside `B_s`, how often such robots do what
-/// is wanted on average and in the worst tenth of profiles; they decide nothing. Exit code 3 means
-/// that no cell is viable; `rsrs diagnose FOLDER` finds what would have to be changed about the
-/// robots.
+/// What counts is the share of runs that end as wanted, in stable milling or what else the sweep is judged
+/// for, smoothed over neighbouring cells, in the world in which it is smaller (robots made worse, or as
+/// measured). Cells without a surely failing neighbour come first, then those deepest inside the region
+/// where this share is viable.
+///
+/// In this order, cells are confirmed in both worlds until one is viable. Only these fresh runs count for
+/// its `B_s`, because the best of many swept cells looks better than it is.
+///
+/// The output also states what a denser start and other numbers of robots would give, and which of the
+/// factors that make robots worse matters in that cell: each alone, and all but each.
+///
+/// With `--pseudo-realities`, every cell is also run with profiles drawn around the intervals that
+/// `rsrs measure fit` states, and not made worse. How often such robots do what is wanted, on average
+/// and in the worst tenth of profiles, is shown beside `B_s` and decides nothing.
+///
+/// Exit code 3 means that no cell is viable; `rsrs diagnose FOLDER` finds what to change about the robots.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs choose results/flockbot
+  rsrs choose results/flockbot --viable 0.9 -o results/flockbot/choice.json
+  rsrs choose results/flockbot --pseudo-realities 100 --format json")]
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,

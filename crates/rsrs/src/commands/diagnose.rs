@@ -13,12 +13,12 @@ use rsrs_render::diagnosis::{json, text};
 
 /// Find out why robots do not mill, and what would have to be changed about them.
 ///
-/// The best setting is looked for as by `choose` and `answer`, among speeds and turning rates
-/// within the robot's limits, or among the settings of a sweep. If the robots fail there, too,
-/// capabilities are moved, each by itself and together, towards a perfect robot; the smallest
-/// change that reaches the wanted share of mills is confirmed on fresh seeds, in both worlds. What
-/// is needed is a measured value: a robot that has it is made worse, too. For robots that mill, the
-/// output lists what could be worse. Exit code 3 means that they do not mill, or not surely.
+/// The best setting is sought as by `choose` and `answer`, among speeds and turning rates within the
+/// robot's limits, or among the settings of a sweep. If the robots fail there, too, capabilities are
+/// moved, each by itself and together, towards a perfect robot; the smallest change that reaches the
+/// wanted share of mills is confirmed on fresh seeds, in both worlds. What is needed is a measured
+/// value: a robot that has it is made worse, too. For robots that mill, the output lists what could be
+/// worse. Exit code 3 means that they do not mill, or not surely.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -24,12 +24,12 @@ use rsrs_render::picture_file::PictureFile;
 
 /// Draw the phase diagram of a sweep.
 ///
-/// A sweep holds two worlds, and the picture names the one that it shows: that of robots made
-/// worse, or, with `--world as-measured`, that of robots as measured. Hue is the most frequent
-/// phase of a cell, lightness its share. Dashed lines are conditions for an ideal ring, by geometry
-/// alone, where no simulated mills contradict them. With `choice.json` beside the sweep's files, the
-/// chosen cell is marked; with `validation.json`, its answer is noted. With `--bags`, recorded runs are
-/// drawn where they were run, by their label.
+/// A sweep holds two worlds, and the picture names the one that it shows: robots made worse or, with
+/// `--world as-measured`, robots as measured. Hue is the most frequent phase of a cell, lightness its
+/// share. Dashed lines are conditions for an ideal ring, by geometry alone, where no simulated mills
+/// contradict them. With `choice.json` beside the sweep's files, the chosen cell is marked; with
+/// `validation.json`, its answer is noted. With `--bags`, recorded runs are drawn where they were run,
+/// by their label.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.

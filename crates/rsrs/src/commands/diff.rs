@@ -13,9 +13,9 @@ use crate::page_arguments::PageArguments;
 
 /// Compare two sweeps cell by cell: a map of the differences, and which cells moved.
 ///
-/// A cell has moved if the 95 % intervals of its share in the two sweeps do not overlap. Of two sweeps with
-/// robots, floors or factors that differ it shows what that changes; of two versions of a profile, whether
-/// the diagram has to be drawn anew. Cells that only one of them has are counted.
+/// A cell has moved if the 95 % intervals of its share in the two sweeps do not overlap. For sweeps
+/// whose robots, floors or factors differ it shows what that changes; for two versions of a profile,
+/// whether the diagram has to be drawn anew. Cells that only one sweep has are counted.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

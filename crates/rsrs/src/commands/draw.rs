@@ -14,10 +14,10 @@ use crate::page_arguments::PageArguments;
 
 /// Draw a recorded run: from above, and its order parameters over time.
 ///
-/// Dots are where robots started; what is judged, mostly the last 60 s, is strong, and a mill gets its ring.
-/// Beside it are rotation, orbit, circliness, blocked and lost of every 10 s with the bounds of stable
-/// milling, and below them the label and why it is that one. A run that is too short for a label is
-/// drawn without one.
+/// Dots are where robots started; what is judged, mostly the last 60 s, is drawn stronger, and a mill
+/// gets its ring. Beside it are rotation, orbit, circliness, blocked and lost of every 10 s with the
+/// bounds of stable milling, and below them the label and its reason. A run that is too short for a
+/// label is drawn without one.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -47,12 +47,12 @@ use rsrs_render::words::Words;
 
 /// Go through the whole loop on this machine: no robots, no LAN.
 ///
-/// Robots that are made worse than measured are simulated into a phase diagram, a cell is chosen
-/// and run over ROS 2, and the bags are labelled and compared. In these runs, simulated robots as
-/// measured stand in for real ones. There are as many as decide whether those mill as often as the
-/// worse ones, or at most 25 percentage points less often; looking at the verdict after every run
-/// makes it no less sure. As many runs are made side by side as there are `--threads`. Everything is left in
-/// one folder, and `report.html` shows it. Exit code 3 means that no cell is viable.
+/// Robots made worse than measured are simulated into a phase diagram, a cell is chosen and run over
+/// ROS 2, and the bags are labelled and compared. In these runs, simulated robots as measured stand in
+/// for real ones. Runs are made, `--threads` at a time, until they decide whether those mill as often
+/// as the worse ones, or at most 25 percentage points less often; looking at the verdict after every
+/// run does not weaken it. Everything is left in one folder, and `report.html` shows it. Exit code 3
+/// means that no cell is viable.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of your own robots, as `rsrs init` makes it, with sweep.yaml and experiment.yaml (default:

@@ -41,15 +41,15 @@ pub struct Arguments {
     /// A controller's table, whose numbers are searched within their bounds in place of two commands.
     #[arg(long, value_name = "FILE", conflicts_with = "forward")]
     controller: Option<PathBuf>,
-    /// What is in the arena besides robots: a world's file, which takes `--arena` unless it has an
-    /// arena of its own.
+    /// What is in the arena besides robots: a world's file; `--arena` applies unless it has an arena of
+    /// its own.
     #[arg(long = "world-file", value_name = "FILE")]
     world: Option<PathBuf>,
     /// Where robots start: a table of poses, of which replicate k takes set k (default: in a disc, facing away
     /// from its centre).
     #[arg(long, value_name = "CSV")]
     starts: Option<PathBuf>,
-    /// Number of robots (default: that of `fleet.yaml` beside the profile, or 9).
+    /// Number of robots (default: as in `fleet.yaml` beside the profile, or 9).
     #[arg(long, value_name = "N")]
     robots: Option<usize>,
     /// Side of the square arena, in metres (default: 22.4 radii of a robot's body times the root of their number, to 0.1 m).
@@ -58,7 +58,7 @@ pub struct Arguments {
     /// What happens at the arena's border: robots seldom slide along real walls, as with `clamp`.
     #[arg(long, value_enum, default_value = "stop")]
     walls: WallKind,
-    /// Search controllers that never drive backward only.
+    /// Search only controllers that never drive backward.
     #[arg(long)]
     forward: bool,
     /// Controllers that are tried (default: 2,000).

@@ -23,8 +23,8 @@ use crate::wheel_arguments::WheelArguments;
 
 /// Write a folder to begin with: profile, fleet, sweep and experiment of your own robots.
 ///
-/// What is not given is asked for. Everything else that a profile needs is assumed and marked so, to be
-/// replaced by what `rsrs measure` finds; the folder can be swept at once.
+/// Asks for what is not given. Everything else that a profile needs is assumed, and marked so until
+/// `rsrs measure` finds it; the folder can be swept at once.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -64,7 +64,7 @@ pub struct Arguments {
     /// its walls).
     #[arg(long, value_name = "M")]
     arena: Option<f64>,
-    /// What robots do when they touch: `stop` in place with another one in front, and be moved by nobody;
+    /// What robots do when they touch: `stop` in place with another one in front, and cannot be pushed;
     /// `push` each other; or pass through each other, `none` (default: stop).
     #[arg(long, value_name = "CONTACT")]
     contact: Option<ContactModel>,
@@ -251,7 +251,9 @@ impl<'a> Questions<'a> {
                         format!("{error}{help}")
                     }
                 },
-                Err(_) => format!("`{answer}` is no answer: {alone} alone is, such as {usual}"),
+                Err(_) => {
+                    format!("`{answer}` is not understood: type {alone} only, such as {usual}")
+                }
             };
             writeln!(output, "{refusal}").context("asking")?;
         }
@@ -300,9 +302,12 @@ mod tests {
         };
         assert_eq!(robots, expected);
         let asked = String::from_utf8(asked).expect("it is UTF-8");
-        let no_contact = "`shove` is no answer: a word alone is, such as stop";
+        let no_contact = "`shove` is not understood: type a word only, such as stop";
         assert!(asked.contains(no_contact), "{asked}");
-        assert!(asked.contains("`many` is no answer") && !asked.contains("detections"), "{asked}");
+        assert!(
+            asked.contains("`many` is not understood") && !asked.contains("detections"),
+            "{asked}"
+        );
         assert!(asked.contains("a wheel drives at 0.1 m/s at most"), "{asked}");
     }
 
@@ -324,7 +329,7 @@ mod tests {
             "`e_puck_2`",
             "expected a whole number from 2 to 1000",
             "the radius is 35: this looks like mm or cm",
-            "`3.5 cm` is no answer: a number alone is, such as 0.075",
+            "`3.5 cm` is not understood: type a number only, such as 0.075",
         ] {
             assert!(asked.contains(refusal), "{refusal}: {asked}");
         }

@@ -59,12 +59,12 @@ pub struct Arguments {
     /// Report how far the judge and people agree, instead of labelling.
     #[arg(long)]
     agreement: bool,
-    /// The robots' profile, for the radius of their body and their sensing range (default:
-    /// that of each bag's record).
+    /// The robots' profile, for the radius of their body and their sensing range (default: from each
+    /// bag's record).
     #[arg(long, value_name = "PROFILE")]
     profile: Option<PathBuf>,
-    /// How far from the centre of a robot it senses the centre of another, in metres (default:
-    /// that of each bag's record).
+    /// How far from the centre of a robot it senses the centre of another, in metres (default: from
+    /// each bag's record).
     #[arg(long, value_name = "M", conflicts_with = "profile",
           value_parser = crate::numbers::number("a positive number of metres", |reach_m| reach_m > 0.0))]
     reach: Option<f64>,
@@ -76,7 +76,8 @@ pub struct Arguments {
     /// first of these that has poses of all robots).
     #[arg(long, value_parser = crate::pose_arguments::pose_sources())]
     poses: Option<PoseSource>,
-    /// Label what there is of a run whose end was not recorded; such a label counts nowhere.
+    /// Label what there is of a run whose end was not recorded; `rsrs compare` does not count such a
+    /// label.
     #[arg(long)]
     part: bool,
     /// How to report.

@@ -24,11 +24,10 @@ use rsrs_render::start_poses::{self, StartPoses};
 
 /// Print start poses for the floor, as a table and a picture.
 ///
-/// They are those with which the simulator starts this experiment with measured robots. The robots'
-/// centres lie in a disc or a box around the origin, far enough apart, and every robot faces away
-/// from the centre; `--seed` gives others that are as good. With `placement: {kind: file, path: …}`
-/// they are those of the table, checked against the robots and the arena. Where the world has
-/// objects, it shows their places, too.
+/// The simulator starts this experiment from them with measured robots. The robots' centres lie in a
+/// disc or a box around the origin, far enough apart, and every robot faces away from the centre;
+/// `--seed` gives others that are as good. With `placement: {kind: file, path: …}` they come from the
+/// table, checked against the robots and the arena. Places of the world's objects are shown, too.
 ///
 /// `--check` shows instead where the robots of the fleet are seen now, as a run would read their poses,
 /// and what is not as it should be at the start; it sends nothing to any robot. Exit code 3 means that

@@ -21,11 +21,11 @@ use crate::threads_argument::ThreadsArgument;
 
 /// Plan real runs: how many decide whether robots mill as often as simulated.
 ///
-/// Real robots are assumed to mill as often as simulated ones as measured, which are run again, and
-/// often. The real runs are shared out evenly among the cells, and `rsrs compare` is run after
-/// each; the number is the least by which it has decided, either way, with the wanted probability.
-/// Exit code 3 means that 1,024 runs do not. Where simulated robots hardly mill, nothing is claimed, and
-/// no run is planned.
+/// Real robots are assumed to mill as often as simulated ones as measured, which are run again many
+/// times. The real runs are shared out evenly among the cells, and `rsrs compare` is run after each;
+/// the number is the least after which it has decided, either way, with the wanted probability. Exit
+/// code 3 means that 1,024 runs are too few. Where simulated robots hardly mill, nothing is claimed,
+/// and no run is planned.
 ///
 /// With `--fixed` nobody looks before the last run, so that fewer suffice: their number is written
 /// into a campaign file (`-o`) before the first, and `rsrs compare` gives its verdict at that
@@ -44,8 +44,8 @@ pub struct Arguments {
     /// Cell in which runs are planned, as AXIS=VALUE,…; may be given several times.
     #[arg(long)]
     cell: Vec<Cell>,
-    /// By how much real robots may mill less often than simulated ones and still support the claim; the
-    /// one that the comparison will have (default: 0.1).
+    /// By how much real robots may mill less often than simulated ones and still support the claim, as
+    /// in the comparison (default: 0.1).
     #[arg(long, value_name = "SHARE", default_value_t = MARGIN, hide_default_value = true,
           value_parser = margin())]
     margin: f64,

@@ -49,7 +49,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TIMES", default_value_t = 1.0, hide_default_value = true,
           value_parser = number("a positive number", |rate| rate > 0.0))]
     rate: f64,
-    /// Topics to publish (default: all by which no robot is steered).
+    /// Topics to publish (default: all that steer no robot).
     #[arg(long, value_name = "TOPIC", num_args = 1..)]
     topics: Vec<String>,
     /// Start again at the end, until SIGINT or SIGTERM.
@@ -71,10 +71,10 @@ pub struct Arguments {
     /// `label.json` beside the bag).
     #[arg(long, value_name = "FILE", requires = "into")]
     recorded: Option<PathBuf>,
-    /// Speed of the controller, in m/s (default: that of the bag's record).
+    /// Speed of the controller, in m/s (default: from the bag's record).
     #[arg(long, value_name = "M_PER_S", requires_all = ["into", "turn_rate"], value_parser = not_negative())]
     speed: Option<f64>,
-    /// Turning rate of the controller, in rad/s (default: that of the bag's record).
+    /// Turning rate of the controller, in rad/s (default: from the bag's record).
     #[arg(long, value_name = "RAD_PER_S", requires_all = ["into", "speed"], value_parser = not_negative())]
     turn_rate: Option<f64>,
     /// How to report.

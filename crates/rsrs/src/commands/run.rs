@@ -34,11 +34,11 @@ use rsrs_ros::runtime::runtime;
 
 /// Run one experiment over ROS 2, and record it.
 ///
-/// With the simulator, everything that the run needs is started and ended with it, in a network of
-/// its own. With the fleet, the robots' nodes must be running, and `--interface` names their
-/// network; a countdown of 3 s comes before the robots move, and Ctrl-C stops them at any time.
-/// Exit code 3 means that the run ended but does not count, that a robot is not confirmed to stand,
-/// or that data was lost: on a topic that is to lose none, or because the recorder did not keep up.
+/// With the simulator, everything that the run needs is started and ended with it, in a network of its
+/// own. With the fleet, the robots' nodes must be running, and `--interface` names their network; a
+/// countdown of 3 s comes before the robots move, and Ctrl-C stops them at any time. Exit code 3 means
+/// that the run ended but does not count, that a robot is not confirmed to stand, or that data was
+/// lost: on a topic that must lose none, or because the recorder did not keep up.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -42,7 +42,7 @@ pub struct Arguments {
     /// List what can be an axis, with its unit, and simulate nothing.
     #[arg(long, exclusive = true)]
     list_axes: bool,
-    /// Simulate on where the phase is uncertain, until every cell is certain.
+    /// Go on simulating where the phase is uncertain, until every cell is certain.
     ///
     /// The sweep file's `replicates` are what each cell begins with. A cell has enough when its
     /// interval is narrow or its phase is settled; next to a cell on the other side of one half, it

@@ -14,11 +14,11 @@ use crate::page_arguments::PageArguments;
 /// Check that the simulated robot is worse than the real ones: step 2 of the method.
 ///
 /// Simulated robots drive the commands of real trials; 99 % of them bound where such a robot can be.
-/// Real trials must lie inside at every time; robots that the simulator reproduces are refused in at most
-/// 5 of 100 cases. A region so large that it contains anything proves nothing, so the area of every
-/// region is printed. The simulated robot must also be nowhere better
-/// than its profile, and detections must not contradict its sensor. Where trials have an object that the
-/// robot pushes, one of the sweep's world is pushed in the same way, and must have gone where the real one went. Exit code 3 means that one of
+/// Real trials must lie inside at every time; robots that the simulator reproduces are refused in at
+/// most 5 of 100 cases. A region so large that it contains anything proves nothing, so the area of
+/// every region is printed. The simulated robot must also be nowhere better than its profile, and
+/// detections must not contradict its sensor. Where the robot pushes an object, one of the sweep's
+/// world is pushed in the same way, and must go where the real one went. Exit code 3 means that one of
 /// these does not hold. A robot that is worse in all of this does not by itself make reality at least
 /// as good as the simulation; `rsrs compare` tests that.
 #[derive(clap::Args)]
@@ -34,13 +34,14 @@ pub struct Arguments {
     /// `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s[,object_x_m,object_y_m]`, or bags.
     #[arg(long, value_name = "CSV|BAG", num_args = 1.., required = true)]
     trajectories: Vec<PathBuf>,
-    /// Detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`; no distance is no neighbour.
+    /// Detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`; no distance means no
+    /// neighbour.
     #[arg(long, value_name = "CSV")]
     detection: Option<PathBuf>,
-    /// Take trajectories of the simulator in place of real ones; the answer states it.
+    /// Accept trajectories of the simulator instead of real ones; the result says so.
     #[arg(long)]
     simulated: bool,
-    /// Values on the capabilities that the sweep sweeps, as AXIS=VALUE,…: one robot is judged.
+    /// Values of the capabilities that the sweep varies, as AXIS=VALUE,…: one robot is judged.
     #[arg(long, value_name = "AXIS=V")]
     at: Option<Cell>,
     /// The class whose robot is judged, where classes of the sweep's world have profiles of their

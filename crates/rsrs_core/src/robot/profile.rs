@@ -59,8 +59,8 @@ pub struct Body {
     pub front_half_angle_rad: f64,
     /// Whether a robot that cannot drive on still turns.
     pub rotates_while_blocked: bool,
-    /// What robots do when they touch (default: `stop`): stop in place with another one in front, and be
-    /// moved by nobody; push each other, or pass through each other.
+    /// What robots do when they touch (default: `stop`): stop in place with another one in front, and
+    /// cannot be pushed; push each other, or pass through each other.
     #[serde(default, skip_serializing_if = "ContactModel::is_usual")]
     pub contact: ContactModel,
     /// Coulomb's coefficient of the friction between two robots that push each other (`contact: push`), and along

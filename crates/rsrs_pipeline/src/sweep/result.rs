@@ -48,7 +48,7 @@ impl SweepResult {
         let is_one = self.source.as_measured().is_none();
         if self.as_measured.is_none() && !is_one {
             return Err(with_help(
-                "this sweep holds one world only, that of robots made worse: it was made before \
+                "this sweep holds only robots made worse: it was made before \
                  sweeps held the robots as measured, too",
                 "sweep it again into another folder, and go on there: `rsrs sweep DIR/sweep.yaml -o \
                  NEW_DIR`",

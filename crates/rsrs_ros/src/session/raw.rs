@@ -93,7 +93,7 @@ static SUPPORTED: [RepresentationIdentifier; 6] = [
 
 /// An encapsulation that is none of [`ENCODINGS`].
 #[derive(Debug, thiserror::Error)]
-#[error("encapsulation {found:?} is none that ROS 2 sends")]
+#[error("encapsulation {found:?} is not one that ROS 2 sends")]
 pub(super) struct UnknownEncoding {
     found: RepresentationIdentifier,
 }

@@ -10,9 +10,9 @@ use rsrs_render::bag_contents::{BagContents, text};
 
 /// Print what is in a bag: topics, times, the experiment, labels, and where it breaks off.
 ///
-/// Every file is read through, against the checksums in it, as far as its first damage; what is behind it
-/// is for `rsrs bag recover`. Exit code 3 means that the recording breaks
-/// off or is damaged, or was recovered from one that was, so that data are lost.
+/// Every file is read through, against the checksums in it, as far as its first damage; the rest is for
+/// `rsrs bag recover`. Exit code 3 means that the recording breaks off or is damaged, or was recovered
+/// from one that was, so that data are lost.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -23,7 +23,7 @@ Examples:
 pub struct Arguments {
     /// Bag: a rosbag2 folder or a single .mcap file.
     bag: PathBuf,
-    /// Folder of the new bag; it must not exist (default: BAG with `_recovered` behind its name).
+    /// Folder of the new bag; it must not exist (default: BAG with `_recovered` appended).
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// To how many bytes a file that was compressed as a whole may unpack (default: 64 times its

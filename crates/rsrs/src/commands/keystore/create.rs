@@ -17,11 +17,11 @@ use crate::notes::{print_always, print_note};
 /// Make a keystore for a fleet, or the enclaves that one lacks.
 ///
 /// It is laid out as `ros2 security create_keystore` does, and ROS 2 programs use it as their own. Each
-/// robot gets an enclave, in which it may publish its own topics alone; `/runner` holds leases and
-/// sets parameters, `/stop` stops, `/controllers` and `/simulator` stand in for robots, `/tracker`
-/// publishes poses, `/viewer` looks. Keys are readable by their owner alone, and those that are there
-/// are never written again; a certificate that is missing, or does not belong to its key, is made anew. Who
-/// was revoked is left out. The folder `private` stays on this machine: who has it can make members.
+/// robot gets an enclave, in which it may publish its own topics alone; `/runner` holds leases and sets
+/// parameters, `/stop` stops, `/controllers` and `/simulator` stand in for robots, `/tracker` publishes
+/// poses, `/viewer` only watches. Keys are readable by their owner alone, and never overwritten; a
+/// certificate that is missing, or does not belong to its key, is made anew. Revoked members are left
+/// out. The folder `private` stays on this machine: whoever has it can make members.
 ///
 /// Exit code 3 means that an enclave cannot be used yet; what to type is printed.
 #[derive(clap::Args)]
@@ -38,13 +38,13 @@ pub struct Arguments {
     /// Fleet file (YAML): every robot in it gets an enclave, enabled or not.
     #[arg(long, value_name = "FLEET")]
     fleet: PathBuf,
-    /// The domain of the fleet, in which alone the keystore holds (default: that of the keystore, or of a
-    /// new one `ROS_DOMAIN_ID`, or 0).
+    /// The domain of the fleet, the only one in which the keystore is valid (default: the keystore's;
+    /// for a new one `ROS_DOMAIN_ID`, or 0).
     #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
     domain: Option<u16>,
-    /// For how many days what is signed now holds: certificates of new members, and permissions of all in the
-    /// fleet file, also of those that are there (default: as long as the keystore's authority; in a new one
-    /// 3650, as in SROS2).
+    /// For how many days what is signed now is valid: certificates of new members, and permissions of
+    /// all in the fleet file, old members included (default: as long as the keystore's authority; in a
+    /// new one 3650, as in SROS2).
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36500))]
     valid_days: Option<u32>,
     /// Make the enclave of a revoked member again, with other keys; may be given more than once.

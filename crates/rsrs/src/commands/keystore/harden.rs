@@ -9,7 +9,7 @@ use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::print_always;
 
-/// Change a keystore so that this program can use it and nobody outside of it can forge anything.
+/// Change a keystore so that this program can use it and no outsider can forge anything.
 ///
 /// Signs another governance where that of SROS2 protects too little, or protects payloads by
 /// themselves, which this middleware cannot carry; links it, and the authority's certificates, into

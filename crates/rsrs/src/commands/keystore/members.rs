@@ -19,9 +19,9 @@ use crate::notes::print_always;
 
 /// Show who belongs to a keystore, and until when.
 ///
-/// Names problems as programs that start with it do, with what to type. Exit code 3 means that
-/// somebody cannot take part now, that programs refuse the governance, that others than their owner can
-/// read private keys, or that such keys were left by a command that was interrupted.
+/// Names problems as programs that start with it do, with what to type. Exit code 3 means that somebody
+/// cannot take part now, that programs refuse the governance, that private keys are readable by more
+/// than their owner, or that such keys were left by a command that was interrupted.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -54,10 +54,10 @@ pub struct RenewArguments {
 
 /// Make a keystore anew without one of its members, such as a robot that was stolen.
 ///
-/// There is no list of revoked certificates in DDS Security as this middleware has it. So the authority and
-/// all keys are new, and who has the old ones takes part in nothing. Every member has to be copied anew
-/// before the next run; until then the members with old keys and those with new ones do not hear each
-/// other. The old keystore is moved aside.
+/// This middleware has no list of revoked certificates. So the authority and all keys are made anew,
+/// and whoever has the old ones is shut out. Every member has to be copied anew before the next run;
+/// until then the members with old keys and those with new ones do not hear each other. The old
+/// keystore is moved aside.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

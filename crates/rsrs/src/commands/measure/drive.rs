@@ -33,8 +33,8 @@ use rsrs_render::driven_trials;
 /// robot, and trials of the simulator are not added to those of robots.
 ///
 /// `--plan` makes all trials of a folder of `rsrs measure plan` that are not in its tables yet, and
-/// those in which commands paused; `--template` those of one table. Killed at any moment, they go
-/// on when typed again.
+/// those in which commands paused; `--template` those of one table. If killed, they go on when typed
+/// again.
 ///
 /// On the fleet, this command is the robots' controller. A robot with `lease: gate` needs its node
 /// running without one (`rsrs node robot --without-controller …`); one with `lease: controller` needs
@@ -117,8 +117,8 @@ pub struct Arguments {
     /// plan's trials so far, else 0.13).
     #[arg(long, value_name = "S", value_parser = period)]
     period: Option<f64>,
-    /// What moves the robot (default: sim). It must be given if results go into tables, each row
-    /// of which states it.
+    /// What moves the robot (default: sim); required if results go into tables, where each row states
+    /// it.
     #[arg(long, value_parser = backends("The simulator, in a network of its own"))]
     backend: Option<Backend>,
     #[command(flatten)]

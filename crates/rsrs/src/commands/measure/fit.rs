@@ -20,10 +20,10 @@ use crate::wheel_arguments::WheelArguments;
 
 /// Fit a profile to trials: every number with its interval and where it comes from.
 ///
-/// Tables are CSV with the header of `rsrs measure plan`. All of them may come out of bags instead,
-/// and straight runs and turns out of trajectories; where a table is given, it counts. Outliers are
-/// named, not dropped. A profile fitted to trials of the simulator says so wherever it is used;
-/// trials of simulator and robots are mixed only with `--mixed`.
+/// Tables are CSV with the header of `rsrs measure plan`. All of them may come from bags instead, and
+/// straight runs and turns from trajectories; a table that is given takes precedence. Outliers are
+/// named, not dropped. A profile fitted to trials of the simulator says so wherever it is used; trials
+/// of simulator and robots are mixed only with `--mixed`.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -53,7 +53,8 @@ pub struct Arguments {
     /// `robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s[,paused_s,backend]`; without them, robots turn while they drive as they do in place.
     #[arg(long, value_name = "CSV")]
     arcs: Option<PathBuf>,
-    /// Detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`; no distance is no neighbour.
+    /// Detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`; no distance means no
+    /// neighbour.
     #[arg(long, value_name = "CSV", required_unless_present_any = ["bags", "plan"])]
     detection: Option<PathBuf>,
     /// Control periods: `robot,period_s[,backend]`.

@@ -12,8 +12,8 @@ use rsrs_pipeline::measure::plan_folder::{enabled_robots, write};
 
 /// List the trials that are worth running, and make the tables to fill in.
 ///
-/// Robots are spread over the fleet, commands over the safe limits. The number of repetitions is what
-/// the wanted precision takes. The defaults are the paper's procedure with a Flockbot.
+/// Robots are spread over the fleet, commands over the safe limits, each repeated as often as the
+/// wanted precision takes. The defaults are the paper's procedure with a Flockbot.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

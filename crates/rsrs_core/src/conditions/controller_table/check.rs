@@ -79,7 +79,7 @@ pub enum TableProblem {
     },
     /// A named number without a unit that cannot be a probability.
     #[error(
-        "`{name}` has no unit at its end, which makes it a probability, and `{key}` is {found}, which is none"
+        "`{name}` has no unit at its end, which makes it a probability, and `{key}` is {found}, which is not one"
     )]
     NoProbability {
         /// Its name.

@@ -44,7 +44,7 @@ pub struct Port(AsyncFd<File>);
 impl Port {
     /// Opens a port: 8 data bits, no parity, 1 stop bit, no flow control; what was left in its
     /// queues is thrown away.
-    #[expect(unsafe_code, reason = "nobody else vouches for a file's descriptor")]
+    #[expect(unsafe_code, reason = "`AsyncFd::register` is unsafe for a file")]
     pub fn open(path: &str, baud: u32) -> Result<Self, PortError> {
         let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
         let file = OpenOptions::new()

@@ -18,7 +18,7 @@ use rsrs_pipeline::error::with_help;
 /// Asks on standard error for what the robot did, and reads the answers from standard input; a
 /// signal, or the end of the input, ends it with an error.
 ///
-/// What is no answer is asked again: the trial was driven already.
+/// What is not understood is asked again: the trial was driven already.
 pub async fn ask(plan: &Plan) -> anyhow::Result<Motion> {
     let record = &plan.record;
     let command = record.conditions.controller.parameters().expect("a trial has one command");
@@ -114,7 +114,7 @@ impl<I: BufRead, O: Write> Interview<I, O> {
                 "" => return Ok(Ready::Go),
                 "s" => return Ok(Ready::Skip),
                 "q" => return Ok(Ready::End),
-                other => writeln!(self.output, "`{other}` is no answer").context("asking")?,
+                other => writeln!(self.output, "`{other}` is not understood").context("asking")?,
             }
         }
     }
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(answered("s\n").0.unwrap(), Ready::Skip);
         let (ready, asked) = answered("yes\nq\n");
         assert_eq!(ready.unwrap(), Ready::End);
-        assert!(asked.contains("`yes` is no answer\nput it there; then Enter"), "{asked}");
+        assert!(asked.contains("`yes` is not understood\nput it there; then Enter"), "{asked}");
         assert!(answered("").0.unwrap_err().to_string().contains("standard input ended"));
     }
 
