@@ -19,7 +19,7 @@ use rsrs_ros::session::{Publisher, Session, Subscription};
 use serde_json::Value;
 
 use super::{TIMEOUT, manifest, wait_for, write};
-use crate::processes::{Process, in_own_network, rsrs};
+use crate::processes::{Process, in_own_network, is_starved, rsrs};
 use crate::recorded::record_of;
 use crate::terminal::Terminal;
 use rsrs_testing::network::session;
@@ -368,8 +368,26 @@ fn run_placed(bodies: &Bodies) {
     assert!(printed.contains("robot_2 is stuck"), "{printed}");
     assert!(!place.path().join("out/001_short/manifest.json").exists(), "nothing was run");
 
-    let mut run = start("cat > wanted.json; until [ -e placed ]; do sleep 0.05; done; sleep 0.5");
-    let wanted = place.path().join("wanted.json");
+    let (status, printed) = (1..)
+        .find_map(|attempt| {
+            let mut run =
+                start("cat > wanted.json; until [ -e placed ]; do sleep 0.05; done; sleep 0.5");
+            place_as_wanted(bodies, place.path());
+            let (status, printed) = run.wait(TIMEOUT);
+            // A machine that gives the sensors no processor for half a second ends the run, as it should.
+            let is_last = status.code() == Some(3) || attempt == 3 || !is_starved(&printed);
+            is_last.then_some((status, printed))
+        })
+        .expect("there is a last attempt");
+
+    assert_eq!(status.code(), Some(3), "{printed}");
+    assert!(printed.contains("all 3 robots stand where they should start"), "{printed}");
+    check_bag(&place.path().join("out/001_short/bag"), 5);
+}
+
+/// Does what a program is asked to do that places robots.
+fn place_as_wanted(bodies: &Bodies, folder: &Path) {
+    let wanted = folder.join("wanted.json");
     let text = || std::fs::read_to_string(&wanted).unwrap_or_default();
     wait_for("the placement", || text().ends_with('\n'));
     let given: Value = serde_json::from_str(&text()).expect("a line of JSON");
@@ -380,12 +398,7 @@ fn run_placed(bodies: &Bodies) {
         let (x_m, y_m, heading_rad) = (number("x_m"), number("y_m"), number("heading_rad"));
         bodies.lock()[body] = Body { x_m, y_m, heading_rad, given: Twist::default() };
     }
-    write(place.path(), "placed", "");
-    let (status, printed) = run.wait(TIMEOUT);
-
-    assert_eq!(status.code(), Some(3), "{printed}");
-    assert!(printed.contains("all 3 robots stand where they should start"), "{printed}");
-    check_bag(&place.path().join("out/001_short/bag"), 5);
+    write(folder, "placed", "");
 }
 
 #[test]
