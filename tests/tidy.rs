@@ -223,7 +223,9 @@ fn no_modules_name_each_other_in_a_circle() {
                 let before = children.len();
                 let left: BTreeSet<String> = children.keys().cloned().collect();
                 let named: BTreeSet<String> = children.values().flatten().cloned().collect();
-                children.values_mut().for_each(|others| others.retain(|it| left.contains(it)));
+                for others in children.values_mut() {
+                    others.retain(|it| left.contains(it));
+                }
                 children.retain(|child, others| !others.is_empty() && named.contains(child));
                 if children.len() == before {
                     break;
