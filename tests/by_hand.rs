@@ -171,14 +171,12 @@ fn check_profile(profile: &RobotProfile) {
         ("speed", actuation.speed.gain_by_command[0].mean, 0.92),
         ("turn in place", actuation.turn.gain_by_command[0].mean, 0.95),
         ("turn while driving", driving[0].mean, 0.88),
+        ("period", profile.computation.period_s / 0.1, 1.0),
         ("true positives", profile.sensing.true_positive, 0.95),
     ] {
         // A few trials on a busy machine.
         assert!((found - made_with).abs() < 0.06, "{what}: {found}, made with {made_with}");
     }
-    // The robots share a busy machine, which makes some steps longer.
-    let period_s = profile.computation.period_s;
-    assert!((0.094..0.13).contains(&period_s), "{period_s} s, made with 0.1 s");
     assert!(profile.sensing.false_positive < 0.12, "{:?}", profile.sensing);
     let polygon = profile.sensing.polygon_m.as_ref().expect("it is fitted");
     let farthest_m = polygon.iter().map(|[x_m, y_m]| libm::hypot(*x_m, *y_m)).fold(0.0, f64::max);
