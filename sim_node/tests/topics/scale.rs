@@ -3,10 +3,16 @@
 use std::time::Duration;
 
 use crate::fleet::start_with;
-use crate::fleet_runner::{FleetRunner, TimeMode, names};
+use crate::fleet_runner::{FleetRunner, Report, TimeMode, names};
 use rsrs_testing::network::{in_own_network, session};
+use rsrs_testing::processor::waited;
 
 const N_ROBOTS: usize = 100;
+/// Who stands although the machine kept nobody waiting for so long has another reason; the shortest of the
+/// protocol's timeouts is 250 ms.
+const STARVED: Duration = Duration::from_millis(100);
+/// How often a machine that is busy may stop them.
+const TRIES: usize = 3;
 
 #[test]
 fn of_a_hundred_virtual_robots_nothing_is_lost() {
@@ -14,19 +20,36 @@ fn of_a_hundred_virtual_robots_nothing_is_lost() {
 }
 
 async fn hundred() {
-    let _simulator = start_with(&names(N_ROBOTS).join(","));
-    let session = session();
-    let mut fleet_runner = FleetRunner::new(&session, N_ROBOTS, TimeMode::RealTime).await;
-    fleet_runner.place().await;
+    let mut tries = 1;
+    let report = loop {
+        let (report, waited) = lead().await;
+        if report.moving == N_ROBOTS || waited < STARVED || tries == TRIES {
+            break report;
+        }
+        tries += 1;
+    };
 
-    let report = fleet_runner.run(Duration::from_secs(6)).await;
-
-    assert_eq!((report.lost, report.moving), (0, N_ROBOTS), "{report:?}");
+    assert_eq!((report.lost, report.moving), (0, N_ROBOTS), "{report:?}, try {tries}");
     // Even on a busy machine more than the first few periods come, and of every robot.
     assert!(report.steps >= 10, "{report:?}");
     let n_robots = N_ROBOTS as u64;
     assert!(report.detections + 2 * n_robots >= report.steps * n_robots, "{report:?}");
     assert!(report.poses + 2 * n_robots >= report.steps * n_robots, "{report:?}");
+}
+
+/// Six seconds of a new fleet, and how long its processes had to wait for a processor.
+async fn lead() -> (Report, Duration) {
+    let simulator = start_with(&names(N_ROBOTS).join(","));
+    let session = session();
+    let mut fleet_runner = FleetRunner::new(&session, N_ROBOTS, TimeMode::RealTime).await;
+    fleet_runner.place().await;
+    let all_waited = || waited(simulator.0.id()) + waited(std::process::id());
+    let before = all_waited();
+
+    let report = fleet_runner.run(Duration::from_secs(6)).await;
+
+    let waited = all_waited().saturating_sub(before);
     drop(fleet_runner);
     session.close().await;
+    (report, waited)
 }
