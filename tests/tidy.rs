@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use rsrs_msgs::node_kind::NodeKind;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 
 /// The crates that touch nothing outside their arguments, with their folders.
@@ -382,8 +383,10 @@ fn workspaces_of_their_own_are_built_of_the_versions_of_the_workspace() {
 }
 
 #[test]
-fn the_page_of_the_interface_has_every_topic_with_its_type_and_quality_of_service() {
+fn the_page_of_the_interface_has_every_topic_as_the_table_has_it_and_no_other() {
     let page = text(Path::new("docs/ros_interface.md"));
+    let of_topics = |row: &&str| row.starts_with("| `") && row.contains("/msg/");
+    let rows: Vec<&str> = page.lines().filter(of_topics).collect();
     for topic in rsrs_msgs::topics::ALL {
         let Qos { reliability, durability, depth } = topic.qos;
         let reliability = match reliability {
@@ -394,10 +397,18 @@ fn the_page_of_the_interface_has_every_topic_with_its_type_and_quality_of_servic
             Durability::Volatile => "",
             Durability::TransientLocal => ", transient local",
         };
-        let quality = format!("{reliability}{durability}, {depth}");
-        let row = format!("| `{}` | `{}` | {quality} |", topic.name, topic.type_name);
-        assert!(page.contains(&row), "docs/ros_interface.md has no row {row}");
+        let [from, to] = [topic.publishers, topic.subscribers].map(|nodes| {
+            let names: Vec<String> = nodes.iter().map(ToString::to_string).collect();
+            if nodes == NodeKind::ALL { "all".to_owned() } else { names.join(", ") }
+        });
+        let row = format!(
+            "| `{}` | `{}` | {reliability}{durability}, {depth} | {from} | {to} | ",
+            topic.name, topic.type_name
+        );
+        let found = rows.iter().filter(|found| found.starts_with(&row)).count();
+        assert_eq!(found, 1, "rows of docs/ros_interface.md with {row}");
     }
+    assert_eq!(rows.len(), rsrs_msgs::topics::ALL.len(), "docs/ros_interface.md has other topics");
 }
 
 #[test]

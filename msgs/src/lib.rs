@@ -6,8 +6,8 @@
 //! would decode to nonsense without an error, so all of them are checked byte for byte against an
 //! independent implementation (`tests/messages/oracle.rs`).
 //!
-//! * [`topics`] — every topic's name, type and quality of service, once.
-//! * [`node_names`] — what the nodes of a fleet are called.
+//! * [`topics`] — every topic's name, type and quality of service, publishers and subscribers, once.
+//! * [`node_names`] — what the nodes of a fleet are called, and [`node_kind`] which kinds there are.
 //! * [`cdr`] — messages to bytes and back.
 //! * [`schema`] — the `ros2msg` text and the RIHS01 hash of a type, as bags want them.
 //! * one module per ROS package, such as [`geometry_msgs`], with plain structs;
@@ -20,6 +20,7 @@ pub mod geometry_msgs;
 mod message;
 pub mod motion_capture_tracking_interfaces;
 pub mod nav_msgs;
+pub mod node_kind;
 pub mod node_names;
 pub mod rcl_interfaces;
 pub mod rosgraph_msgs;

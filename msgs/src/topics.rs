@@ -1,9 +1,13 @@
-//! Every topic's name, type and quality of service: the one table.
+//! Every topic's name, type and quality of service, who publishes and who subscribes it: the one table.
 //!
+//! The permissions of keystores and the page of the interface follow from it.
 //! Matching in DDS goes by name and quality of service, and not every library compares types, so
 //! no other file spells a topic.
 
 use crate::RosMessage;
+use crate::node_kind::NodeKind::{
+    self, BaseDriver, Controller, Robot, Runner, SensorDriver, Simulator, Stop, Tracker, Viewer,
+};
 use crate::{
     diagnostic_msgs, geometry_msgs, motion_capture_tracking_interfaces, nav_msgs, rcl_interfaces,
     rosgraph_msgs, rsrs, sensor_msgs, std_msgs, tf2_msgs, visualization_msgs,
@@ -64,9 +68,21 @@ pub struct Topic {
     pub type_name: &'static str,
     /// Its quality of service.
     pub qos: Qos,
+    /// Who publishes it; in a secured fleet, nobody else may.
+    pub publishers: &'static [NodeKind],
+    /// Who needs it; others may look at it or record it.
+    pub subscribers: &'static [NodeKind],
 }
 
 impl Topic {
+    const fn published_by(self, publishers: &'static [NodeKind]) -> Self {
+        Self { publishers, ..self }
+    }
+
+    const fn subscribed_by(self, subscribers: &'static [NodeKind]) -> Self {
+        Self { subscribers, ..self }
+    }
+
     /// The full name of this topic for one robot; absolute names belong to all robots and stay.
     ///
     /// # Example
@@ -132,9 +148,9 @@ fn before<'a>(name: &'a str, last: &str) -> Option<&'a str> {
     (!robot.is_empty()).then_some(robot)
 }
 
-/// Names a topic whose messages are of type `M`.
+/// Names a topic whose messages are of type `M`, of nobody yet.
 const fn topic<M: RosMessage>(name: &'static str, qos: Qos) -> Topic {
-    Topic { name, type_name: M::TYPE_NAME, qos }
+    Topic { name, type_name: M::TYPE_NAME, qos, publishers: &[], subscribers: &[] }
 }
 
 /// Deeper than the most samples of a topic that lockstep leaves unread: the simulator is at most
@@ -146,11 +162,15 @@ const LOCKSTEP_DEPTH: u32 = 200;
 pub const EXPERIMENT_ATTACHMENT: &str = "experiment.json";
 
 /// Whether the robot sees another one; one sample per control period.
-pub const DETECTION: Topic = topic::<std_msgs::Bool>("detection", Qos::reliable(LOCKSTEP_DEPTH));
+pub const DETECTION: Topic = topic::<std_msgs::Bool>("detection", Qos::reliable(LOCKSTEP_DEPTH))
+    .published_by(&[Robot, Simulator])
+    .subscribed_by(&[Controller]);
 /// A further reading of a robot with several sensors, beside [`DETECTION`]: on [`further_detection`]. In lockstep it is
 /// kept for who subscribes once it is told what the robot reports; elsewhere it is subscribed as [`DETECTION`] is.
 pub const FURTHER_DETECTION: Topic =
-    topic::<std_msgs::Bool>("detection/*", Qos::latched(LOCKSTEP_DEPTH));
+    topic::<std_msgs::Bool>("detection/*", Qos::latched(LOCKSTEP_DEPTH))
+        .published_by(&[Robot, Simulator])
+        .subscribed_by(&[Controller]);
 /// The name of a robot's [`FURTHER_DETECTION`] of one reading.
 ///
 /// # Example
@@ -174,23 +194,37 @@ pub fn further_reading(name: &str) -> Option<(&str, &str)> {
 
 /// The command that answers a detection; in lockstep, stamped with the detection's `/clock`.
 pub const CMD_VEL: Topic =
-    topic::<geometry_msgs::TwistStamped>("cmd_vel", Qos::reliable(LOCKSTEP_DEPTH));
+    topic::<geometry_msgs::TwistStamped>("cmd_vel", Qos::reliable(LOCKSTEP_DEPTH))
+        .published_by(&[Controller])
+        .subscribed_by(&[Robot, Simulator]);
 /// The command for drivers that take no stamp; the same name, and never both.
 pub const CMD_VEL_UNSTAMPED: Topic =
-    topic::<geometry_msgs::Twist>("cmd_vel", Qos::reliable(LOCKSTEP_DEPTH));
+    topic::<geometry_msgs::Twist>("cmd_vel", Qos::reliable(LOCKSTEP_DEPTH))
+        .published_by(&[Controller])
+        .subscribed_by(&[Robot, Simulator]);
 /// Where the robot is: ground truth from the simulator, its own estimate from a robot.
-pub const ODOM: Topic = topic::<nav_msgs::Odometry>("odom", Qos::reliable(LOCKSTEP_DEPTH));
+pub const ODOM: Topic = topic::<nav_msgs::Odometry>("odom", Qos::reliable(LOCKSTEP_DEPTH))
+    .published_by(&[BaseDriver, Simulator])
+    .subscribed_by(&[Runner, Simulator]);
 /// Where a tracker sees the robot; best effort also receives trackers that are reliable.
-pub const POSE: Topic = topic::<geometry_msgs::PoseStamped>("pose", Qos::best_effort(10));
+pub const POSE: Topic = topic::<geometry_msgs::PoseStamped>("pose", Qos::best_effort(10))
+    .published_by(&[Tracker, Simulator])
+    .subscribed_by(&[Runner, Simulator]);
 /// Where a tracker sees all bodies, by their names; the usual name, which a fleet file may change.
 pub const NAMED_POSES: Topic =
-    topic::<motion_capture_tracking_interfaces::NamedPoseArray>("/poses", Qos::best_effort(10));
+    topic::<motion_capture_tracking_interfaces::NamedPoseArray>("/poses", Qos::best_effort(10))
+        .published_by(&[Tracker])
+        .subscribed_by(&[Runner]);
 /// The same of a tracker that tells bodies apart by their order; the same name, and never both.
-pub const POSE_ARRAY: Topic = topic::<geometry_msgs::PoseArray>("/poses", Qos::best_effort(10));
+pub const POSE_ARRAY: Topic = topic::<geometry_msgs::PoseArray>("/poses", Qos::best_effort(10))
+    .published_by(&[Tracker])
+    .subscribed_by(&[Runner]);
 /// Where an object that robots push is: on [`object_pose`] of each. In lockstep it is kept for who subscribes once it is
 /// told what is there; elsewhere it is subscribed as [`POSE`] is.
 pub const OBJECT_POSE: Topic =
-    topic::<geometry_msgs::PoseStamped>("/objects/*/pose", Qos::latched(LOCKSTEP_DEPTH));
+    topic::<geometry_msgs::PoseStamped>("/objects/*/pose", Qos::latched(LOCKSTEP_DEPTH))
+        .published_by(&[Tracker, Simulator])
+        .subscribed_by(&[Runner]);
 /// The name of the [`OBJECT_POSE`] of one object.
 ///
 /// # Example
@@ -214,75 +248,125 @@ pub fn object_of(name: &str) -> Option<&str> {
 }
 
 /// The raw range reading behind a detection, when the driver has it.
-pub const RANGE: Topic = topic::<sensor_msgs::Range>("range", Qos::best_effort(10));
+pub const RANGE: Topic = topic::<sensor_msgs::Range>("range", Qos::best_effort(10))
+    .published_by(&[Robot])
+    .subscribed_by(&[Runner]);
 /// What a tracked real robot would see of virtual ones, from the simulator, and what a robot of the simulator
 /// senses. The newest counts: behind a link that loses packets a reliable topic would hold it back until
 /// the lost ones were sent again.
 pub const VIRTUAL_DETECTION: Topic =
-    topic::<std_msgs::Bool>("virtual_detection", Qos::best_effort(10));
+    topic::<std_msgs::Bool>("virtual_detection", Qos::best_effort(10))
+        .published_by(&[Simulator])
+        .subscribed_by(&[Robot, Controller]);
 /// What the gate of a robot lets through to a base driver of another package, which has a watchdog of
 /// its own: only the newest counts.
 pub const HARDWARE_CMD_VEL: Topic =
-    topic::<geometry_msgs::TwistStamped>("hardware/cmd_vel", Qos::reliable(1));
+    topic::<geometry_msgs::TwistStamped>("hardware/cmd_vel", Qos::reliable(1))
+        .published_by(&[Robot])
+        .subscribed_by(&[BaseDriver, Simulator]);
 /// The same for base drivers that take no stamp; the same name, and never both.
 pub const HARDWARE_CMD_VEL_UNSTAMPED: Topic =
-    topic::<geometry_msgs::Twist>("hardware/cmd_vel", Qos::reliable(1));
+    topic::<geometry_msgs::Twist>("hardware/cmd_vel", Qos::reliable(1))
+        .published_by(&[Robot])
+        .subscribed_by(&[BaseDriver, Simulator]);
 /// The readings of another driver's distance sensor; best effort also receives reliable publishers.
 pub const HARDWARE_RANGE: Topic =
-    topic::<sensor_msgs::Range>("hardware/range", Qos::best_effort(10));
+    topic::<sensor_msgs::Range>("hardware/range", Qos::best_effort(10))
+        .published_by(&[SensorDriver])
+        .subscribed_by(&[Robot]);
 /// What another driver's sensor decides itself.
 pub const HARDWARE_DETECTION: Topic =
-    topic::<std_msgs::Bool>("hardware/detection", Qos::best_effort(10));
+    topic::<std_msgs::Bool>("hardware/detection", Qos::best_effort(10))
+        .published_by(&[SensorDriver])
+        .subscribed_by(&[Robot]);
 /// The readings of another driver's laser scanner.
 pub const HARDWARE_SCAN: Topic =
-    topic::<sensor_msgs::LaserScan>("hardware/scan", Qos::best_effort(10));
+    topic::<sensor_msgs::LaserScan>("hardware/scan", Qos::best_effort(10))
+        .published_by(&[SensorDriver])
+        .subscribed_by(&[Robot]);
 /// The status of the robot.
-pub const STATUS: Topic = topic::<rsrs::RobotStatus>("status", Qos::best_effort(1));
+pub const STATUS: Topic = topic::<rsrs::RobotStatus>("status", Qos::best_effort(1))
+    .published_by(&[Robot, Controller, Simulator])
+    .subscribed_by(&[Controller, Runner, Stop]);
 /// The status of the controller: robot and runner take its parameter digest from here.
 pub const CONTROLLER_STATUS: Topic =
-    topic::<rsrs::RobotStatus>("controller/status", Qos::best_effort(1));
+    topic::<rsrs::RobotStatus>("controller/status", Qos::best_effort(1))
+        .published_by(&[Controller])
+        .subscribed_by(&[Robot, Simulator, Runner]);
 /// The status of the simulator: armed with a placed world, moving, stopped after its last step,
 /// or in fault; the digest names the placed world, and the epoch numbers it.
 pub const SIMULATOR_STATUS: Topic =
-    topic::<rsrs::RobotStatus>("/simulator/status", Qos::best_effort(1));
+    topic::<rsrs::RobotStatus>("/simulator/status", Qos::best_effort(1))
+        .published_by(&[Simulator])
+        .subscribed_by(&[Runner]);
 /// The runner's permission to move; an old one is worthless, so it is never sent again. A large fleet
 /// takes several at a time, of which none is to push another out.
-pub const LEASE: Topic = topic::<rsrs::RunLease>("/swarm/lease", Qos::best_effort(64));
+pub const LEASE: Topic = topic::<rsrs::RunLease>("/swarm/lease", Qos::best_effort(64))
+    .published_by(&[Runner])
+    .subscribed_by(&[Robot, Controller, Simulator, Runner]);
 /// Stops every robot: each publisher by itself locks them, and locks by its silence once it was
 /// received in a run.
-pub const E_STOP: Topic = topic::<std_msgs::Bool>("/swarm/e_stop", Qos::reliable(10));
+pub const E_STOP: Topic = topic::<std_msgs::Bool>("/swarm/e_stop", Qos::reliable(10))
+    .published_by(&[Stop])
+    .subscribed_by(NodeKind::ALL);
 /// Ends the locks of the publishers that it names.
 pub const E_STOP_RELEASE: Topic =
-    topic::<rsrs::EStopLocks>("/swarm/e_stop_release", Qos::reliable(10));
+    topic::<rsrs::EStopLocks>("/swarm/e_stop_release", Qos::reliable(10))
+        .published_by(&[Stop])
+        .subscribed_by(NodeKind::ALL);
 /// Which publishers have locked the robots of a process; transient local, for robots that start again.
-pub const E_STOP_LOCKS: Topic = topic::<rsrs::EStopLocks>("/swarm/e_stop_locks", Qos::latched(1));
+pub const E_STOP_LOCKS: Topic = topic::<rsrs::EStopLocks>("/swarm/e_stop_locks", Qos::latched(1))
+    .published_by(&[Robot, Controller, Simulator])
+    .subscribed_by(&[Robot, Controller, Simulator, Stop]);
 /// The record of the run, as the bag's attachment has it: JSON. Latched, and a message because
 /// converters of bags keep nothing else.
-pub const EXPERIMENT: Topic = topic::<std_msgs::String>("/swarm/experiment", Qos::latched(1));
+pub const EXPERIMENT: Topic = topic::<std_msgs::String>("/swarm/experiment", Qos::latched(1))
+    .published_by(&[Runner])
+    .subscribed_by(&[Viewer]);
 /// How the run ended, as the bag's metadata has it: JSON.
-pub const ENDING: Topic = topic::<std_msgs::String>("/swarm/ending", Qos::latched(1));
+pub const ENDING: Topic = topic::<std_msgs::String>("/swarm/ending", Qos::latched(1))
+    .published_by(&[Runner])
+    .subscribed_by(&[Viewer]);
 /// The fingerprint of the simulated world, after each lockstep step.
 pub const WORLD_DIGEST: Topic =
-    topic::<rsrs::WorldDigest>("/swarm/world_digest", Qos::reliable(LOCKSTEP_DEPTH));
+    topic::<rsrs::WorldDigest>("/swarm/world_digest", Qos::reliable(LOCKSTEP_DEPTH))
+        .published_by(&[Simulator])
+        .subscribed_by(&[Runner]);
 /// The recorder's acknowledgement in lockstep.
-pub const RECORDED: Topic = topic::<rsrs::Recorded>("/swarm/recorded", Qos::reliable(10));
+pub const RECORDED: Topic = topic::<rsrs::Recorded>("/swarm/recorded", Qos::reliable(10))
+    .published_by(&[Runner])
+    .subscribed_by(&[Simulator]);
 /// Simulated time, before the detections of each lockstep step.
-pub const CLOCK: Topic = topic::<rosgraph_msgs::Clock>("/clock", Qos::reliable(LOCKSTEP_DEPTH));
+pub const CLOCK: Topic = topic::<rosgraph_msgs::Clock>("/clock", Qos::reliable(LOCKSTEP_DEPTH))
+    .published_by(&[Simulator])
+    .subscribed_by(&[Controller, Runner]);
 /// The health of parts.
 pub const DIAGNOSTICS: Topic =
-    topic::<diagnostic_msgs::DiagnosticArray>("/diagnostics", Qos::reliable(10));
+    topic::<diagnostic_msgs::DiagnosticArray>("/diagnostics", Qos::reliable(10))
+        .published_by(&[Robot, Simulator])
+        .subscribed_by(&[Runner, Viewer]);
 /// The transform tree.
-pub const TF: Topic = topic::<tf2_msgs::TFMessage>("/tf", Qos::reliable(100));
+pub const TF: Topic = topic::<tf2_msgs::TFMessage>("/tf", Qos::reliable(100))
+    .published_by(&[Tracker, Simulator])
+    .subscribed_by(NodeKind::ALL);
 /// Transforms that stay as they are.
-pub const TF_STATIC: Topic = topic::<tf2_msgs::TFMessage>("/tf_static", Qos::latched(100));
+pub const TF_STATIC: Topic = topic::<tf2_msgs::TFMessage>("/tf_static", Qos::latched(100))
+    .published_by(&[Tracker, Simulator])
+    .subscribed_by(NodeKind::ALL);
 /// What the simulator has to show: bodies, sensors, the ring, objects, goals and the judge's verdict.
 pub const MARKERS: Topic =
-    topic::<visualization_msgs::MarkerArray>("/swarm/markers", Qos::reliable(10));
+    topic::<visualization_msgs::MarkerArray>("/swarm/markers", Qos::reliable(10))
+        .published_by(&[Simulator])
+        .subscribed_by(&[Viewer]);
 /// Changes of parameters.
 pub const PARAMETER_EVENTS: Topic =
-    topic::<rcl_interfaces::ParameterEvent>("/parameter_events", Qos::reliable(1000));
+    topic::<rcl_interfaces::ParameterEvent>("/parameter_events", Qos::reliable(1000))
+        .published_by(NodeKind::ALL)
+        .subscribed_by(NodeKind::ALL);
 /// Log lines.
-pub const ROSOUT: Topic = topic::<rcl_interfaces::Log>("/rosout", Qos::latched(1000));
+pub const ROSOUT: Topic = topic::<rcl_interfaces::Log>("/rosout", Qos::latched(1000))
+    .published_by(NodeKind::ALL)
+    .subscribed_by(&[Runner]);
 
 /// All of them.
 pub const ALL: &[Topic] = &[
@@ -367,6 +451,17 @@ mod tests {
         let of_nobody = ["/status", "/simulator/status", "/swarm/lease", "status", "/x/modem_odom"];
         for name in of_nobody {
             assert!(ALL.iter().all(|topic| topic.robot_of(name).is_none()), "{name}");
+        }
+    }
+
+    #[test]
+    fn every_topic_has_publishers_and_subscribers() {
+        for topic in ALL {
+            assert!(
+                !topic.publishers.is_empty() && !topic.subscribers.is_empty(),
+                "{}",
+                topic.name
+            );
         }
     }
 

@@ -1,5 +1,6 @@
 //! Who may publish and receive what in a secured fleet, from the table of topics.
 
+use rsrs_msgs::node_kind::NodeKind;
 use rsrs_msgs::node_names::{CONTROLLER, RUNNER, SIMULATOR_FULL_NAME, STOP};
 use rsrs_msgs::topics::{self, Topic};
 
@@ -11,7 +12,7 @@ pub struct Role {
     robot: Option<String>,
 }
 
-/// A kind of member, as it stands in the table of publishers.
+/// A kind of member.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// What runs on a robot, with its own topics alone: gate, controller, and drivers of other
@@ -44,66 +45,41 @@ pub struct Rights {
     pub may_receive: Vec<String>,
 }
 
-const EVERYBODY: &[Kind] = &[
-    Kind::Robot,
-    Kind::Controllers,
-    Kind::Simulator,
-    Kind::Runner,
-    Kind::Stop,
-    Kind::Tracker,
-    Kind::Viewer,
-];
+impl Kind {
+    const ALL: [Self; 7] = [
+        Self::Robot,
+        Self::Controllers,
+        Self::Simulator,
+        Self::Runner,
+        Self::Stop,
+        Self::Tracker,
+        Self::Viewer,
+    ];
 
-/// Who publishes each topic; nobody else may.
-pub const PUBLISHERS: &[(Topic, &[Kind])] = &[
-    (topics::DETECTION, &[Kind::Robot, Kind::Simulator]),
-    (topics::FURTHER_DETECTION, &[Kind::Robot, Kind::Simulator]),
-    (topics::CMD_VEL, &[Kind::Robot, Kind::Controllers]),
-    (topics::CMD_VEL_UNSTAMPED, &[Kind::Robot, Kind::Controllers]),
-    (topics::ODOM, &[Kind::Robot, Kind::Simulator]),
-    (topics::POSE, &[Kind::Tracker, Kind::Simulator]),
-    (topics::NAMED_POSES, &[Kind::Tracker]),
-    (topics::POSE_ARRAY, &[Kind::Tracker]),
-    (topics::OBJECT_POSE, &[Kind::Tracker, Kind::Simulator]),
-    (topics::RANGE, &[Kind::Robot]),
-    (topics::VIRTUAL_DETECTION, &[Kind::Simulator]),
-    (topics::HARDWARE_CMD_VEL, &[Kind::Robot]),
-    (topics::HARDWARE_CMD_VEL_UNSTAMPED, &[Kind::Robot]),
-    (topics::HARDWARE_RANGE, &[Kind::Robot]),
-    (topics::HARDWARE_SCAN, &[Kind::Robot]),
-    (topics::HARDWARE_DETECTION, &[Kind::Robot]),
-    (topics::STATUS, &[Kind::Robot, Kind::Controllers, Kind::Simulator]),
-    (topics::CONTROLLER_STATUS, &[Kind::Robot, Kind::Controllers]),
-    (topics::SIMULATOR_STATUS, &[Kind::Simulator]),
-    (topics::LEASE, &[Kind::Runner]),
-    (topics::E_STOP, &[Kind::Stop]),
-    (topics::E_STOP_RELEASE, &[Kind::Stop]),
-    (topics::E_STOP_LOCKS, &[Kind::Robot, Kind::Controllers, Kind::Simulator]),
-    (topics::EXPERIMENT, &[Kind::Runner]),
-    (topics::ENDING, &[Kind::Runner]),
-    (topics::WORLD_DIGEST, &[Kind::Simulator]),
-    (topics::RECORDED, &[Kind::Runner]),
-    (topics::CLOCK, &[Kind::Simulator]),
-    (topics::DIAGNOSTICS, &[Kind::Robot, Kind::Simulator]),
-    (topics::TF, &[Kind::Simulator, Kind::Tracker]),
-    (topics::TF_STATIC, &[Kind::Simulator, Kind::Tracker]),
-    (topics::MARKERS, &[Kind::Simulator]),
-    (topics::PARAMETER_EVENTS, EVERYBODY),
-    (topics::ROSOUT, EVERYBODY),
-];
+    /// The nodes that run in its enclave.
+    const fn nodes(self) -> &'static [NodeKind] {
+        match self {
+            Self::Robot => &[
+                NodeKind::Robot,
+                NodeKind::Controller,
+                NodeKind::BaseDriver,
+                NodeKind::SensorDriver,
+            ],
+            Self::Controllers => &[NodeKind::Controller],
+            Self::Simulator => &[NodeKind::Simulator],
+            Self::Runner => &[NodeKind::Runner],
+            Self::Stop => &[NodeKind::Stop],
+            Self::Tracker => &[NodeKind::Tracker],
+            Self::Viewer => &[NodeKind::Viewer],
+        }
+    }
 
-/// What robots and trackers receive of the topics of the swarm: their nodes need it, those of rclcpp the
-/// changes of parameters, too.
-const CONCERN_ALL: &[Topic] = &[
-    topics::LEASE,
-    topics::E_STOP,
-    topics::E_STOP_RELEASE,
-    topics::E_STOP_LOCKS,
-    topics::CLOCK,
-    topics::TF,
-    topics::TF_STATIC,
-    topics::PARAMETER_EVENTS,
-];
+    /// Whether any of its nodes is among these.
+    fn is_among(self, nodes: &[NodeKind]) -> bool {
+        self.nodes().iter().any(|node| nodes.contains(node))
+    }
+}
+
 /// On which participants announce their nodes.
 const GRAPH: &str = "ros_discovery_info";
 /// What the tools of `RViz` publish when a person clicks.
@@ -112,17 +88,17 @@ const CLICKS: [&str; 3] = ["rt/clicked_point", "rt/goal_pose", "rt/initialpose"]
 impl Role {
     /// All members of a fleet.
     pub fn all_of(robots: &[String]) -> Vec<Self> {
-        let others = EVERYBODY.iter().filter(|kind| **kind != Kind::Robot);
+        let others = Kind::ALL.into_iter().filter(|kind| *kind != Kind::Robot);
         let of_robots = robots.iter().map(|name| Self::of_robot(name));
-        of_robots.chain(others.map(|kind| Self::on_no_robot(*kind))).collect()
+        of_robots.chain(others.map(Self::on_no_robot)).collect()
     }
 
     /// Whether a robot of this name would have rights of another member: its enclave's name, or the
     /// namespace of its topics or services.
     pub fn is_taken(robot: &str) -> bool {
         let first = robot.split('/').next().unwrap_or_default();
-        let of_swarm = PUBLISHERS.iter().filter(|(topic, _)| topic.is_absolute());
-        let mut names = of_swarm.filter_map(|(topic, _)| topic.name.split('/').nth(1));
+        let of_swarm = topics::ALL.iter().filter(|topic| topic.is_absolute());
+        let mut names = of_swarm.filter_map(|topic| topic.name.split('/').nth(1));
         let is_of = |role: Self| {
             let mut namespaces = role.services(&[]).into_iter().chain([role.enclave()]);
             namespaces.any(|name| name.trim_start_matches('/') == first)
@@ -172,8 +148,8 @@ impl Role {
             Kind::Robot => vec![self.robot_name()],
             _ => robots.iter().map(String::as_str).collect(),
         };
-        let is_own = |(_, kinds): &&(Topic, &[Kind])| kinds.contains(&self.kind);
-        let published = PUBLISHERS.iter().filter(is_own).flat_map(|(topic, _)| {
+        let is_own = |topic: &&Topic| self.kind.is_among(topic.publishers);
+        let published = topics::ALL.iter().filter(is_own).flat_map(|topic| {
             let absolute = topic.is_absolute().then(|| topic.name.to_owned());
             let relative = own.iter().filter(|_| !topic.is_absolute());
             absolute.into_iter().chain(relative.map(|robot| topic.for_robot(robot)))
@@ -227,7 +203,11 @@ impl Role {
             }
             _ => return vec!["rt/*".to_owned(), GRAPH.to_owned()],
         };
-        let of_all = CONCERN_ALL.iter().map(|topic| format!("rt{}", topic.name));
+        // What the nodes on robots need; those of a tracker need the same.
+        let is_of_all =
+            |topic: &&Topic| topic.is_absolute() && Kind::Robot.is_among(topic.subscribers);
+        let of_all = topics::ALL.iter().filter(is_of_all);
+        let of_all = of_all.map(|topic| format!("rt{}", topic.name));
         of_all.chain(own).chain([GRAPH.to_owned()]).collect()
     }
 
@@ -265,14 +245,6 @@ mod tests {
 
     fn may_publish(role: &Role) -> BTreeSet<String> {
         role.rights(&robots()).may_publish.into_iter().collect()
-    }
-
-    #[test]
-    fn every_topic_has_publishers_and_the_order_of_the_table_of_topics() {
-        let topics: Vec<Topic> = PUBLISHERS.iter().map(|(topic, _)| *topic).collect();
-
-        assert_eq!(topics, topics::ALL);
-        assert!(PUBLISHERS.iter().all(|(_, kinds)| !kinds.is_empty()));
     }
 
     #[test]
