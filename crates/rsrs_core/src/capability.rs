@@ -8,7 +8,9 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use crate::conditions::{Conditions, ConditionsError, Settings, SimulatedRobot, SimulatedSensor};
+use crate::conditions::{
+    Conditions, ConditionsError, ROBOT_NUMBERS, Settings, SimulatedRobot, SimulatedSensor,
+};
 use crate::quantity::{Axis, Worse};
 use crate::robot::controller::Command;
 use crate::robot::profile::RobotProfile;
@@ -111,42 +113,20 @@ impl Compared {
 
 fn numbers(measured: &Conditions, simulated: &Conditions) -> Vec<Compared> {
     let period_s = [measured.period_s, simulated.period_s];
-    let (measured, simulated) = (&measured.robot, &simulated.robot);
-    let both = |value: fn(&SimulatedRobot) -> f64| [value(measured), value(simulated)];
-    let one_of_two = |capability: &'static str, axis: Axis, values| Compared {
-        capability: capability.into(),
-        ..on_axis(axis, values)
+    let robots = [&measured.robot, &simulated.robot];
+    let no_axis = |capability: &'static str, value: fn(&SimulatedRobot) -> f64, worse| {
+        let [measured, simulated] = robots.map(value);
+        Compared { capability: capability.into(), measured, simulated, worse }
     };
-    let no_axis = |capability: &'static str, [measured, simulated]: [f64; 2], worse| Compared {
-        capability: capability.into(),
-        measured,
-        simulated,
-        worse,
-    };
-    let speed_sds = both(|robot| robot.speed_gain.robot_sd);
-    let speed_step_sds = both(|robot| robot.speed_gain.step_sd);
-    let turn_sds = both(|robot| robot.turn_gain.robot_sd);
-    let turn_step_sds = both(|robot| robot.turn_gain.step_sd);
-    let fronts_rad = both(|robot| robot.front_half_angle_rad);
-    vec![
-        no_axis("body radius (m)", both(|robot| robot.radius_m), None),
-        on_axis(Axis::ContactFriction, both(|robot| robot.contact_friction)),
-        no_axis("front sector (rad)", fronts_rad, Some(Worse::More)),
-        on_axis(Axis::SpeedGain, both(|robot| robot.speed_gain.mean)),
-        one_of_two("speed gain, sd between robots", Axis::Heterogeneity, speed_sds),
-        one_of_two("speed gain, sd between steps", Axis::GainNoise, speed_step_sds),
-        on_axis(Axis::TurnGain, both(|robot| robot.turn_gain.mean)),
-        one_of_two("turn gain, sd between robots", Axis::Heterogeneity, turn_sds),
-        one_of_two("turn gain, sd between steps", Axis::GainNoise, turn_step_sds),
-        on_axis(Axis::TurnBias, both(|robot| robot.turn_bias_sd_rad_s)),
-        on_axis(Axis::HeadingNoise, both(|robot| robot.heading_noise_sd_rad)),
-        on_axis(Axis::Gust, both(|robot| robot.gust_sd_m_s)),
-        on_axis(Axis::YawLag, both(|robot| robot.yaw_lag_s)),
-        on_axis(Axis::TruePositive, both(|robot| robot.true_positive)),
-        on_axis(Axis::FalsePositive, both(|robot| robot.false_positive)),
-        on_axis(Axis::LatencySteps, both(|robot| f64::from(robot.latency_steps))),
-        on_axis(Axis::Period, period_s),
-    ]
+    let body = [
+        no_axis("body radius (m)", |robot| robot.radius_m, None),
+        no_axis("front sector (rad)", |robot| robot.front_half_angle_rad, Some(Worse::More)),
+    ];
+    let of_axes = ROBOT_NUMBERS.iter().map(|number| Compared {
+        capability: number.name(),
+        ..on_axis(number.axis, robots.map(number.get))
+    });
+    body.into_iter().chain(of_axes).chain([on_axis(Axis::Period, period_s)]).collect()
 }
 
 /// What both robots have on an axis.

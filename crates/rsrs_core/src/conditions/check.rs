@@ -1,7 +1,7 @@
 //! Whether conditions make a world: every number against what it can mean.
 
 use super::{
-    Conditions, GainDistribution, Placement, Sides, SimulatedRobot, StartsError, Walls, starts,
+    Conditions, Placement, ROBOT_NUMBERS, Sides, SimulatedRobot, StartsError, Walls, starts,
 };
 use crate::document::{did_you_mean, nearest};
 use crate::help::Help;
@@ -289,30 +289,15 @@ fn check_world(conditions: &Conditions) -> Result<(), Impossible> {
 }
 
 fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
-    let GainDistribution { mean: speed_mean, robot_sd: speed_sd, step_sd: speed_step_sd } =
-        robot.speed_gain;
-    let GainDistribution { mean: turn_mean, robot_sd: turn_sd, step_sd: turn_step_sd } =
-        robot.turn_gain;
     for (key, found, bounds) in [
         ("robot.radius_m", robot.radius_m, Bounds::SIZE),
         ("robot.front_half_angle_rad", robot.front_half_angle_rad, Bounds::SECTOR),
-        ("robot.contact_friction", robot.contact_friction, Axis::ContactFriction.bounds()),
-        ("robot.speed_gain.mean", speed_mean, Axis::SpeedGain.bounds()),
-        ("robot.speed_gain.robot_sd", speed_sd, Axis::Heterogeneity.bounds()),
-        ("robot.speed_gain.step_sd", speed_step_sd, Axis::GainNoise.bounds()),
-        ("robot.turn_gain.mean", turn_mean, Axis::TurnGain.bounds()),
-        ("robot.turn_gain.robot_sd", turn_sd, Axis::Heterogeneity.bounds()),
-        ("robot.turn_gain.step_sd", turn_step_sd, Axis::GainNoise.bounds()),
-        ("robot.turn_bias_sd_rad_s", robot.turn_bias_sd_rad_s, Axis::TurnBias.bounds()),
-        ("robot.heading_noise_sd_rad", robot.heading_noise_sd_rad, Axis::HeadingNoise.bounds()),
-        ("robot.gust_sd_m_s", robot.gust_sd_m_s, Axis::Gust.bounds()),
         ("robot.gust_time_constant_s", robot.gust_time_constant_s, Bounds::SIZE),
-        ("robot.yaw_lag_s", robot.yaw_lag_s, Axis::YawLag.bounds()),
-        ("robot.true_positive", robot.true_positive, Axis::TruePositive.bounds()),
-        ("robot.false_positive", robot.false_positive, Axis::FalsePositive.bounds()),
-        ("robot.latency_steps", f64::from(robot.latency_steps), Axis::LatencySteps.bounds()),
     ] {
         within(key, found, bounds)?;
+    }
+    for number in &ROBOT_NUMBERS {
+        within(number.key, (number.get)(robot), number.axis.bounds())?;
     }
     check_region(&robot.region)
 }
