@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use rsrs_core::judge::plausibility::{Axis, Implausibility as Motion};
+use rsrs_core::judge::plausibility::{FloorAxis, Implausibility as Motion};
 
 use crate::epoch;
 use crate::message::RobotState;
@@ -203,7 +203,7 @@ fn losses() -> Vec<Cause> {
 fn motions() -> Vec<Cause> {
     causes!(Motion {
         Scale { factor: 1000.0 }: "The tracker's unit is another one.", "Set `scale` in the fleet file's `tracker`.";
-        Line { axis: Axis::X }: "Two of its axes are not those of the floor.", "Set `axes` in the fleet file's `tracker`.";
+        Line { axis: FloorAxis::X }: "Two of its axes are not those of the floor.", "Set `axes` in the fleet file's `tracker`.";
         HeadingStands {}: "Its orientations do not turn with the robots.", "Have it track rigid bodies, not points.";
         Mirrored {}: "Places and headings are mirrored against the commands.", "Look at `axes`, and at how the motors are connected.";
         HeadingMirrored {}: "Either places or headings are mirrored, not both.", "Look at how the tracker's orientations are turned into headings.";

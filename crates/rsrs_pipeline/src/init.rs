@@ -61,7 +61,6 @@ pub struct Begun {
 }
 
 const PROFILE: &str = "profile.yaml";
-const FLEET: &str = FleetFile::NAME;
 const SWEEP: &str = "sweep.yaml";
 const EXPERIMENT: &str = "experiment.yaml";
 
@@ -258,7 +257,7 @@ fn texts(robots: &Robots, floor: Floor) -> Vec<(&'static str, String)> {
     let members: Vec<String> = (1..=*n_robots).map(member).collect();
     vec![
         (PROFILE, filled(include_str!("init/profile.yaml"))),
-        (FLEET, filled(include_str!("init/fleet.yaml")) + &members.concat()),
+        (FleetFile::NAME, filled(include_str!("init/fleet.yaml")) + &members.concat()),
         (SWEEP, filled(include_str!("init/sweep.yaml"))),
         (EXPERIMENT, filled(include_str!("init/experiment.yaml"))),
     ]
@@ -329,7 +328,7 @@ fn check_texts(texts: &[(&'static str, String)]) -> anyhow::Result<()> {
         }
         SweepError::Judge { source, .. } => source.into(),
     })?;
-    FleetFile::parse(FLEET, text(FLEET)).map_err(crate::error::helped)?;
+    FleetFile::parse(FleetFile::NAME, text(FleetFile::NAME)).map_err(crate::error::helped)?;
     ExperimentFile::parse(EXPERIMENT, text(EXPERIMENT)).map_err(crate::error::helped)?;
     Ok(())
 }

@@ -174,7 +174,7 @@ impl DrawnRun {
             return vec![(0.0, none(why))];
         }
         let n_period = samples_in(PHASE_PERIOD_S, trajectory.period_s);
-        let looks = (1..=trajectory.n_samples() / n_period).map(|look| look * n_period);
+        let n_periods = trajectory.n_samples() / n_period;
         let phase = |n_samples: usize| {
             let order = order_of(trajectory, n_samples, bodies, *behaviour)?;
             let words = if order.is_whole() {
@@ -185,7 +185,7 @@ impl DrawnRun {
             };
             Some((n_samples as f64 * trajectory.period_s, words))
         };
-        looks.filter_map(phase).collect()
+        (1..=n_periods).filter_map(|periods| phase(periods * n_period)).collect()
     }
 
     fn radius_m(&self) -> f64 {

@@ -80,7 +80,7 @@ fn plan_within(
     let mut undecided = vec![1.0];
     let (mut supported, mut violated, mut mean_runs) = (0.0, 0.0, 0.0);
     let mut by_runs: Vec<Decided> = Vec::new();
-    let mut bounds = Bounds::default();
+    let mut deciding = DecidingCounts::default();
     for runs in 1..=most_runs {
         mean_runs += undecided.iter().sum::<f64>();
         let mut after = vec![0.0; undecided.len() + 1];
@@ -90,14 +90,14 @@ fn plan_within(
             after[hits] += probability * (1.0 - mills);
             after[hits + 1] += probability * mills;
         }
-        bounds.move_to(runs, |hits| {
+        deciding.move_to(runs, |hits| {
             real[index] = cell.so_far + Share { hits, n: runs };
             verdict(cells, &real, margin)
         });
         for (hits, probability) in (0_u64..).zip(&mut after) {
-            if hits < bounds.n_violating {
+            if hits < deciding.n_violating {
                 violated += std::mem::take(probability);
-            } else if hits >= bounds.first_supporting {
+            } else if hits >= deciding.first_supporting {
                 supported += std::mem::take(probability);
             }
         }
@@ -144,14 +144,14 @@ impl ExperimentPlan {
 /// Which counts of mills decide. More of them never speak against the inequality, and one further run moves
 /// a bound by little, so that it is looked for from where it was.
 #[derive(Clone, Copy, Debug, Default)]
-struct Bounds {
+struct DecidingCounts {
     /// So many, from none on, violate it.
     n_violating: u64,
     /// The first that supports it; one more than there are runs where none does.
     first_supporting: u64,
 }
 
-impl Bounds {
+impl DecidingCounts {
     fn move_to(&mut self, runs: u64, mut verdict: impl FnMut(u64) -> Verdict) {
         let end = runs + 1;
         let mut moved = |from: u64, is_before: &dyn Fn(Verdict) -> bool| {

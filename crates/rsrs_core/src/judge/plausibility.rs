@@ -95,7 +95,7 @@ pub enum Implausibility {
     /// All poses lie on a line along one axis: another axis is up.
     Line {
         /// The axis along which they move.
-        axis: Axis,
+        axis: FloorAxis,
     },
     /// Headings stay while the way turns.
     HeadingStands,
@@ -135,7 +135,7 @@ pub enum Implausibility {
 /// An axis of the floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Axis {
+pub enum FloorAxis {
     /// The first one.
     X,
     /// The second one.
@@ -210,8 +210,8 @@ impl fmt::Display for Implausibility {
             }
             Self::Line { axis } => {
                 let (along, constant) = match axis {
-                    Axis::X => ("x", "y"),
-                    Axis::Y => ("y", "x"),
+                    FloorAxis::X => ("x", "y"),
+                    FloorAxis::Y => ("y", "x"),
                 };
                 write!(
                     out,
@@ -463,11 +463,15 @@ fn on_a_line(robots: &[Robot], found: &mut Findings) {
         let long_m = x_m.max(y_m);
         let is_line = x_m.min(y_m) < LINE * long_m && long_m > MIN_EXTENT_M;
         let heads_along = robot.way.all_headings.concentration > CONSTANT;
-        (turns && is_line && heads_along).then_some(if x_m > y_m { Axis::X } else { Axis::Y })
+        (turns && is_line && heads_along).then_some(if x_m > y_m {
+            FloorAxis::X
+        } else {
+            FloorAxis::Y
+        })
     };
-    let on_line: Vec<(usize, Axis)> =
+    let on_line: Vec<(usize, FloorAxis)> =
         robots.iter().filter_map(|robot| Some((robot.row, axis(robot)?))).collect();
-    for axis in [Axis::X, Axis::Y] {
+    for axis in [FloorAxis::X, FloorAxis::Y] {
         let rows = on_line.iter().filter(|(_, along)| *along == axis);
         if rows.clone().count() as f64 >= MOST * robots.len() as f64 {
             rows.for_each(|(row, _)| found.add(*row, Some(Implausibility::Line { axis })));

@@ -195,11 +195,11 @@ impl HarsherFactors {
     }
 
     fn check(&self) -> Result<(), NotHarsher> {
-        for Factor { key, worse, get, .. } in &FACTORS {
+        for Factor { key, range, get, .. } in &FACTORS {
             let found = get(self);
-            let (is_worse, expected) = match worse {
-                Worse::More(least) => (found >= *least && found.is_finite(), "1 or more"),
-                Worse::Less => (found > 0.0 && found <= 1.0, "above 0 and at most 1"),
+            let (is_worse, expected) = match range {
+                FactorRange::From(least) => (found >= *least && found.is_finite(), "1 or more"),
+                FactorRange::UpToOne => (found > 0.0 && found <= 1.0, "above 0 and at most 1"),
             };
             if !is_worse {
                 return Err(NotHarsher { key, found, expected });
@@ -214,18 +214,18 @@ struct Factor {
     key: &'static str,
     /// What it makes of the robots.
     meaning: &'static str,
-    worse: Worse,
+    range: FactorRange,
     written: Written,
     get: fn(&HarsherFactors) -> f64,
     set: fn(&mut HarsherFactors, f64),
 }
 
-/// Which values make the worse robot.
-enum Worse {
+/// Between which values a factor makes no better robot.
+enum FactorRange {
     /// From this one on, which changes nothing.
-    More(f64),
+    From(f64),
     /// Up to 1, which changes nothing.
-    Less,
+    UpToOne,
 }
 
 /// How a file has it.
@@ -248,11 +248,11 @@ impl Factor {
 }
 
 macro_rules! factor {
-    ($key:ident, $meaning:literal, $worse:expr, $written:ident) => {
+    ($key:ident, $meaning:literal, $range:expr, $written:ident) => {
         Factor {
             key: stringify!($key),
             meaning: $meaning,
-            worse: $worse,
+            range: $range,
             written: Written::$written,
             get: |factors| f64::from(factors.$key),
             set: |factors, value| factors.$key = value as _,
@@ -260,11 +260,13 @@ macro_rules! factor {
     };
 }
 
-const GAIN_SD: Factor = factor!(gain_sd_factor, "robots differ more", Worse::More(1.0), Number);
+const GAIN_SD: Factor =
+    factor!(gain_sd_factor, "robots differ more", FactorRange::From(1.0), Number);
 /// The key of the factor that has robots differ more.
 pub(crate) const GAIN_SD_FACTOR: &str = GAIN_SD.key;
 
-const MISS: Factor = factor!(miss_factor, "more neighbours are missed", Worse::More(1.0), Number);
+const MISS: Factor =
+    factor!(miss_factor, "more neighbours are missed", FactorRange::From(1.0), Number);
 /// The key of the factor that has more neighbours missed.
 pub(crate) const MISS_FACTOR: &str = MISS.key;
 
@@ -272,16 +274,21 @@ pub(crate) const MISS_FACTOR: &str = MISS.key;
 const FACTORS: [Factor; 9] = [
     GAIN_SD,
     MISS,
-    factor!(false_positive_factor, "more is detected that is not there", Worse::More(1.0), Number),
-    factor!(polygon_scale, "a smaller sensing region", Worse::Less, Number),
-    factor!(latency_extra_steps, "later detections", Worse::More(0.0), Count),
-    factor!(gust_factor, "stronger gusts", Worse::More(1.0), Number),
-    factor!(drift_factor, "more drift in heading", Worse::More(1.0), Number),
-    factor!(yaw_lag_factor, "turns that follow later", Worse::More(1.0), Number),
+    factor!(
+        false_positive_factor,
+        "more is detected that is not there",
+        FactorRange::From(1.0),
+        Number
+    ),
+    factor!(polygon_scale, "a smaller sensing region", FactorRange::UpToOne, Number),
+    factor!(latency_extra_steps, "later detections", FactorRange::From(0.0), Count),
+    factor!(gust_factor, "stronger gusts", FactorRange::From(1.0), Number),
+    factor!(drift_factor, "more drift in heading", FactorRange::From(1.0), Number),
+    factor!(yaw_lag_factor, "turns that follow later", FactorRange::From(1.0), Number),
     factor!(
         friction_factor,
         "bodies that slide less along each other",
-        Worse::More(1.0),
+        FactorRange::From(1.0),
         UnlessOne
     ),
 ];

@@ -128,11 +128,11 @@ impl TrackerFrame {
 /// Only right-handed ones exist: the others are mirrors, in which robots turn the wrong way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "[String; 3]", into = "[String; 3]")]
-pub struct Axes([Axis; 3]);
+pub struct Axes([TrackerAxis; 3]);
 
 /// One of the tracker's axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Axis {
+struct TrackerAxis {
     /// 0 is x.
     index: usize,
     /// Whether the floor's axis points against it.
@@ -159,7 +159,7 @@ pub enum InvalidAxes {
 impl Default for Axes {
     /// The floor's own.
     fn default() -> Self {
-        Self([0, 1, 2].map(|index| Axis { index, is_reversed: false }))
+        Self([0, 1, 2].map(|index| TrackerAxis { index, is_reversed: false }))
     }
 }
 
@@ -184,7 +184,7 @@ impl Axes {
     }
 }
 
-impl FromStr for Axis {
+impl FromStr for TrackerAxis {
     type Err = InvalidAxes;
 
     fn from_str(word: &str) -> Result<Self, InvalidAxes> {
@@ -198,7 +198,7 @@ impl FromStr for Axis {
     }
 }
 
-impl fmt::Display for Axis {
+impl fmt::Display for TrackerAxis {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sign = if self.is_reversed { "-" } else { "" };
         write!(formatter, "{sign}{}", ["x", "y", "z"][self.index])

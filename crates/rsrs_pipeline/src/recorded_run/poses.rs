@@ -12,9 +12,6 @@ use serde::Serialize;
 
 use crate::error::with_help;
 
-/// Name of the attachment of a bag that holds the fleet file of its run.
-const FLEET: &str = FleetFile::NAME;
-
 /// By what the source of a run's poses is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -66,7 +63,8 @@ impl PosesOfRun {
                 let name = bag.path().display();
                 Err(with_help(
                     format!(
-                        "{name}: its record states no source of poses, and by its {FLEET} {error}"
+                        "{name}: its record states no source of poses, and by its {} {error}",
+                        FleetFile::NAME
                     ),
                     "name the one that has poses of all robots in one frame: `--poses`",
                 ))
@@ -115,11 +113,12 @@ fn tracker_of(record: &ExperimentRecord, poses: Option<PoseSource>) -> Option<Re
 /// The robots of a record, as the fleet file in the bag has them; `None` if it is not there, does not
 /// read, or lacks one of them.
 fn robots_in_fleet_file(bag: &Bag, record: &ExperimentRecord) -> Option<Vec<FleetRobot>> {
-    let attachment = bag.attachment(FLEET)?;
+    let attachment = bag.attachment(FleetFile::NAME)?;
     let text = std::str::from_utf8(&attachment.data).ok()?;
-    let fleet = FleetFile::parse(FLEET, text)
-        .map_err(|error| log::warn!("{}: its {FLEET} does not read: {error}", bag.path().display()))
-        .ok()?;
+    let unreadable = |error| {
+        log::warn!("{}: its {} does not read: {error}", bag.path().display(), FleetFile::NAME);
+    };
+    let fleet = FleetFile::parse(FleetFile::NAME, text).map_err(unreadable).ok()?;
     let of_fleet = |name: &String| fleet.robots.iter().find(|robot| robot.name == *name).cloned();
     record.robots.iter().map(of_fleet).collect()
 }

@@ -56,10 +56,10 @@ pub fn area_m2(loops: &[Vec<Point>]) -> f64 {
 }
 
 /// An edge of the grid: its first node, and whether it goes ahead or to the left.
-type Edge = (usize, Axis);
+type Edge = (usize, Direction);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Axis {
+enum Direction {
     Ahead,
     Left,
 }
@@ -88,7 +88,7 @@ impl Grid {
         inside: &[bool],
         contains: &impl Fn(Point) -> bool,
     ) -> Point {
-        let other = node + if axis == Axis::Ahead { 1 } else { self.n_cells[0] + 1 };
+        let other = node + if axis == Direction::Ahead { 1 } else { self.n_cells[0] + 1 };
         let (within, without) = if inside[node] { (node, other) } else { (other, node) };
         let (mut within_m, mut without_m) = (self.place(within), self.place(without));
         for _ in 0..HALVINGS {
@@ -118,10 +118,10 @@ impl Square {
         Self {
             corners: [first, first + 1, first + 1 + per_row, first + per_row],
             edges: [
-                (first, Axis::Ahead),
-                (first + 1, Axis::Left),
-                (first + per_row, Axis::Ahead),
-                (first, Axis::Left),
+                (first, Direction::Ahead),
+                (first + 1, Direction::Left),
+                (first + per_row, Direction::Ahead),
+                (first, Direction::Left),
             ],
         }
     }

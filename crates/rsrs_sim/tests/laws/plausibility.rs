@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Walls};
 use rsrs_core::judge::plausibility::{
-    Axis, Implausibility, Implausible, Known, NOTED_S, STOOD_S, Unseen, implausible,
+    FloorAxis, Implausibility, Implausible, Known, NOTED_S, STOOD_S, Unseen, implausible,
 };
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::contact::ContactModel;
@@ -258,7 +258,7 @@ fn an_axis_that_points_up_is_named() {
         Pose { y_m: 0.08, heading_rad, ..pose }
     }));
 
-    is_found(&runs, (6.0, 8), |cause| matches!(cause, Implausibility::Line { axis: Axis::X }));
+    is_found(&runs, (6.0, 8), |cause| matches!(cause, Implausibility::Line { axis: FloorAxis::X }));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use crate::judge::order::Parameter;
 
 /// Bounds on order parameters, in the order of the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Bounds(Vec<Condition>);
+pub struct ParameterBounds(Vec<Condition>);
 
 /// Between which values an order parameter must be, in its unit: one bound, or one to each side.
 #[derive(Clone, Copy, Default, Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -28,7 +28,7 @@ struct Interval {
     at_most: Option<f64>,
 }
 
-impl Bounds {
+impl ParameterBounds {
     /// One after the other.
     pub fn conditions(&self) -> &[Condition] {
         &self.0
@@ -100,7 +100,7 @@ impl Interval {
     }
 }
 
-impl Serialize for Bounds {
+impl Serialize for ParameterBounds {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let of_each = self.0.chunk_by(|one, other| one.parameter == other.parameter);
         serializer.collect_map(of_each.map(|of_one| {
@@ -110,15 +110,15 @@ impl Serialize for Bounds {
     }
 }
 
-impl<'de> Deserialize<'de> for Bounds {
+impl<'de> Deserialize<'de> for ParameterBounds {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct ByParameter;
         impl<'de> Visitor<'de> for ByParameter {
-            type Value = Bounds;
+            type Value = ParameterBounds;
             fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
                 formatter.write_str("a map from order parameters to bounds")
             }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Bounds, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ParameterBounds, A::Error> {
                 let mut conditions: Vec<Condition> = Vec::new();
                 while let Some((key, interval)) = map.next_entry::<String, Interval>()? {
                     let parameter = Parameter::from_key(&key).ok_or_else(|| {
@@ -132,14 +132,14 @@ impl<'de> Deserialize<'de> for Bounds {
                     interval.check(&key, parameter.most()).map_err(de::Error::custom)?;
                     conditions.extend(interval.conditions(parameter));
                 }
-                Ok(Bounds(conditions))
+                Ok(ParameterBounds(conditions))
             }
         }
         deserializer.deserialize_map(ByParameter)
     }
 }
 
-impl schemars::JsonSchema for Bounds {
+impl schemars::JsonSchema for ParameterBounds {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Bounds".into()
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bounds::Bounds;
+use super::bounds::ParameterBounds;
 use crate::judge::window::Window;
 
 /// What swarms are judged for: phases, and the rules that tell them apart.
@@ -62,7 +62,7 @@ pub struct RuleEntry {
     /// Key of the phase.
     pub phase: String,
     /// Bounds on [order parameters](#order-parameters), all of which must hold: `{lost: {at_most: 0.1}, rotation: {at_least: 0.5}}`, or `below`; `{at_least: 0.2, below: 0.5}` is between.
-    pub when: Bounds,
+    pub when: ParameterBounds,
 }
 
 impl BehaviourFile {
