@@ -87,20 +87,6 @@ impl Bag {
     ///
     /// [`BagError::Incomplete`] if a file breaks off before its first record ends,
     /// [`BagError::Empty`], [`BagError::NoFiles`], and others for what is no bag or cannot be read.
-    ///
-    /// # Examples
-    ///
-    /// ```no_run
-    /// use std::path::Path;
-    ///
-    /// use rsrs_bags::Bag;
-    /// use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
-    ///
-    /// let bag = Bag::open(Path::new("run_1"))?;
-    /// let recorded = read_trajectory(&bag, &TrajectoryOptions::default())?;
-    /// println!("{} robots", recorded.robots.len());
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let (paths, contents) = files_of(path)?;
         let files = paths.into_iter().map(BagFile::open).collect::<Result<Vec<_>, _>>()?;

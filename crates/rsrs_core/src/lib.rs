@@ -1,9 +1,5 @@
-//! The method, pure: robots, controller, order parameters, phases, choice and comparison.
-//!
-//! `rsrs` takes a robot swarm through four steps: measure the robots, build a simulator that is
-//! deliberately worse than they are, explore it into a phase diagram, and run the chosen cell on
-//! the real fleet. This crate holds what those steps *mean*. It has no random generator, opens
-//! no file, reads no clock, and depends neither on the simulator nor on the middleware.
+#![doc = include_str!("../README.md")]
+//! # Modules
 //!
 //! A room for each step, in reading order:
 //!

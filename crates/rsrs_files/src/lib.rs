@@ -1,8 +1,4 @@
-//! Opens and reads files, and nothing that may have no end; names them in commands that can be pasted.
-//!
-//! A pipe that lies where a file should be would hold a program up until somebody writes into it, and a
-//! device may never end. A pipe that the program was started with, such as `/dev/stdin` or a shell's
-//! `<(…)`, has somebody who writes into it, and is read.
+#![doc = include_str!("../README.md")]
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read};

@@ -181,24 +181,6 @@ impl FleetFile {
     /// Reads a fleet file and resolves each robot; `file` names it in errors, and nothing is opened.
     ///
     /// The error is the first problem found; keys that are missing come all at once.
-    ///
-    /// # Examples
-    ///
-    /// ```
-    /// use rsrs_fleet::fleet_file::FleetFile;
-    ///
-    /// let text = "
-    /// fileversion: 1
-    /// all: {profile: flockbot.yaml, driver: {kind: virtual}, cmd_vel: twist, pose: odom}
-    /// robots:
-    ///   robot_1: {enabled: true}
-    ///   robot_2: {enabled: false}
-    /// ";
-    /// let fleet = FleetFile::parse("fleet.yaml", text)?;
-    ///
-    /// assert_eq!(fleet.enabled(), ["robot_1"]);
-    /// # Ok::<(), rsrs_fleet::fleet_file::FleetFileError>(())
-    /// ```
     pub fn parse(file: &str, text: &str) -> Result<Self, FleetFileError> {
         let written: Written = document::parse_with(file, text, &["fileversion", "robots"])?;
         if written.fileversion != FILE_VERSION {

@@ -1,7 +1,6 @@
-//! The fleet protocol, pure: one state machine for each node.
+#![doc = include_str!("../README.md")]
+//! # Modules
 //!
-//! Every machine takes events with the time at which they happened and returns actions; none opens
-//! a socket, reads a clock or sleeps. A driver of a few lines turns samples and timers into events.
 //! The tests drive the machines of a whole fleet under a seeded fake network.
 //!
 //! Times are [`std::time::Duration`]s on the monotonic clock of the machine's own host, from
@@ -14,8 +13,6 @@
 //! ([`fleet_file`]) and what their nodes are set to ([`parameters`]), what is run with them
 //! ([`experiment`]), what was run ([`record`]), what people see of it ([`observation`]) and what can go
 //! wrong ([`mod@causes`]).
-//!
-//! `cargo run -p rsrs_fleet --example robots_of_a_fleet -- FLEET.yaml` lists the robots of a fleet file.
 
 pub mod e_stop;
 pub mod epoch;

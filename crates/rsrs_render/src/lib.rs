@@ -1,20 +1,8 @@
-//! What a person gets of a result: every sentence, table, report and picture.
+#![doc = include_str!("../README.md")]
+//! # Words
 //!
-//! The steps of `rsrs_pipeline` return plain data, and the command line and the Python package print and
-//! show them by this crate. Words are spans of which some have a tone ([`words`]); how they are coloured is
-//! here, too, and whether is not. What is written as JSON is the data itself, with its sentences where a
-//! program is to show them.
-//!
-//! An error has its sentence at its type, where it comes from.
-//!
-//! # Examples
-//!
-//! ```
-//! use rsrs_core::quantity::Axis;
-//! use rsrs_render::wording::quantity::named;
-//!
-//! assert_eq!(named(Axis::Speed, 0.15), "speed 0.15 m/s");
-//! ```
+//! Words are spans of which some have a tone ([`words`]); how they are coloured is here, too, and whether is not.
+//! What is written as JSON is the data itself, with its sentences where a program is to show them.
 
 pub mod agreement;
 pub mod answers;

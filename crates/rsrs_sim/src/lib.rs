@@ -1,15 +1,10 @@
-//! The simulator, pure: the reference world, placement and the sweep.
-//!
-//! It opens no file, reads no clock and draws no ambient number: conditions, a seed and a duration
-//! go in, and what the swarm did comes out, with the same bits on every machine and for any number
-//! of threads.
+#![doc = include_str!("../README.md")]
+//! # Modules
 //!
 //! Reading order: the world ([`world`]) and its parts, what a robot sees ([`field_of_view`]), what stops it
 //! ([`contact`], [`shaped_border`]) or pushes it ([`pushing`]), what disturbs it ([`disturbance`]) or fails ([`failures`]) and where it starts ([`placement`]); its
 //! arithmetic ([`turn`], [`draw`]); what decides ([`controllers`]), one run ([`episode`]), some at once ([`batch`]), and many
 //! ([`sweep`]); and which controllers to run at all ([`exploration`]).
-//!
-//! `cargo run --release -p rsrs_sim --example mill` is a run and its phase in a few lines.
 
 #![expect(
     clippy::cast_possible_truncation,

@@ -1,14 +1,13 @@
-//! Pictures and pages, pure: data to SVG, PNG, PDF and HTML.
+#![doc = include_str!("../README.md")]
+//! # Modules
 //!
 //! [`diagram`] draws a phase diagram, [`curves`] shares along one quantity, [`trajectory`] one run,
 //! [`order_over_time`] the same beside its order parameters, and [`placement`] its start; of the measured
 //! robots, [`distribution`] draws their speeds, [`sensor`] what they detect, and [`reachable_set`] real
 //! trajectories over simulated ones. [`film`] moves a run, and [`gallery`] shows some side by side. All
-//! others give SVG text that is the same on every machine, for a screen or a paper ([`theme`]); [`raster`]
-//! turns it into a PNG with a font that it carries along, [`pdf`] into a PDF, [`page`] puts pictures and
-//! tables into one HTML file, and [`report`] is one whose cells and runs, packed by [`replay`], respond and
-//! move; [`simulator`] is one that simulates.
-//! Nothing here opens a file or asks the machine for its fonts.
+//! others give SVG text, coloured by a [`theme`]; [`raster`] turns it into a PNG, [`pdf`] into a PDF, [`page`]
+//! puts pictures and tables into one HTML file, and [`report`] is one whose cells and runs, packed by
+//! [`replay`], respond and move; [`simulator`] is one that simulates.
 
 #![expect(
     clippy::cast_possible_truncation,
