@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
@@ -134,8 +133,10 @@ pub fn table(judged: &[Judged]) -> String {
 }
 
 /// One part of an episode as its table has it.
-#[derive(Clone, Copy)]
+#[derive(serde::Deserialize)]
 struct Row {
+    episode: usize,
+    parts: usize,
     rotation: f64,
     orbit: f64,
     circliness: f64,
@@ -195,42 +196,47 @@ fn all(parts: &Parts, n: usize, is_good: fn(&Row) -> bool) -> bool {
     parts[&n].iter().all(is_good)
 }
 
+/// What a person called an episode.
+#[derive(Clone, Copy, PartialEq, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Label {
+    Stable,
+    Other,
+}
+
+/// The labels of an episode, which a person gave twice.
+#[derive(serde::Deserialize)]
+struct Labels {
+    episode: usize,
+    first: Label,
+    second: Label,
+}
+
 /// Prints how many labels each rule meets.
 pub fn agree(folder: &Path, labels: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let mut episodes: BTreeMap<usize, Parts> = BTreeMap::new();
-    for line in fs::read_to_string(folder.join("episodes.csv"))?.lines().skip(1) {
-        let fields: Vec<&str> = line.split(',').collect();
-        let number = |column: usize| fields[column].parse::<f64>();
-        let row = Row {
-            rotation: number(6)?,
-            orbit: number(7)?,
-            circliness: number(8)?,
-            blocked: number(9)?,
-            stuck: number(10)?,
-            lost: number(11)?,
-        };
-        let parts = episodes.entry(fields[0].parse()?).or_default();
-        parts.entry(fields[4].parse()?).or_default().push(row);
+    for row in csv::Reader::from_path(folder.join("episodes.csv"))?.into_deserialize() {
+        let row: Row = row?;
+        episodes.entry(row.episode).or_default().entry(row.parts).or_default().push(row);
     }
-    // episode, first label, second label
-    let mut rows = Vec::new();
-    for line in fs::read_to_string(labels)?.lines().skip(1) {
-        let fields: Vec<&str> = line.split(',').collect();
-        rows.push((fields[0].parse::<usize>()?, fields[1] == "stable", fields[2] == "stable"));
-    }
-    let n_same = rows.iter().filter(|(_, first, second)| first == second).count();
+    let rows: Vec<Labels> =
+        csv::Reader::from_path(labels)?.into_deserialize().collect::<Result<_, _>>()?;
+    let n_same = rows.iter().filter(|row| row.first == row.second).count();
     println!("{} episodes, labelled alike twice: {n_same}", rows.len());
     println!("| rule | first labels | second labels | where both agree |\n|---|---|---|---|");
     for (name, rule) in RULES {
-        let printed = |episode: &usize| rule(&episodes[episode]);
-        let n = |of: fn(&(usize, bool, bool)) -> Option<bool>| {
-            rows.iter().filter(|row| of(row) == Some(printed(&row.0))).count()
+        let n = |label: fn(&Labels) -> Option<Label>| {
+            let is_met = |row: &&Labels| {
+                let is_stable = rule(&episodes[&row.episode]);
+                label(row) == Some(if is_stable { Label::Stable } else { Label::Other })
+            };
+            rows.iter().filter(is_met).count()
         };
         println!(
             "| {name} | {} | {} | {} of {n_same} |",
-            n(|row| Some(row.1)),
-            n(|row| Some(row.2)),
-            n(|row| (row.1 == row.2).then_some(row.1))
+            n(|row| Some(row.first)),
+            n(|row| Some(row.second)),
+            n(|row| (row.first == row.second).then_some(row.first))
         );
     }
     Ok(())

@@ -1,4 +1,9 @@
 //! The lines of a table and the fields of a line, whatever separates them.
+//!
+//! Not by the `csv` crate, whose rows go over several lines: a quote that is not closed would take all
+//! that follows along, and behind blank lines and `CRLF`, which spreadsheets write, it counts other lines
+//! ([208](https://github.com/BurntSushi/rust-csv/issues/208),
+//! [395](https://github.com/BurntSushi/rust-csv/issues/395)). Rows that nobody fills in stay as they are.
 
 use std::fmt;
 

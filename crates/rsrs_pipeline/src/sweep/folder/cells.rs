@@ -23,7 +23,7 @@ pub struct Cells {
 /// Axes, number of replicates, one count for each phase, majority, share of stable milling with its
 /// interval; all but the axes again for the robots as measured, if they are others; where cells have
 /// different numbers of replicates, also the kind of the interval.
-pub fn to_csv(result: &SweepResult) -> String {
+pub fn to_csv(result: &SweepResult) -> Vec<u8> {
     let kind = result.source.sweep.interval_kind();
     let behaviour = result.source.sweep.behaviour.known();
     let axes = result.diagram.axes.iter().map(|axis| axis.key().to_owned());
@@ -32,7 +32,7 @@ pub fn to_csv(result: &SweepResult) -> String {
         columns.extend(count_columns(behaviour, AS_MEASURED));
     }
     columns.extend(kind_column(kind).map(|(name, _)| name.to_owned()));
-    let mut csv = columns.join(",") + "\n";
+    let mut rows = vec![columns];
     for (index, DiagramCell { cell, counts }) in result.diagram.cells.iter().enumerate() {
         let mut fields: Vec<String> = cell.iter().map(|(_, value)| value.to_string()).collect();
         fields.extend(count_fields(behaviour, counts, kind));
@@ -40,9 +40,11 @@ pub fn to_csv(result: &SweepResult) -> String {
             fields.extend(count_fields(behaviour, &measured.cells[index].counts, kind));
         }
         fields.extend(kind_column(kind).map(|(_, key)| key.to_owned()));
-        csv += &(fields.join(",") + "\n");
+        rows.push(fields);
     }
-    csv
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    rows.iter().for_each(|row| csv.write_record(row).expect("memory takes rows of one width"));
+    csv.into_inner().expect("memory takes all")
 }
 
 /// The columns of one world.
@@ -80,22 +82,24 @@ pub fn from_csv(
     axes: &[Axis],
     (behaviour, kind): (Behaviour, IntervalKind),
 ) -> anyhow::Result<Cells> {
-    let header = text.lines().next().unwrap_or_default();
-    let has_both = header.split(',').any(|name| name.starts_with(AS_MEASURED));
+    let mut rows = csv::Reader::from_reader(text.as_bytes());
+    let header = rows.headers()?;
+    let has_both = header.iter().any(|name| name.starts_with(AS_MEASURED));
     let n_counts = count_columns(behaviour, "").count();
     let n_simulated = axes.len() + n_counts;
     let n_worlds = if has_both { n_simulated + n_counts } else { n_simulated };
-    let n_fields = n_worlds + kind_column(kind).iter().len();
+    let n_columns = n_worlds + kind_column(kind).iter().len();
+    if header.len() != n_columns {
+        bail!("line 1: found {} columns, expected {n_columns}", header.len());
+    }
     let mut cells = Cells { simulated: Vec::new(), as_measured: has_both.then(Vec::new) };
-    for (line, row) in text.lines().enumerate().skip(1) {
-        let fields: Vec<&str> = row.split(',').collect();
-        if fields.len() != n_fields {
-            bail!("line {}: found {} fields, expected {n_fields}", line + 1, fields.len());
-        }
+    for row in rows.records() {
+        let row = row?;
+        let fields: Vec<&str> = row.iter().collect();
         let (values, counts) = fields.split_at(axes.len());
         let read = |counts: &[&str]| {
             read_cell((axes, values), behaviour, counts)
-                .with_context(|| format!("line {}", line + 1))
+                .with_context(|| format!("line {}", row.position().map_or(0, csv::Position::line)))
         };
         cells.simulated.push(read(counts)?);
         if let Some(measured) = &mut cells.as_measured {
@@ -119,4 +123,49 @@ fn read_cell(
         counts.add_many(*phase, n);
     }
     Ok(DiagramCell { cell: Cell::new(axes.iter().copied().zip(values))?, counts })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> anyhow::Result<Cells> {
+        let kind = (Behaviour::MILLING, IntervalKind::ClopperPearson);
+        from_csv(text, &[Axis::Speed], kind)
+    }
+
+    fn header() -> String {
+        let columns: Vec<String> = count_columns(Behaviour::MILLING, "").collect();
+        format!("speed_m_s,{}\n", columns.join(","))
+    }
+
+    fn row(speed_m_s: &str) -> String {
+        let counts = Behaviour::MILLING.phases().iter().map(|_| "4").collect::<Vec<_>>();
+        let n = 4 * counts.len();
+        format!("{speed_m_s},{n},{},dispersion,0.25,0.1,0.5\n", counts.join(","))
+    }
+
+    #[test]
+    fn what_a_spreadsheet_has_quoted_is_read() {
+        let cells = read(&format!("{}{}", header(), row("\"0.15\""))).unwrap().simulated;
+
+        assert_eq!(cells[0].cell.get(Axis::Speed), Some(0.15));
+        assert_eq!(cells[0].counts.get(Phase::STABLE_MILLING), 4);
+    }
+
+    #[test]
+    fn what_is_wrong_has_its_line() {
+        let error = |rows: &str| {
+            let error = read(&format!("{}{}{rows}", header(), row("0.1"))).err();
+            format!("{:#}", error.expect("it is refused"))
+        };
+
+        let number = error(&row("fast"));
+        let width = error("0.15,4\n");
+        let other = format!("{:#}", read("speed_m_s,n\n0.1,4\n").err().expect("it is refused"));
+
+        assert!(number.starts_with("line 3: `fast`"), "{number}");
+        assert!(width.contains("line: 3") && width.contains("2 fields"), "{width}");
+        assert!(other.starts_with("line 1: found 2 columns, expected"), "{other}");
+    }
 }

@@ -260,8 +260,7 @@ impl Unfinished {
         let unfinished = self.folder.join(UNFINISHED);
         let tabulate = || {
             self.write_replicates(&unfinished.join(REPLICATES), result, blocks)?;
-            let csv = cells::to_csv(result);
-            write_draft(&unfinished.join(CELLS), csv.as_bytes())?;
+            write_draft(&unfinished.join(CELLS), &cells::to_csv(result))?;
             // The disk takes its time too, while the picture is being drawn.
             TABLES.iter().try_for_each(|name| save(&unfinished.join(name)))
         };
