@@ -87,6 +87,29 @@ impl Bag {
     ///
     /// [`BagError::Incomplete`] if a file breaks off before its first record ends,
     /// [`BagError::Empty`], [`BagError::NoFiles`], and others for what is no bag or cannot be read.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
+    /// use rsrs_msgs::{cdr, std_msgs::Bool, topics::DETECTION};
+    ///
+    /// # let place = tempfile::tempdir()?;
+    /// # let folder = place.path().join("run_1");
+    /// let mut writer = BagWriter::create(&folder, BagOptions::default())?;
+    /// let topic = DETECTION.for_robot("robot_1");
+    /// let detection = writer.add_topic(&topic, DETECTION.type_name, DETECTION.qos)?;
+    /// let data = cdr::encode(&Bool { data: true });
+    /// let sample = Sample { log_time_ns: 5, publish_time_ns: 5, sequence: 0, data: &data };
+    /// writer.write(detection, sample)?;
+    /// writer.finish()?;
+    ///
+    /// let bag = Bag::open(&folder)?;
+    /// let message = bag.messages().next().expect("one was recorded")?;
+    /// assert_eq!(message.topic, "/robot_1/detection");
+    /// assert!(cdr::decode::<Bool>(&message.data)?.data);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let (paths, contents) = files_of(path)?;
         let files = paths.into_iter().map(BagFile::open).collect::<Result<Vec<_>, _>>()?;

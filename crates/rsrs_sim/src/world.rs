@@ -74,17 +74,22 @@ use crate::sensors::Sensors;
 ///
 /// # Example
 ///
-/// ```no_run
-/// # use rsrs_core::conditions::Conditions;
-/// # use rsrs_sim::{controllers::Controllers, draw::Seed, world::World};
-/// # fn example(conditions: &Conditions) -> Result<(), rsrs_sim::placement::PlacementError> {
+/// ```
+/// use rsrs_core::conditions::Conditions;
+/// use rsrs_sim::{controllers::Controllers, draw::Seed, world::World};
+///
+/// let conditions = Conditions::flockbots(9);
 /// let seed = Seed { seed: 1, replicate: 0 };
-/// let mut world = World::new(conditions, seed)?;
-/// let mut commands = Vec::new();
-/// Controllers::new(conditions, seed).decide(world.sense_all(), &mut commands);
-/// world.advance(&commands);
-/// # Ok(())
-/// # }
+/// let mut world = World::new(&conditions, seed)?;
+/// let mut controllers = Controllers::new(&conditions, seed);
+/// for _ in 0..100 {
+///     let mut commands = Vec::new();
+///     controllers.decide(world.sense_all(), &mut commands);
+///     world.advance(&commands);
+/// }
+/// assert_eq!(world.step_index(), 100);
+/// assert!(world.poses().all(|pose| pose.x_m.hypot(pose.y_m) < 5.0));
+/// # Ok::<(), rsrs_sim::placement::PlacementError>(())
 /// ```
 pub struct World {
     rules: WorldParameters,
