@@ -214,7 +214,6 @@ fn trajectories_lie_over_the_tube_and_those_outside_are_red() {
     keep("reach", &svg);
     assert_eq!(reachable_set::svg(&picture).as_ref(), Ok(&svg), "it is the same text again");
     assert!(svg.contains("3 trials inside") && svg.contains("1 trial outside"), "{found:?}");
-    assert!(svg.len() < 150_000, "{}", svg.len());
 }
 
 #[test]
