@@ -12,7 +12,8 @@ mod trial_table;
 use std::path::{Path, PathBuf};
 use std::pin::Pin;
 
-use rsrs_experiment_runner::plan::{Plan, Trial, TrialRequest, Unmeasured};
+use rsrs_core::trials::trial::Trial;
+use rsrs_experiment_runner::plan::{Plan, TrialRequest, Unmeasured};
 use rsrs_fleet::record::Backend;
 use rsrs_pipeline::measure::sensor_readings;
 

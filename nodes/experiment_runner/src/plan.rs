@@ -36,7 +36,7 @@ use profiles::{Measured, Profiles};
 pub use recording::Recording;
 use run_id::new_run_id;
 pub use swept::{SweptCell, SweptCellError};
-pub use trial::{Trial, TrialRequest, Unmeasured};
+pub use trial::{TrialRequest, Unmeasured};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]

@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 
 use crate::quantity::{Bounds, MAX_SENSING_M, MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S};
+use crate::robot::controller::ControllerParameters;
 
 pub use driven::{DrivenSample, DrivenTrial, driven_trials, has_moved};
 pub use error::{TrialError, TrialProblem};
@@ -102,6 +103,56 @@ pub struct Neighbour {
     pub distance_m: f64,
     /// Bearing of its centre, in radians from -π to π; left is positive.
     pub bearing_rad: f64,
+}
+
+/// What a robot does in a trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Trial {
+    /// It drives.
+    Drive {
+        /// Forward speed, and turning rate counterclockwise.
+        command: ControllerParameters,
+        /// How long, in seconds.
+        duration_s: f64,
+    },
+    /// It stands and senses.
+    Stand {
+        /// Where another robot stands, centre to centre; `None` if the robot is alone.
+        neighbour: Option<Neighbour>,
+        /// Readings to take; 1 or more.
+        samples: u64,
+    },
+}
+
+/// More readings are waited for than are taken by this share: a robot may be slower than its profile.
+const SPARE: f64 = 0.1;
+
+impl Trial {
+    /// The command.
+    pub fn command(&self) -> ControllerParameters {
+        match self {
+            Self::Drive { command, .. } => *command,
+            Self::Stand { .. } => ControllerParameters::mirrored(0.0, 0.0),
+        }
+    }
+
+    /// How long it takes with detections so often, in seconds.
+    pub fn duration_s(&self, period_s: f64) -> f64 {
+        match self {
+            Self::Drive { duration_s, .. } => *duration_s,
+            Self::Stand { samples, .. } => {
+                SETTLING_TIME_S + ((*samples as f64 * (1.0 + SPARE)).ceil() + 1.0) * period_s
+            }
+        }
+    }
+
+    /// Where another robot stands, if one is to be sensed.
+    pub fn neighbour(&self) -> Option<Neighbour> {
+        match self {
+            Self::Drive { .. } => None,
+            Self::Stand { neighbour, .. } => *neighbour,
+        }
+    }
 }
 
 /// How often a sensor reported something while a neighbour stood at one place, or while none did.

@@ -1,8 +1,7 @@
 //! Where robots are to stand for a trial.
 
 use anyhow::Context;
-use rsrs_core::trials::trial::Neighbour;
-use rsrs_experiment_runner::plan::Trial;
+use rsrs_core::trials::trial::{Neighbour, Trial};
 
 use crate::run::place_command::{PlacedRobot, WantedPlacement};
 

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use rsrs_bags::trajectory::{Needed, RecordedTrajectory, TrajectoryError};
-use rsrs_core::trials::trial::{DrivenTrial, Neighbour, TrialBackend, TrialKind, reduced};
-use rsrs_experiment_runner::plan::{Plan, Trial};
+use rsrs_core::trials::trial::{DrivenTrial, Neighbour, Trial, TrialBackend, TrialKind, reduced};
+use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::Driver;
 use rsrs_pipeline::error::{in_one_line, with_help};

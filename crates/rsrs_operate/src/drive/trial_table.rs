@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::trials::trial::{
-    Neighbour, SETTLING_TIME_S, TableLines, TrialBackend, TrialKind, TrialProblem,
+    Neighbour, SETTLING_TIME_S, TableLines, Trial, TrialBackend, TrialKind, TrialProblem,
 };
-use rsrs_experiment_runner::plan::Trial;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::read_text;
 

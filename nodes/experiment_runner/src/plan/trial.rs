@@ -10,7 +10,7 @@ use rsrs_core::quantity::Axis;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_core::trials::trial::{Neighbour, SETTLING_TIME_S};
+use rsrs_core::trials::trial::{Neighbour, Trial};
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{FleetFile, FleetRobot};
 use rsrs_fleet::placement::PlaceCheck;
@@ -44,54 +44,6 @@ pub struct Unmeasured {
     pub limits: Option<[f64; 2]>,
     /// Interval of its detections, in seconds.
     pub period_s: f64,
-}
-
-/// What a robot does in a trial.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Trial {
-    /// It drives.
-    Drive {
-        /// Forward speed, and turning rate counterclockwise.
-        command: ControllerParameters,
-        /// How long, in seconds.
-        duration_s: f64,
-    },
-    /// It stands and senses.
-    Stand {
-        /// Where another robot stands, centre to centre; `None` if the robot is alone.
-        neighbour: Option<Neighbour>,
-        /// Readings to take; 1 or more.
-        samples: u64,
-    },
-}
-
-/// More readings are waited for than are taken by this share: a robot may be slower than its profile.
-const SPARE: f64 = 0.1;
-
-impl Trial {
-    /// The command.
-    pub fn command(&self) -> ControllerParameters {
-        match self {
-            Self::Drive { command, .. } => *command,
-            Self::Stand { .. } => ControllerParameters::mirrored(0.0, 0.0),
-        }
-    }
-
-    fn duration_s(&self, period_s: f64) -> f64 {
-        match self {
-            Self::Drive { duration_s, .. } => *duration_s,
-            Self::Stand { samples, .. } => {
-                SETTLING_TIME_S + ((*samples as f64 * (1.0 + SPARE)).ceil() + 1.0) * period_s
-            }
-        }
-    }
-
-    fn neighbour(&self) -> Option<Neighbour> {
-        match self {
-            Self::Drive { .. } => None,
-            Self::Stand { neighbour, .. } => *neighbour,
-        }
-    }
 }
 
 impl Plan {

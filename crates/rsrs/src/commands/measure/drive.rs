@@ -8,9 +8,8 @@ use std::path::PathBuf;
 
 use rsrs_core::bounds::Bounds;
 use rsrs_core::robot::controller::ControllerParameters;
-use rsrs_core::trials::trial::Neighbour;
+use rsrs_core::trials::trial::{Neighbour, Trial};
 use rsrs_experiment_runner::backends;
-use rsrs_experiment_runner::plan::Trial;
 use rsrs_fleet::record::Backend;
 use rsrs_operate::drive::{DriveOptions, SingleTrial, drive, fill_plan, fill_table};
 

@@ -1,6 +1,7 @@
 //! Whoever sees to it that robots stand where a trial wants them.
 
-use rsrs_experiment_runner::plan::{Plan, Trial};
+use rsrs_core::trials::trial::Trial;
+use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::record::Backend;
 
 use super::Arguments;
