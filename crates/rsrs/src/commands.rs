@@ -39,6 +39,7 @@ use clap::ValueEnum;
 use rsrs_core::printable::lines;
 use serde::Serialize;
 
+use rsrs_render::wording::wrote;
 use rsrs_render::words::Words;
 
 /// How a command reports its result.
@@ -69,7 +70,7 @@ pub fn report(
 /// Prints which file was written, for people.
 pub fn report_written(format: Format, path: &Path) -> anyhow::Result<()> {
     match format {
-        Format::Text => print_text(format!("wrote {}", path.display())),
+        Format::Text => print_text(wrote(path)),
         Format::Json => Ok(()),
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod extension;
 pub mod pseudo_realities;
+pub mod with_factors;
 
 use std::path::Path;
 

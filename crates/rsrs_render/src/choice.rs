@@ -12,12 +12,46 @@ use rsrs_core::robot::harsher::tidy;
 use rsrs_files::quoted;
 use rsrs_pipeline::choose::extension::Extension;
 use rsrs_pipeline::choose::pseudo_realities::InPseudoRealities;
-use rsrs_pipeline::choose::{BestSwept, NoViableCell};
+use rsrs_pipeline::choose::with_factors::ChosenWithFactors;
+use rsrs_pipeline::choose::{BestSwept, Chosen, NoViableCell};
+use rsrs_pipeline::sweep::ablation::Ablation;
 use serde::Serialize;
 
+use crate::factors;
 use crate::settling;
 use crate::wording::shell::{experiment_beside, free_beside, sweep_beside};
+use crate::wording::wrote;
 use crate::words::{Tone, Words};
+
+/// An answer of `rsrs choose` as JSON: the choice, or why there is none, and what else is known of the cell.
+#[derive(Serialize)]
+pub struct ChosenJson<'a> {
+    #[serde(flatten)]
+    answer: AnswerJson<'a>,
+    /// What every factor does in that cell; `null` if none changes a robot.
+    factors: Option<&'a Ablation>,
+    /// What comes of all cells in pseudo-realities, where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pseudo_realities: Option<&'a InPseudoRealities>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum AnswerJson<'a> {
+    Viable(&'a Choice),
+    NoViableCell(NoViableCellJson<'a>),
+}
+
+impl<'a> From<&'a ChosenWithFactors> for ChosenJson<'a> {
+    fn from(found: &'a ChosenWithFactors) -> Self {
+        let answer = match &found.chosen {
+            Chosen::Viable(choice) => AnswerJson::Viable(choice),
+            Chosen::NoViableCell(none) => AnswerJson::NoViableCell(none.into()),
+        };
+        let (factors, pseudo_realities) = (found.factors.as_ref(), found.pseudo_realities.as_ref());
+        Self { answer, factors, pseudo_realities }
+    }
+}
 
 /// What there was where nothing is viable, as JSON.
 #[derive(Serialize)]
@@ -36,8 +70,28 @@ impl<'a> From<&'a NoViableCell> for NoViableCellJson<'a> {
     }
 }
 
+/// What came of choosing from the sweep in a `folder` a cell of which a share of `wanted` is wanted, what the
+/// factors do in it, and what comes next; `output` is the file into which a choice was to be written.
+pub fn text(found: &ChosenWithFactors, folder: &Path, wanted: f64, output: Option<&Path>) -> Words {
+    let (first, next) = match &found.chosen {
+        Chosen::Viable(choice) => {
+            let wider = wider(folder, &found.extensions);
+            let next = match output {
+                Some(path) => format!("{}\n{}", wrote(path), after_choice(folder)),
+                None => to_keep(folder),
+            };
+            (wider.into_iter().fold(viable(choice, wanted), Words::below), next)
+        }
+        Chosen::NoViableCell(none) => (none_viable(none), after_none_viable(folder, output)),
+    };
+    let factors = found.factors.iter().map(factors::text);
+    let in_pseudo_realities =
+        found.pseudo_realities.iter().map(|pseudo| in_pseudo_realities(pseudo, found.cell()));
+    factors.chain(in_pseudo_realities).chain([next]).fold(first, Words::below)
+}
+
 /// How a cell does with robots as they might be.
-pub fn in_pseudo_realities(found: &InPseudoRealities, cell: &Cell) -> String {
+fn in_pseudo_realities(found: &InPseudoRealities, cell: &Cell) -> String {
     let InPseudoRealities { n_profiles, widening, n_replicates, varied, .. } = found;
     let mut lines = vec![format!(
         "with {} drawn around the intervals of the fit, {widening} times as wide ({} drawn, {n_replicates} runs each):",
@@ -88,24 +142,24 @@ pub fn none_viable(none: &NoViableCell) -> Words {
 }
 
 /// What becomes of the file that a choice was to be written into, and what comes next where no cell is viable.
-pub fn after_none_viable(folder: &Path, output: Option<&Path>) -> Words {
+fn after_none_viable(folder: &Path, output: Option<&Path>) -> String {
     let unwritten = output.map(|path| {
         let path = path.display();
         format!("{path} was not written, as no cell is viable; a smaller `--viable` asks for less")
     });
     let next = format!("next: rsrs diagnose {}   # what would have to be changed", quoted(folder));
-    Words::lines(unwritten.into_iter().chain([next]))
+    unwritten.into_iter().chain([next]).collect::<Vec<_>>().join("\n")
 }
 
 /// How a choice is kept that was not written into a file.
-pub fn to_keep(folder: &Path) -> String {
+fn to_keep(folder: &Path) -> String {
     let kept = quoted(folder.join(CHOICE));
     let folder = quoted(folder);
     format!("next: rsrs choose {folder} -o {kept}   # keeps it, for run and diagram")
 }
 
 /// What follows from a choice that was written into a file.
-pub fn after_choice(folder: &Path) -> String {
+fn after_choice(folder: &Path) -> String {
     let experiment = experiment_beside(folder);
     let folder = quoted(folder);
     format!("next: rsrs plan-experiments {folder}\nthen: rsrs run {experiment} --from {folder}")
@@ -214,7 +268,7 @@ fn by_circliness(choice: &Choice) -> Option<String> {
 }
 
 /// The sweep that would have the chosen cell inside, if it lies at the edge of this one.
-pub fn wider(folder: &Path, found: &[Extension]) -> Vec<String> {
+fn wider(folder: &Path, found: &[Extension]) -> Vec<String> {
     let (possible, ends): (Vec<&Extension>, Vec<&Extension>) =
         found.iter().partition(|extension| !extension.values.is_empty());
     let is_end = |Extension { axis, end, .. }: &&Extension| {

@@ -3,6 +3,8 @@
 pub mod quantity;
 pub mod shell;
 
+use std::path::Path;
+
 use jiff::Timestamp;
 use rsrs_core::world::WorldFile;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
@@ -16,6 +18,11 @@ pub fn capitalised(sentence: &str) -> String {
     let mut characters = sentence.chars();
     let first = characters.next().map(|first| first.to_uppercase().to_string());
     first.unwrap_or_default() + characters.as_str()
+}
+
+/// Which file was written.
+pub fn wrote(path: &Path) -> String {
+    format!("wrote {}", path.display())
 }
 
 /// The robots of a sweep by the names of their profiles ([`WorldFile::robot_names`]).

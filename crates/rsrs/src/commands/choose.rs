@@ -3,25 +3,14 @@
 use std::path::PathBuf;
 
 use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
-use rsrs_core::quantity::Cell;
-use serde::Serialize;
 
-use crate::commands::{Format, print_text, report, report_written};
+use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::setting_arguments::SettingArguments;
-use rsrs_pipeline::choose::extension::extensions;
-use rsrs_pipeline::choose::pseudo_realities::{
-    Draws, InPseudoRealities, can_be_drawn, pseudo_realities,
-};
-use rsrs_pipeline::choose::{Chosen, choose, write};
-use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
-use rsrs_pipeline::sweep::folder;
-use rsrs_render::choice::{
-    NoViableCellJson, after_choice, after_none_viable, in_pseudo_realities, none_viable, to_keep,
-    viable, wider,
-};
-use rsrs_render::factors;
-use rsrs_render::words::Words;
+use rsrs_pipeline::choose::Chosen;
+use rsrs_pipeline::choose::pseudo_realities::{Draws, REPLICATES};
+use rsrs_pipeline::choose::with_factors::choose_with_factors;
+use rsrs_render::choice::{ChosenJson, text};
 
 /// Choose the cell that may drift furthest while robots do what is wanted, and confirm it on fresh seeds.
 ///
@@ -72,88 +61,19 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Runs of each profile in each cell.
-const RUNS_OF_EACH_PROFILE: u64 = 8;
-
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = arguments.setting.options(arguments.viable)?;
-    if arguments.pseudo_realities.is_some() {
-        // Before minutes of runs, not after them.
-        can_be_drawn(&folder::read(&arguments.folder)?, arguments.widening)?;
-    }
-    match choose(&arguments.folder, options)? {
-        Chosen::Viable(choice) => {
-            if let Some(path) = &arguments.output {
-                write(path, &choice)?;
-            }
-            let words = viable(&choice, arguments.viable);
-            let extensions = extensions(&folder::read(&arguments.folder)?, &choice);
-            let wider = wider(&arguments.folder, &extensions);
-            let words = wider.into_iter().fold(words, Words::below);
-            report_with_factors(arguments, &choice, &choice.cell, words)?;
-            report_next(arguments)?;
-            Ok(Outcome::Done)
-        }
-        Chosen::NoViableCell(none) => {
-            let answer = NoViableCellJson::from(&none);
-            report_with_factors(arguments, &answer, &none.best.cell, none_viable(&none))?;
-            if arguments.format == Format::Text {
-                print_text(after_none_viable(&arguments.folder, arguments.output.as_deref()))?;
-            }
-            Ok(Outcome::NegativeAnswer)
-        }
-    }
-}
-
-/// An answer, and which factors make the robots of its cell worse.
-#[derive(Serialize)]
-struct WithFactors<'a, T> {
-    #[serde(flatten)]
-    answer: &'a T,
-    /// What every factor does in that cell; `null` if none changes a robot.
-    factors: Option<Ablation>,
-    /// What comes of all cells in pseudo-realities, where they were asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pseudo_realities: Option<InPseudoRealities>,
-}
-
-fn report_with_factors<T: Serialize>(
-    arguments: &Arguments,
-    answer: &T,
-    cell: &Cell,
-    words: Words,
-) -> anyhow::Result<()> {
-    let result = folder::read(&arguments.folder)?;
-    let replicates = REPLICATES.min(arguments.setting.confirm);
-    let execution = arguments.setting.threads.execution()?;
-    let factors = ablate(&result.source, cell, replicates, execution)?;
     let draws = arguments.pseudo_realities.map(|profiles| Draws {
         profiles,
         widening: arguments.widening,
-        replicates: RUNS_OF_EACH_PROFILE,
+        replicates: REPLICATES,
     });
-    let result = result.of_robots(arguments.setting.robots)?;
-    let pseudo_realities =
-        draws.map(|draws| pseudo_realities(&result, draws, execution)).transpose()?;
-    let words = match &factors {
-        Some(factors) => words.below(factors::text(factors)),
-        None => words,
-    };
-    let words = match &pseudo_realities {
-        Some(found) => words.below(in_pseudo_realities(found, cell)),
-        None => words,
-    };
-    report(arguments.format, &WithFactors { answer, factors, pseudo_realities }, words)
-}
-
-/// Where the choice was written, and what follows from it.
-fn report_next(arguments: &Arguments) -> anyhow::Result<()> {
-    if arguments.format == Format::Json {
-        return Ok(());
-    }
-    let Some(path) = &arguments.output else {
-        return print_text(to_keep(&arguments.folder));
-    };
-    report_written(Format::Text, path)?;
-    print_text(after_choice(&arguments.folder))
+    let (folder, output) = (&arguments.folder, arguments.output.as_deref());
+    let found = choose_with_factors(folder, options, draws, output)?;
+    let words = text(&found, folder, arguments.viable, output);
+    report(arguments.format, &ChosenJson::from(&found), words)?;
+    Ok(match found.chosen {
+        Chosen::Viable(_) => Outcome::Done,
+        Chosen::NoViableCell(_) => Outcome::NegativeAnswer,
+    })
 }

@@ -15,6 +15,9 @@ use crate::execution::Execution;
 use crate::sweep::result::{SweepResult, World};
 use crate::sweep::source::ResolvedSweep;
 
+/// Runs of each profile in each cell, where nothing else is wanted.
+pub const REPLICATES: u64 = 8;
+
 /// How many profiles are drawn, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Draws {
