@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rsrs_experiment_runner::Progress;
 use rsrs_operate::run::operator::{Operator, Verbosity};
+use rsrs_render::operator_event::{self, OperatorEvent};
 use rsrs_ros::printing::{Printed, Printer};
 
 use crate::interrupt::asked_to_stop;
@@ -31,8 +32,8 @@ struct ExperimentBar {
 pub struct TerminalOperator;
 
 impl Operator for TerminalOperator {
-    fn note(&self, text: &str) {
-        above_bars(|| print_note(text));
+    fn inform(&self, event: &OperatorEvent<'_>) {
+        above_bars(|| print_note(operator_event::text(event)));
     }
 
     fn watch_run(&self, name: &str, verbosity: Verbosity) -> Box<dyn FnMut(Progress) + '_> {
@@ -73,10 +74,9 @@ impl ExperimentBar {
     fn print(&self, printed: &Printed<Progress>) {
         match printed {
             Printed::This(progress) => self.show(progress),
-            Printed::LeftOut(n_notes) => self.show(&Progress::Note(format!(
-                "{n_notes} notes are not shown, because nothing read them in time; the bag has them, \
-                 on /rosout"
-            ))),
+            Printed::LeftOut(n_notes) => {
+                self.show(&Progress::Note(operator_event::not_shown(*n_notes)));
+            }
         }
     }
 

@@ -14,6 +14,7 @@ use crate::notes::print_note;
 use rsrs_operate::run::RunTarget;
 use rsrs_operate::run::own_network::OwnNetwork;
 use rsrs_pipeline::error::{helped, with_help};
+use rsrs_render::own_network;
 
 /// Where the robots are, as a person names it.
 #[derive(clap::Args)]
@@ -57,7 +58,7 @@ pub fn enter(backend: Backend, interfaces: &[String]) -> anyhow::Result<RunTarge
     Ok(match backend {
         Backend::Simulator => {
             let network = OwnNetwork::enter()?;
-            print_note(&network.note);
+            print_note(own_network::text(&network.isolation));
             RunTarget::Simulator(network)
         }
         Backend::Fleet | Backend::Mixed => {

@@ -16,9 +16,11 @@ use rsrs_core::trials::trial::Trial;
 use rsrs_experiment_runner::plan::{Plan, TrialRequest, Unmeasured};
 use rsrs_fleet::record::Backend;
 use rsrs_pipeline::measure::sensor_readings;
+use rsrs_pipeline::run_summary::RunSummary;
+use rsrs_render::operator_event::OperatorEvent;
 
+use crate::run::RunTarget;
 use crate::run::operator::Operator;
-use crate::run::{RunSummary, RunTarget};
 pub use filling::{fill_plan, fill_table};
 use result::{Motion, Source, TrialResult};
 use rsrs_ros::runtime::runtime;
@@ -141,10 +143,11 @@ async fn made(
         let robot = &plan.robots[0].name;
         let found = sensor_readings::count(&plan.bag, robot, Some(samples))?;
         if found.samples < samples {
-            operator.operator().note(&format!(
-                "{robot}: {} readings came while the trial ran, {samples} were planned",
-                found.samples
-            ));
+            operator.operator().inform(&OperatorEvent::FewReadings {
+                robot,
+                samples: found.samples,
+                planned: samples,
+            });
         }
         return Ok((TrialResult::of_readings(plan, neighbour, found), summary));
     }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use rsrs_bags::{Bag, BagError};
-use rsrs_core::numerals::count;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::rosgraph_msgs::Clock;
@@ -16,6 +15,7 @@ use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Endpoint, EndpointKind, Publisher, RawPublisher, Session, SessionOptions};
 
 use crate::run::operator::Operator;
+use rsrs_render::operator_event::OperatorEvent;
 use rsrs_render::replay::Published;
 
 /// How often `/clock` is published between messages.
@@ -54,14 +54,12 @@ pub async fn publish(
     network: &SessionOptions,
     operator: &dyn Operator,
 ) -> anyhow::Result<Published> {
-    for (names, why) in [
-        (&selection.guarded, "robots are steered by them; `--topics` takes them by name"),
-        (&selection.foreign, "the bag does not hold them as ROS 2 sends them"),
-    ] {
-        if !names.is_empty() {
-            let n = count(names.len() as u64);
-            operator.note(&format!("left out {n} ({why}): {}", names.join(", ")));
-        }
+    let (guarded, foreign) = (&selection.guarded, &selection.foreign);
+    if !guarded.is_empty() {
+        operator.inform(&OperatorEvent::GuardedLeftOut { topics: guarded });
+    }
+    if !foreign.is_empty() {
+        operator.inform(&OperatorEvent::ForeignLeftOut { topics: foreign });
     }
     let session = Session::open(network)?;
     let played = match without_living(&session, selection, operator).await {
@@ -118,11 +116,10 @@ async fn without_living(
                 living.push(topic.name.clone());
             }
             Some(node) if !topic.is_named => {
-                let node = node.as_deref().unwrap_or("a program without a name");
-                operator.note(&format!(
-                    "left out {}: {node} publishes it now; `--topics` takes it by name",
-                    topic.name
-                ));
+                operator.inform(&OperatorEvent::LivingLeftOut {
+                    topic: &topic.name,
+                    node: node.as_deref(),
+                });
                 living.push(topic.name.clone());
             }
             _ => allowed.push(topic.clone()),
@@ -135,7 +132,7 @@ async fn without_living(
         ));
     }
     if has_robots && !allowed.iter().any(|topic: &Selected| topic.name == topics::CLOCK.name) {
-        operator.note("the time is not published: there are robots on this network");
+        operator.inform(&OperatorEvent::TimeLeftOut);
     }
     Ok(Allowed { topics: allowed, living, clock: !has_robots })
 }

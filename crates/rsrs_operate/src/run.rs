@@ -1,6 +1,7 @@
 //! Step 4: one experiment over ROS 2, with an operator who watches.
 
 pub mod node_process;
+mod not_completed;
 pub mod operator;
 pub mod own_network;
 pub mod place_command;
@@ -8,25 +9,20 @@ pub mod side_by_side;
 pub mod simulated_fleet;
 pub mod start_poses;
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
-
-use rsrs_core::robot::other_profile::ProfilesDiffer;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_experiment_runner::{RunReport, run};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{
-    Backend, EndingKind, ExperimentRecord, LostRobot, OwnProfile, PausedRobot,
-};
-use rsrs_pipeline::attempt::Attempt;
+use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::recorded_run::gaps::{self, Gap};
+use rsrs_pipeline::run_summary::RunSummary;
 use rsrs_ros::session::SessionOptions;
-use serde::Serialize;
 
+pub use self::not_completed::refuse_unfinished;
 use self::operator::{Operator, Verbosity};
 use crate::run::own_network::OwnNetwork;
 use crate::run::simulated_fleet::SimulatedFleet;
+use crate::run::start_poses::{start_poses, wanted};
 
 /// Where the robots are, and in which network.
 pub enum RunTarget {
@@ -36,70 +32,28 @@ pub enum RunTarget {
     Fleet(SessionOptions),
 }
 
-/// What a run came to.
-#[derive(Clone, Debug, Serialize)]
-pub struct RunSummary {
-    /// Names the run.
-    pub run_id: String,
-    /// The bag; `None` if none was opened. One without `metadata.yaml` was not closed.
-    pub bag: Option<PathBuf>,
-    /// How the run ended.
-    pub ending: EndingKind,
-    /// Why, if it was not completed.
-    pub reason: String,
-    /// Whether the robots were allowed to move.
-    pub has_started: bool,
-    /// Robots that were lost on the way, and when.
-    pub lost_robots: Vec<LostRobot>,
-    /// When robots stood because leases did not reach them, and went on.
-    pub paused_robots: Vec<PausedRobot>,
-    /// Messages in the bag.
-    pub n_messages: u64,
-    /// Messages missing in the bag between two that are in it, on topics that are to lose none.
-    pub n_lost: u64,
-    /// What did not get into the bag, by topic.
-    pub gaps: Vec<Gap>,
-    /// That the sweep of its cell is of robots with another profile; not there if it is not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub other_profile: Option<ProfilesDiffer>,
-    /// Robots with a profile of their own, and in what it differs from the fleet's.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub own_profiles: BTreeMap<String, OwnProfile>,
-    /// Robots that did not report that they stand.
-    pub not_standing: Vec<String>,
-    /// How long the robots were to move, in seconds.
-    pub duration_s: f64,
-    /// Wall-clock time until all that the run needs was found, in seconds; with the simulator, which
-    /// is started for the run, its start is part of it.
-    pub preflight_s: Option<f64>,
-    /// Wall-clock time in which all parameters were set and read back, in seconds.
-    pub parameters_s: Option<f64>,
-    /// Simulated seconds for each wall-clock second; `None` in real time.
-    pub real_time_factor: Option<f64>,
-}
-
-/// What stands before the names of robots that did not report that they stand.
-pub const NOT_STANDING: &str = "not confirmed to stand, go and look";
-
-impl RunSummary {
-    /// What is to be kept of it, if it gave no result.
-    pub fn attempt(&self, record: &ExperimentRecord) -> Attempt {
-        Attempt {
-            run_id: self.run_id.clone(),
-            robots: record.robots.clone(),
-            ending: self.ending.key().to_owned(),
-            reason: self.reason.clone(),
-            has_started: self.has_started,
-            lost_robots: self.lost_robots.clone(),
-            bag: None,
+/// Runs a plan: against a simulator that is started for it, or on a fleet, whose robots a program places
+/// before if there is one.
+pub async fn on_target(
+    plan: &Plan,
+    target: &RunTarget,
+    place_command: Option<&str>,
+    operator: &dyn Operator,
+) -> anyhow::Result<RunSummary> {
+    match target {
+        RunTarget::Simulator(network) => {
+            let mut fleet = SimulatedFleet::start(network, plan)?;
+            let summary = on_simulated_fleet(plan, network, &mut fleet, operator).await;
+            fleet.stop().await?;
+            summary
         }
-    }
-
-    /// Robots that did not report that they stand, if there are any: `not confirmed to stand, go and look:
-    /// robot_3`.
-    pub fn unconfirmed(&self) -> Option<String> {
-        let names = self.not_standing.join(", ");
-        (!names.is_empty()).then(|| format!("{NOT_STANDING}: {names}"))
+        RunTarget::Fleet(network) => {
+            if let Some(program) = place_command {
+                let wanted = wanted(&start_poses(plan)?, plan.bag.display().to_string());
+                place_command::place(program, &wanted, operator).await?;
+            }
+            watched(plan, network, operator.stop_requested(), operator).await
+        }
     }
 }
 

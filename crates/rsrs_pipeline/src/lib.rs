@@ -30,6 +30,7 @@ pub mod plan_experiments;
 pub mod provenance;
 pub mod recorded_run;
 pub mod replay;
+pub mod run_summary;
 pub mod schema;
 pub mod swarm;
 pub mod sweep;

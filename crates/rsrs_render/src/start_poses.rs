@@ -3,6 +3,9 @@
 use std::fmt::Write;
 
 use rsrs_core::conditions::Placement;
+use rsrs_core::conditions::operator::controller_values;
+use rsrs_core::quantity::Axis;
+use rsrs_core::robot::controller::Controller;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::world::WorldFile;
 use rsrs_view::placement::{Area, PlacementPicture, svg};
@@ -96,6 +99,36 @@ pub fn text(starts: &StartPoses) -> String {
         write!(text, "\n{object:width$}  {x_m:>6.3}  {y_m:>6.3}").expect(ROOM);
     }
     text
+}
+
+/// A run of a campaign whose robots are to be placed.
+#[derive(Clone, Copy, Debug)]
+pub struct RunToPlace<'a> {
+    /// Name of the experiment.
+    pub experiment: &'a str,
+    /// What the robots will do.
+    pub controller: &'a Controller,
+    /// For how long, in seconds.
+    pub duration_s: f64,
+    /// Where they start.
+    pub starts: &'a StartPoses,
+}
+
+/// Which run comes next, and where its robots are to be placed.
+pub fn to_place(run: &RunToPlace<'_>) -> String {
+    let setting = |(axis, value): (Axis, f64)| match axis {
+        Axis::Number(number) => format!("{} {value}", number.name()),
+        _ => format!("{value} {}", axis.unit()),
+    };
+    let settings: Vec<String> =
+        controller_values(run.controller).into_iter().map(setting).collect();
+    format!(
+        "\n{}: {}, for {} s\nplace the robots:\n{}",
+        run.experiment,
+        settings.join(", "),
+        run.duration_s,
+        text(run.starts)
+    )
 }
 
 /// Why writing to a text does not fail.

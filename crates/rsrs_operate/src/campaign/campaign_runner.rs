@@ -2,31 +2,31 @@
 
 use std::pin::Pin;
 
-use rsrs_core::conditions::operator::controller_values;
-use rsrs_core::quantity::Axis;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::record::{Ending, EndingKind};
 use rsrs_pipeline::attempt::{Attempt, NOT_JUDGED, SIMULATED_TRIES};
-use rsrs_pipeline::campaign::{BAG, CampaignFolder, Finished, Item, Manifest};
+use rsrs_pipeline::campaign::{BAG, CampaignFolder, Finished, Item};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
-use rsrs_pipeline::label::Settledness;
-use rsrs_render::{gaps, label, start_poses};
+use rsrs_pipeline::run_summary::RunSummary;
+use rsrs_render::operator_event::{OperatorEvent, without_result};
+use rsrs_render::run_summary::unconfirmed;
+use rsrs_render::start_poses::RunToPlace;
 
 use super::plan_now;
 use crate::run::operator::Operator;
 use crate::run::place_command::WantedPlacement;
 use crate::run::simulated_fleet::SimulatedFleet;
 use crate::run::start_poses::{start_poses, wanted};
-use crate::run::{RunSummary, RunTarget, on_simulated_fleet, watched};
+use crate::run::{RunTarget, on_simulated_fleet, watched};
 
 /// Whoever places the robots of a fleet before each run.
 pub trait Placer {
-    /// Has the robots placed: `text` has the experiment and where its robots start, `wanted` the
+    /// Has the robots placed: `run` has the experiment and where its robots start, `wanted` the
     /// same for a program.
     fn place<'a>(
         &'a mut self,
-        text: &'a str,
+        run: &'a RunToPlace<'a>,
         wanted: &'a WantedPlacement,
     ) -> Pin<Box<dyn Future<Output = anyhow::Result<OperatorDecision>> + 'a>>;
 }
@@ -119,7 +119,8 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
 
     async fn all(&mut self, open: &[&Item], n_items: usize) -> anyhow::Result<()> {
         if open.len() < n_items {
-            self.operator.note(&format!("{} of {n_items} are finished", n_items - open.len()));
+            let n_finished = n_items - open.len();
+            self.inform(OperatorEvent::CampaignContinued { n_finished, n_experiments: n_items });
         }
         let mut stop: Pin<Box<dyn Future<Output = String>>> = self.operator.stop_requested();
         for item in open {
@@ -142,12 +143,13 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
     async fn one(&mut self, item: &Item) -> anyhow::Result<Next> {
         let name = &item.experiment.folder;
         if let Some(manifest) = self.folder.adopt(item)? {
-            let outcome = outcome(&manifest, self.folder.settledness(item)?);
-            self.operator.note(&format!("{name}: its bag was complete already{outcome}"));
+            let settledness = self.folder.settledness(item)?;
+            let manifest = &manifest;
+            self.inform(OperatorEvent::BagAdopted { experiment: name, manifest, settledness });
             return Ok(Next::GoOn);
         }
         if let Some(kept) = self.folder.keep(item, None)? {
-            self.operator.note(&format!("{name}: run again; before, {}", in_words(&kept)));
+            self.inform(OperatorEvent::RunAgain { experiment: name, before: &kept });
         }
         let mut n_tries = 0;
         loop {
@@ -159,9 +161,9 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
             };
             let record = &item.record;
             if again.is_made_again(record, n_tries, self.tries) {
-                let (next, of) = (n_tries + 1, self.tries);
-                let words = in_words(&again);
-                self.operator.note(&format!("{name}: {words}; tried again, {next} of {of}"));
+                let (next, most) = (n_tries + 1, self.tries);
+                let attempt = &again;
+                self.inform(OperatorEvent::TriedAgain { experiment: name, attempt, next, most });
                 continue;
             }
             return self.give_up(name, &again);
@@ -172,7 +174,7 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
     fn give_up(&self, name: &str, last: &Attempt) -> anyhow::Result<Next> {
         // The next one may do better.
         if let Some(EndingKind::Completed | EndingKind::Void) = EndingKind::from_key(&last.ending) {
-            self.operator.note(&format!("{name}: {}", in_words(last)));
+            self.inform(OperatorEvent::WithoutResult { experiment: name, attempt: last });
             return Ok(Next::GoOn);
         }
         let message = format!("{name} {}: {}", last.ending, last.reason);
@@ -200,11 +202,11 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
         let tried = self.settle(item, plan, &summary)?;
         // The simulator stands still by itself; nobody can go and look there.
         let is_fleet = matches!(self.target, RunTarget::Fleet(_));
-        if let Some(stands) = summary.unconfirmed().filter(|_| is_fleet) {
-            let name = &item.experiment.folder;
+        if is_fleet && !summary.not_standing.is_empty() {
+            let (name, stands) = (&item.experiment.folder, unconfirmed(&summary.not_standing));
             return Err(match &tried {
                 Tried::Without(attempt) => {
-                    anyhow::anyhow!("{name}: {}\n  {stands}", in_words(attempt))
+                    anyhow::anyhow!("{name}: {}\n  {stands}", without_result(attempt))
                 }
                 _ => anyhow::anyhow!("{name}: {stands}"),
             });
@@ -215,23 +217,15 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
     /// Has the robots placed; in the simulator they place themselves.
     async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<OperatorDecision> {
         let RunTarget::Fleet(_) = self.target else { return Ok(OperatorDecision::Start) };
-        let settings = controller_values(&plan.record.conditions.controller);
-        let settings: Vec<String> = (settings.into_iter())
-            .map(|(axis, value)| match axis {
-                Axis::Number(number) => format!("{} {value}", number.name()),
-                _ => format!("{value} {}", axis.unit()),
-            })
-            .collect();
         let starts = start_poses(plan)?;
-        let what = format!(
-            "\n{}: {}, for {} s\nplace the robots:\n{}",
-            item.experiment.folder,
-            settings.join(", "),
-            plan.record.duration_s,
-            start_poses::text(&starts)
-        );
         let wanted = wanted(&starts, item.experiment.folder.clone());
-        self.placer.place(&what, &wanted).await
+        let run = RunToPlace {
+            experiment: &item.experiment.folder,
+            controller: &plan.record.conditions.controller,
+            duration_s: plan.record.duration_s,
+            starts: &starts,
+        };
+        self.placer.place(&run, &wanted).await
     }
 
     async fn run(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
@@ -253,7 +247,6 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
 
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.
     fn settle(&self, item: &Item, plan: Plan, summary: &RunSummary) -> anyhow::Result<Tried> {
-        let name = &item.experiment.folder;
         let mut attempt = summary.attempt(&plan.record);
         if summary.ending == EndingKind::Completed {
             let (lost, paused) = (summary.lost_robots.clone(), summary.paused_robots.clone());
@@ -261,10 +254,12 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
                 Ending { kind: summary.ending, reason: summary.reason.clone(), lost, paused };
             match self.folder.finish(item, plan.record, &ending, Some(summary.n_lost))? {
                 Finished::Result(manifest) => {
-                    self.note_result(name, &manifest, self.folder.settledness(item)?);
-                    for paused in &summary.paused_robots {
-                        self.operator.note(&format!("  {paused}"));
-                    }
+                    self.inform(OperatorEvent::ExperimentFinished {
+                        experiment: &item.experiment.folder,
+                        manifest: &manifest,
+                        settledness: self.folder.settledness(item)?,
+                        paused_robots: &summary.paused_robots,
+                    });
                     return Ok(Tried::Finished);
                 }
                 Finished::NotJudged(reason) => attempt.reason = format!("{NOT_JUDGED}{reason}"),
@@ -274,28 +269,7 @@ impl<'a, P: Placer> CampaignRunner<'a, P> {
         Ok(Tried::Without(kept.expect("it was given")))
     }
 
-    fn note_result(&self, name: &str, manifest: &Manifest, settledness: Settledness) {
-        let outcome = outcome(manifest, settledness);
-        self.operator.note(&format!("{name}: {}{outcome}", manifest.ending));
-        for lost in &manifest.lost_robots {
-            self.operator.note(&format!("  {lost}"));
-        }
-        for line in gaps::lines(&manifest.gaps) {
-            self.operator.note(&format!("  {line}"));
-        }
-    }
-}
-
-/// A run that gave no result in words, with where its recording is.
-fn in_words(attempt: &Attempt) -> String {
-    let kept = attempt.bag.as_ref().map(|bag| format!(" (kept as {bag})"));
-    format!("{attempt}{}", kept.unwrap_or_default())
-}
-
-/// What came of an experiment, behind its name.
-fn outcome(manifest: &Manifest, settledness: Settledness) -> String {
-    match manifest.phase {
-        Some(phase) => format!(", {}", label::marked(phase.to_string(), settledness)),
-        None => format!(", not judged: {}", manifest.not_judged),
+    fn inform(&self, event: OperatorEvent<'_>) {
+        self.operator.inform(&event);
     }
 }

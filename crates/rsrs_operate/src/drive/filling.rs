@@ -9,14 +9,14 @@ use rsrs_pipeline::error::with_help;
 use tokio::runtime::Runtime;
 
 use super::period_table::PeriodTable;
-use super::placement;
 use super::result::{TrialResult, backend};
 use super::trial_nodes::TrialNodes;
 use super::trial_table::{Todo, TrialTable};
 use super::{DriveOptions, Ready, TrialOperator, made};
 use crate::run::RunTarget;
 use rsrs_files::quoted;
-use rsrs_render::driven_trials::{Filled, pause};
+use rsrs_render::driven_trials::Filled;
+use rsrs_render::operator_event::OperatorEvent;
 use rsrs_ros::runtime::runtime;
 
 /// A trial in which commands pause is made again at once, up to this often in all; after that the same
@@ -237,10 +237,16 @@ impl Shift<'_> {
         let Job { table, todo } = job;
         let (n_left, n_rows) = (filled.n_left, filled.n_filled + filled.n_left);
         let row = self.work.bag_name(job);
-        let what = placement::description(&todo.robot, &todo.trial);
-        self.operator.operator().note(&format!("{row}, {n_left} of {n_rows} rows left: {what}"));
+        let (robot, trial) = (&todo.robot, &todo.trial);
+        self.operator.operator().inform(&OperatorEvent::RowBegun {
+            row: &row,
+            n_left,
+            n_rows,
+            robot,
+            trial,
+        });
         for attempt in 1..=ATTEMPTS {
-            match runtime.block_on(self.operator.ready(&todo.robot, &todo.trial))? {
+            match runtime.block_on(self.operator.ready(robot, trial))? {
                 Ready::Go => {}
                 Ready::Skip => return Ok(true),
                 Ready::End => return Ok(false),
@@ -256,10 +262,12 @@ impl Shift<'_> {
                 filled.n_left -= 1;
                 return Ok(true);
             };
-            let path = self.work.tables[*table].path().display();
-            let next = if attempt < ATTEMPTS { "; it is made again" } else { "" };
-            let pause = pause(paused_s);
-            self.operator.operator().note(&format!("{path}:{}: {pause}{next}", todo.line));
+            self.operator.operator().inform(&OperatorEvent::RowPaused {
+                table: self.work.tables[*table].path(),
+                line: todo.line,
+                paused_s,
+                is_made_again: attempt < ATTEMPTS,
+            });
         }
         filled.n_paused += 1;
         Ok(true)

@@ -6,6 +6,8 @@ use rsrs_fleet::fleet_file::{FleetRobot, LeaseHolder};
 use rsrs_fleet::parameters::controller::{CMD_VEL_TYPE, LEASE, PERIOD};
 use rsrs_fleet::record::{self, EndingKind};
 use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::run_summary::RunSummary;
+use rsrs_render::operator_event::OperatorEvent;
 use rsrs_ros::interfaces;
 use rsrs_ros::session::SessionOptions;
 
@@ -13,7 +15,7 @@ use crate::run::node_process::NodeProcess;
 use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
 use crate::run::simulated_fleet::{SimulatedFleet, of_controllers, ros_arguments};
-use crate::run::{RunSummary, RunTarget, on_simulated_fleet, watched};
+use crate::run::{RunTarget, on_simulated_fleet, watched};
 
 /// The variable that names the enclave of a program.
 const ENCLAVE: &str = "ROS_SECURITY_ENCLAVE_OVERRIDE";
@@ -51,7 +53,12 @@ impl<'a> TrialNodes<'a> {
             }
             RunTarget::Fleet(network) => {
                 if !plan.is_measured {
-                    operator.note(&unmeasured(plan));
+                    let robot = &plan.robots[0];
+                    operator.inform(&OperatorEvent::NoProfile {
+                        robot: &robot.name,
+                        profile: robot.profile.as_deref(),
+                        limits: plan.limits,
+                    });
                 }
                 let arguments = controller_arguments(plan);
                 let addresses: Vec<String> =
@@ -101,17 +108,6 @@ impl<'a> TrialNodes<'a> {
     }
 }
 
-/// The note on a robot without a profile.
-fn unmeasured(plan: &Plan) -> String {
-    let robot = &plan.robots[0];
-    let [most_m_s, most_rad_s] = plan.limits;
-    let profile = match &robot.profile {
-        Some(profile) => format!("the profile `{profile}` of {} is not there yet", robot.name),
-        None => format!("{} has no profile yet", robot.name),
-    };
-    format!("{profile}; its limits are those of the trials, {most_m_s} m/s and {most_rad_s} rad/s")
-}
-
 /// What the controller of a robot of the floor is started with.
 fn controller_arguments(plan: &Plan) -> Vec<String> {
     let robot = &plan.robots[0];
@@ -126,8 +122,8 @@ fn controller_arguments(plan: &Plan) -> Vec<String> {
 
 /// Refuses a run that was not completed.
 fn completed(plan: &Plan, summary: &RunSummary, operator: &dyn Operator) -> anyhow::Result<()> {
-    if let Some(unconfirmed) = summary.unconfirmed() {
-        operator.note(&unconfirmed);
+    if !summary.not_standing.is_empty() {
+        operator.inform(&OperatorEvent::Unconfirmed { robots: &summary.not_standing });
     }
     if summary.ending == EndingKind::Completed && summary.bag.is_some() {
         return Ok(());

@@ -3,11 +3,12 @@
 use std::pin::Pin;
 
 use rsrs_experiment_runner::Progress;
+use rsrs_render::operator_event::OperatorEvent;
 
 /// Whoever started runs over ROS 2.
 pub trait Operator {
     /// Is informed of something while a run goes on.
-    fn note(&self, text: &str);
+    fn inform(&self, event: &OperatorEvent<'_>);
 
     /// Is shown the run of this name; what is returned is called with each step of it.
     fn watch_run(&self, name: &str, verbosity: Verbosity) -> Box<dyn FnMut(Progress) + '_>;
@@ -21,7 +22,7 @@ pub trait Operator {
 pub struct Unattended;
 
 impl Operator for Unattended {
-    fn note(&self, _text: &str) {}
+    fn inform(&self, _event: &OperatorEvent<'_>) {}
 
     fn watch_run(&self, _name: &str, _verbosity: Verbosity) -> Box<dyn FnMut(Progress) + '_> {
         Box::new(|_progress| {})

@@ -11,16 +11,15 @@ use rsrs_ros::security::SecurityRequest;
 use rsrs_ros::session::SessionOptions;
 
 use rsrs_pipeline::error::{helped, with_help};
+use rsrs_render::own_network::Isolation;
 
-/// Where a run without robots happens, and how a person looks inside.
+/// Where a run without robots happens.
 #[derive(Clone, Debug)]
 pub struct OwnNetwork {
     /// For sessions of this process.
     pub session: SessionOptions,
-    /// For people: how to look inside, or why it is not a network of its own.
-    pub note: String,
-    /// Whether it is a network of its own, and not the machine's loopback interface.
-    pub is_confined: bool,
+    /// How it is kept apart from others.
+    pub isolation: Isolation,
 }
 
 /// The variable that selects the network of ROS 2.
@@ -46,11 +45,7 @@ impl OwnNetwork {
         match confine::into_own_network() {
             Ok(confinement) => Ok(Self {
                 session: SessionOptions { domain_id: 0, interfaces: vec![LOOPBACK], enclave: None },
-                note: format!(
-                    "no packet leaves this machine; to look inside:\n  {} env {DOMAIN}=0 rviz2",
-                    confinement.enter_command()
-                ),
-                is_confined: true,
+                isolation: Isolation::Namespace { enter_command: confinement.enter_command() },
             }),
             Err(error @ ConfineError::Forbidden { .. }) => {
                 if is_to_be_secured {
@@ -62,6 +57,11 @@ impl OwnNetwork {
             }
             Err(error) => Err(error.into()),
         }
+    }
+
+    /// Whether it is a network of its own, and not the machine's loopback interface.
+    pub fn is_confined(&self) -> bool {
+        matches!(self.isolation, Isolation::Namespace { .. })
     }
 
     /// Moves this thread, and what it starts from now on, into another network of the same kind.
@@ -79,11 +79,7 @@ impl OwnNetwork {
         let help = error.help().unwrap_or_else(|| "run as root".to_owned());
         Ok(Self {
             session: SessionOptions { domain_id, interfaces: vec![LOOPBACK], enclave: None },
-            note: format!(
-                "{error}: using the loopback interface in domain {domain_id}, where nobody else is; \
-                 {help}"
-            ),
-            is_confined: false,
+            isolation: Isolation::Loopback { why: error.to_string(), domain_id, help },
         })
     }
 

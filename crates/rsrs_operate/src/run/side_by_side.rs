@@ -11,12 +11,14 @@ use anyhow::Context;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::record::EndingKind;
 use rsrs_pipeline::attempt::{Attempt, SIMULATED_TRIES, keep_aside, number_aside};
+use rsrs_pipeline::run_summary::RunSummary;
+use rsrs_render::operator_event::OperatorEvent;
 use tokio::sync::watch;
 
+use super::on_simulated_fleet;
 use super::operator::{Operator, Verbosity};
 use super::own_network::OwnNetwork;
 use super::simulated_fleet::SimulatedFleet;
-use super::{RunSummary, on_simulated_fleet};
 use rsrs_ros::runtime::runtime;
 
 /// Experiments to run.
@@ -58,7 +60,7 @@ pub fn run(
     let (enough, is_enough) = watch::channel(false);
     let (sender, results) = channel();
     let n_workers = experiments.n_at_once.clamp(1, experiments.requests.len().max(1));
-    let n_workers = if experiments.network.is_confined { n_workers } else { 1 };
+    let n_workers = if experiments.network.is_confined() { n_workers } else { 1 };
     let mut n_taken = 0;
     let taken = std::thread::scope(|scope| {
         for worker in 0..n_workers {
@@ -192,8 +194,8 @@ struct UntilEnough<'a> {
 }
 
 impl Operator for UntilEnough<'_> {
-    fn note(&self, text: &str) {
-        self.operator.note(text);
+    fn inform(&self, event: &OperatorEvent<'_>) {
+        self.operator.inform(event);
     }
 
     fn watch_run(

@@ -12,6 +12,7 @@ use rsrs_files::quoted;
 use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::observation::{Event, Playback, RecordedSwarm};
 use rsrs_fleet::record::ExperimentRecord;
+use rsrs_pipeline::attempt::NOT_JUDGED;
 use rsrs_pipeline::error::{in_one_line, with_help};
 use rsrs_pipeline::recorded_run::{self, BrokenRecording, PosesOfRun};
 
@@ -39,12 +40,12 @@ pub fn read(path: &Path) -> anyhow::Result<RecordedFleet> {
     let mut notes: Vec<String> =
         BrokenRecording::in_bag(&bag).iter().map(ToString::to_string).collect();
     let poses = PosesOfRun::new(&bag, record.as_ref(), None)
-        .map_err(|error| notes.push(format!("not judged: {}", in_one_line(&error))))
+        .map_err(|error| notes.push(format!("{NOT_JUDGED}{}", in_one_line(&error))))
         .ok();
     let recorded = poses.and_then(|poses| {
         let behaviour = record.as_ref().map(|it| it.conditions.behaviour).unwrap_or_default();
         let read = poses.read(&bag, record.as_ref(), Needed::Judged(behaviour.window()));
-        read.map_err(|error| notes.push(format!("not judged: {error}"))).ok()
+        read.map_err(|error| notes.push(format!("{NOT_JUDGED}{error}"))).ok()
     });
 
     let mut messages = watched_messages(&bag)?;

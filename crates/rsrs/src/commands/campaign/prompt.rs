@@ -10,6 +10,7 @@ use crate::interrupt::asked_to_stop;
 use crate::keyboard;
 use crate::notes::print_always;
 use rsrs_operate::run::place_command::{self, WantedPlacement};
+use rsrs_render::start_poses::{RunToPlace, to_place};
 
 /// Who is asked before a run starts.
 pub enum Prompt {
@@ -70,10 +71,10 @@ impl Placer for Prompt {
     /// Asks, and waits for the answer; Ctrl-C and a keyboard that is gone are a `q`.
     fn place<'a>(
         &'a mut self,
-        text: &'a str,
+        run: &'a RunToPlace<'a>,
         wanted: &'a WantedPlacement,
     ) -> Pin<Box<dyn Future<Output = anyhow::Result<OperatorDecision>> + 'a>> {
-        print_always(text);
+        print_always(to_place(run));
         Box::pin(async move {
             if let Self::Program(program) = self {
                 place_command::place(program, wanted, &TerminalOperator).await?;

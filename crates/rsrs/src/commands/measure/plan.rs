@@ -1,14 +1,14 @@
 //! `rsrs measure plan`: which trials are worth running.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rsrs_core::numerals::counted;
 use rsrs_core::trials::plan::{Plan, PlanRequest};
 
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, bad_arguments};
-use rsrs_files::quoted;
 use rsrs_pipeline::measure::plan_folder::{enabled_robots, write};
+use rsrs_render::driven_trials::planned;
 
 /// List the trials that are worth running, and make the tables to fill in.
 ///
@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut text = plan.text();
     if let Some(folder) = &arguments.output {
         write(folder, &plan)?;
-        text.push_str(&next(arguments, folder));
+        text.push_str(&planned(folder, arguments.fleet.as_deref(), arguments.radius));
     }
     report(arguments.format, &plan, &text)?;
     Ok(Outcome::Done)
@@ -119,17 +119,4 @@ fn request(arguments: &Arguments) -> anyhow::Result<PlanRequest> {
         n_distances: arguments.distances,
         n_bearings: arguments.bearings.unwrap_or(usual.n_bearings),
     })
-}
-
-fn next(arguments: &Arguments, folder: &Path) -> String {
-    let fleet = arguments.fleet.as_deref().map_or_else(|| "FLEET".to_owned(), quoted);
-    let radius = arguments.radius.map_or_else(String::new, |radius| format!(" --radius {radius}"));
-    let shown = folder.display();
-    let folder = quoted(folder);
-    format!(
-        "\nThe sheet and the tables to fill in are in {shown}.\n\
-         next: rsrs measure drive {fleet} --plan {folder} --backend fleet --interface NAME   # or fill \
-         them in by hand\n\
-         then: rsrs measure fit --plan {folder} --name NAME{radius} -o PROFILE.yaml\n"
-    )
 }

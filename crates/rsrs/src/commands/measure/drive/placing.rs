@@ -7,12 +7,13 @@ use rsrs_fleet::record::Backend;
 use super::Arguments;
 use super::operator;
 use crate::experiment_bar::TerminalOperator;
-use rsrs_operate::drive::placement::{wanted, words};
+use rsrs_operate::drive::placement::wanted;
 use rsrs_operate::drive::result::Motion;
 use rsrs_operate::drive::{OperatorFuture, Ready, TrialOperator};
 use rsrs_operate::run::operator::Operator;
 use rsrs_operate::run::place_command;
 use rsrs_pipeline::measure::plan_folder::enabled_robots;
+use rsrs_render::driven_trials::instruction;
 
 /// Who places robots before a trial.
 pub enum Placing {
@@ -61,7 +62,7 @@ impl TrialOperator for Placing {
                     place_command::place(program, &wanted, &TerminalOperator).await?;
                     Ok(Ready::Go)
                 }
-                (Self::Person { .. }, _) => operator::ready(&words(robot, trial)).await,
+                (Self::Person { .. }, _) => operator::ready(&instruction(robot, trial)).await,
             }
         })
     }
