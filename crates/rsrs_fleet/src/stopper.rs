@@ -11,15 +11,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use serde::Serialize;
+
 use crate::e_stop::{LockCause, Locks, Message, Source};
 use crate::message::{RobotState, Status};
 use crate::timing::{ACKNOWLEDGE_TIMEOUT, NODE_TIMEOUT, REPEAT_PERIOD, Transport};
 
 /// What every robot is to receive.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum StopCommand {
     /// Stand, whatever else is published.
     #[default]
+    #[serde(rename = "stop")]
     Engage,
     /// A newer epoch may move you.
     Release,

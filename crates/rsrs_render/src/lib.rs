@@ -38,6 +38,7 @@ pub mod run_summary;
 pub mod seen_places;
 pub mod settling;
 pub mod start_poses;
+pub mod stop;
 pub mod sweep;
 pub mod validation;
 mod why_a_range_ends;

@@ -3,12 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use rsrs_experiment_runner::stop::StopReport;
 use rsrs_fleet::observation::{Condition, SwarmOrder};
-use rsrs_fleet::stopper::StopOutcome;
 use rsrs_operate::watch::live::LiveFleet;
 use rsrs_operate::watch::stop::{StandingStop, StopUnderWay};
 use rsrs_pipeline::error::in_one_line;
+use rsrs_render::stop::{StopSummary, UNDER_WAY, in_short, not_possible, not_published};
 use rsrs_ros::ros_args::OtherMiddleware;
 use rsrs_ros::session::SessionOptions;
 
@@ -82,34 +81,13 @@ pub struct StopResult {
 }
 
 impl StopResult {
-    fn new(report: anyhow::Result<StopReport>) -> Self {
-        match report {
-            Ok(report) => Self {
-                is_acknowledged: report.ending == StopOutcome::Acknowledged,
-                text: in_words(&report),
-            },
-            Err(error) => Self {
-                is_acknowledged: false,
-                text: format!("the stop was NOT published: {}", in_one_line(&error)),
-            },
+    fn new(summary: anyhow::Result<StopSummary>) -> Self {
+        match summary {
+            Ok(summary) => Self { text: in_short(&summary), is_acknowledged: summary.acknowledged },
+            Err(error) => {
+                Self { is_acknowledged: false, text: not_published(&in_one_line(&error)) }
+            }
         }
-    }
-}
-
-fn in_words(report: &StopReport) -> String {
-    let silent = report.unacknowledged();
-    let longest = report.answers.iter().filter_map(|answer| answer.acknowledged_after).max();
-    let longest_s = longest.map_or(0.0, |after| after.as_secs_f64());
-    match (report.answers.len(), &silent[..]) {
-        (0, _) => "NO robot was found to stop: is this their interface and domain?".to_owned(),
-        (n, []) => {
-            format!("{n} of {n} robots stand ({longest_s:.2} s); next: rsrs stop --release")
-        }
-        (n, silent) => format!(
-            "NOT acknowledged by {} of {n}, go and look: {}",
-            silent.len(),
-            silent.join(", ")
-        ),
     }
 }
 
@@ -166,7 +144,7 @@ impl Viewer<'_> {
             return;
         }
         if let Err(reason) = &self.fleet.stop {
-            let text = format!("NOT stopped: {reason}");
+            let text = not_possible(reason);
             self.outcome = Some(StopResult { text, is_acknowledged: false });
         }
         let robots = self.live.observation().robots();
@@ -191,8 +169,7 @@ impl Viewer<'_> {
             self.order = Some((Instant::now(), self.live.observation().order()));
         }
         let banner = if self.stop.is_some() {
-            let text = "STOPPING all robots: waiting for their acknowledgements".to_owned();
-            Some(Banner { text, kind: BannerKind::Alarm })
+            Some(Banner { text: UNDER_WAY.to_owned(), kind: BannerKind::Alarm })
         } else {
             let outcome = self.outcome.as_ref();
             let outcome = outcome.map(|outcome| Banner {

@@ -3,15 +3,17 @@
 use std::thread::JoinHandle;
 
 use anyhow::Context;
-use rsrs_experiment_runner::stop::{StopReport, command_all, join};
+use rsrs_experiment_runner::stop::{command_all, join};
 use rsrs_fleet::stopper::StopCommand;
+use rsrs_render::stop::StopSummary;
 use rsrs_ros::session::{Session, SessionOptions};
 use tokio::sync::oneshot;
 
+use crate::stop::summary;
 use rsrs_ros::runtime::runtime;
 
 /// What comes of a thread that can stop all robots; nothing if nobody ordered it.
-type Stopping = JoinHandle<anyhow::Result<Option<StopReport>>>;
+type Stopping = JoinHandle<anyhow::Result<Option<StopSummary>>>;
 
 /// Who can stop all robots, on a thread of its own: no drawing delays it.
 ///
@@ -62,12 +64,12 @@ impl StopUnderWay {
     /// # Panics
     ///
     /// If the stop has panicked, with its panic.
-    pub fn wait(self) -> anyhow::Result<StopReport> {
+    pub fn wait(self) -> anyhow::Result<StopSummary> {
         Ok(joined(self.thread)?.expect("it was ordered"))
     }
 }
 
-fn joined(thread: Stopping) -> anyhow::Result<Option<StopReport>> {
+fn joined(thread: Stopping) -> anyhow::Result<Option<StopSummary>> {
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
@@ -75,7 +77,7 @@ fn joined(thread: Stopping) -> anyhow::Result<Option<StopReport>> {
 async fn stop(
     network: &SessionOptions,
     mut ordered: oneshot::Receiver<Vec<String>>,
-) -> anyhow::Result<Option<StopReport>> {
+) -> anyhow::Result<Option<StopSummary>> {
     let mut session = None;
     let order = loop {
         if session.is_none() && network.enclave.is_some() {
@@ -93,7 +95,8 @@ async fn stop(
     };
     let session = session.map_or_else(|| join(network), Ok)?;
     let never = std::future::pending();
-    command_all(session, StopCommand::Engage, &robots, never).await.map(Some)
+    let report = command_all(session, StopCommand::Engage, &robots, never).await?;
+    Ok(Some(summary(StopCommand::Engage, &report)))
 }
 
 async fn has_ended(session: Option<&Session>) {
