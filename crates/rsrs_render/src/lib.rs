@@ -22,6 +22,7 @@ pub mod factors;
 pub mod fit;
 pub mod gaps;
 mod json;
+pub mod keystore;
 pub mod label;
 pub mod latex;
 pub mod operator_event;

@@ -1,15 +1,15 @@
 //! `rsrs keystore create`: a keystore for a fleet.
 
-use rsrs_files::quoted;
 use rsrs_fleet::fleet_file::FleetFile;
-use rsrs_keystore::create::{KeystoreRequest, MadeEnclave, MadeKeystore, create};
+use rsrs_keystore::create::{KeystoreRequest, MadeEnclave, create};
 use rsrs_keystore::members::is_keystore;
-use rsrs_keystore::problem::EnclaveProblem;
+use rsrs_keystore::problem::{EnclaveProblem, cures};
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::files::read_text;
+use rsrs_render::keystore as render;
 use std::path::PathBuf;
 
-use crate::commands::keystore::{DAY, copy_lines, day, next, since_1970};
+use crate::commands::keystore::{DAY, since_1970};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::{print_always, print_note};
@@ -72,42 +72,27 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         readmitted: &arguments.readmit,
     })
     .map_err(|error| helped(error.of(&arguments.keystore)))?;
-    report(arguments.format, &made.enclaves, text(&made))?;
+    let rows: Vec<_> =
+        made.enclaves.iter().map(|it| (it.enclave.as_str(), row(it, &made.problems))).collect();
+    let folder = &arguments.keystore;
+    report(arguments.format, &made.enclaves, render::made(&rows))?;
     for enclave in &made.left_out {
-        print_always(format!(
-            "left out: {enclave}, which was revoked; if it is to be back with other keys:\n  rsrs keystore \
-             create {} --fleet {} --readmit {}",
-            quoted(&arguments.keystore),
-            quoted(&arguments.fleet),
-            enclave.trim_start_matches('/')
-        ));
+        print_always(render::left_out(enclave, folder, &arguments.fleet));
     }
-    if !made.others.is_empty() {
-        print_always(format!(
-            "not in this fleet file, still members: {}; to take one out:\n  rsrs keystore revoke {} {}",
-            made.others.join(", "),
-            quoted(&arguments.keystore),
-            made.others[0].trim_start_matches('/')
-        ));
+    if let Some(others) = render::others(&made.others, folder) {
+        print_always(others);
     }
     for (enclave, problem) in &made.problems {
         print_always(match problem {
-            EnclaveProblem::Governance(weakness) => format!("the governance {weakness}"),
+            EnclaveProblem::Governance(weakness) => render::of_governance(weakness),
             problem => format!("{enclave}: {problem}"),
         });
     }
     let problems: Vec<EnclaveProblem> = made.problems.into_iter().map(|(_, it)| it).collect();
-    if let Some(next) = next(&arguments.keystore, Some(&arguments.fleet), &problems) {
+    if let Some(next) = render::next(&cures(folder, Some(&arguments.fleet), &problems)) {
         print_always(next);
     }
-    print_note(format!(
-        "domain {}, until {}; copy to each robot's computer (HOST) its own enclave (ROBOT), with what its \
-         links lead to:\n{}\nand keep {} where it is",
-        made.domain_id,
-        day(made.ends),
-        copy_lines(&arguments.keystore),
-        quoted(arguments.keystore.join("private"))
-    ));
+    print_note(render::after_made(made.domain_id, made.ends, folder));
     let can_be_used = problems.iter().all(EnclaveProblem::is_warning);
     Ok(if can_be_used { Outcome::Done } else { Outcome::NegativeAnswer })
 }
@@ -119,22 +104,15 @@ fn domain_of_the_environment() -> anyhow::Result<u16> {
     Ok(ros.domain_id)
 }
 
-fn text(keystore: &MadeKeystore) -> String {
-    let width = keystore.enclaves.iter().map(|made| made.enclave.len()).max().unwrap_or(0);
-    let is_damaged = |made: &MadeEnclave| {
-        let is_its = |(enclave, problem): &(String, EnclaveProblem)| {
-            *enclave == made.enclave && !matches!(problem, EnclaveProblem::Governance(_))
-        };
-        keystore.problems.iter().any(is_its)
+/// What became of an enclave, as far as people read of it.
+fn row(made: &MadeEnclave, problems: &[(String, EnclaveProblem)]) -> render::MadeEnclave {
+    let is_its = |(enclave, problem): &(String, EnclaveProblem)| {
+        *enclave == made.enclave && !matches!(problem, EnclaveProblem::Governance(_))
     };
-    let lines = keystore.enclaves.iter().map(|made| {
-        let what = match (made.is_new, made.is_certified) {
-            _ if is_damaged(made) => "cannot be used yet",
-            (true, _) => "new",
-            (false, true) => "key kept, certificate and permissions made anew",
-            (false, false) => "key kept, permissions written anew",
-        };
-        format!("{:width$}  {what}", made.enclave)
-    });
-    lines.collect::<Vec<_>>().join("\n")
+    match (made.is_new, made.is_certified) {
+        _ if problems.iter().any(is_its) => render::MadeEnclave::Unusable,
+        (true, _) => render::MadeEnclave::New,
+        (false, true) => render::MadeEnclave::CertifiedAnew,
+        (false, false) => render::MadeEnclave::PermittedAnew,
+    }
 }

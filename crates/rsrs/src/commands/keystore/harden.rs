@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_keystore::harden::{Hardened, harden};
 use rsrs_pipeline::error::helped;
+use rsrs_render::keystore as render;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
@@ -32,21 +33,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let hardened =
         harden(&arguments.keystore).map_err(|error| helped(error.of(&arguments.keystore)))?;
-    report(arguments.format, &hardened, text(&hardened))?;
-    if !(hardened.cured.is_empty() && hardened.linked.is_empty()) {
-        print_always(
-            "copy `governance.p7s` into every enclave that was copied, and start all anew",
-        );
+    let Hardened { cured, keys_made_private, linked } = &hardened;
+    report(arguments.format, &hardened, render::hardened(cured, keys_made_private, linked))?;
+    if !(cured.is_empty() && linked.is_empty()) {
+        print_always(render::AFTER_HARDENED);
     }
     Ok(Outcome::Done)
-}
-
-fn text(hardened: &Hardened) -> String {
-    let cured = hardened.cured.iter().map(|weakness| format!("cured: the governance {weakness}"));
-    let keys = hardened.keys_made_private.iter();
-    let keys = keys.map(|key| format!("made private: {}", key.display()));
-    let links = hardened.linked.iter();
-    let links = links.map(|path| format!("linked to that of the keystore: {}", path.display()));
-    let lines: Vec<String> = cured.chain(keys).chain(links).collect();
-    if lines.is_empty() { "nothing to change".to_owned() } else { lines.join("\n") }
 }

@@ -3,16 +3,14 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use rsrs_files::quoted;
 use rsrs_keystore::check::ENDS_SOON;
 use rsrs_keystore::layout::CERTIFICATE;
 use rsrs_keystore::members::{self, ShownKeystore};
-use rsrs_keystore::problem::EnclaveProblem;
+use rsrs_keystore::problem::{EnclaveProblem, cures};
 use rsrs_pipeline::error::helped;
-use rsrs_render::columns::columns;
-use serde::Serialize;
+use rsrs_render::keystore as render;
 
-use super::{DAY, copy_line_of_others, copy_lines, day, next, since_1970};
+use super::{DAY, since_1970};
 use crate::commands::{Format, print_text, report};
 use crate::failure::Outcome;
 use crate::notes::print_always;
@@ -84,30 +82,11 @@ struct Validity {
     valid_days: u32,
 }
 
-#[derive(Serialize)]
-struct Shown {
-    domains: Vec<String>,
-    authority_ends: String,
-    governance: Vec<String>,
-    members: Vec<Member>,
-    revoked: Vec<String>,
-    open_keys: Vec<PathBuf>,
-    leftovers: Vec<PathBuf>,
-}
-
-#[derive(Serialize)]
-struct Member {
-    enclave: String,
-    ends: Option<String>,
-    days_left: Option<i64>,
-    problems: Vec<String>,
-}
-
 pub fn show(arguments: &ShowArguments) -> anyhow::Result<Outcome> {
     let (folder, now) = (&arguments.keystore, since_1970()?);
     let keystore = members::show(folder, now).map_err(|error| helped(error.of(folder)))?;
     let shown = shown(&keystore, now);
-    report(arguments.format, &shown, text(&shown))?;
+    report(arguments.format, &shown, render::shown(&shown))?;
     let of_all = keystore.weaknesses.iter().cloned().map(EnclaveProblem::Governance);
     let of_members = keystore.members.iter().flat_map(|member| member.problems.iter().cloned());
     let mut problems: Vec<EnclaveProblem> = of_all.chain(of_members).collect();
@@ -116,23 +95,8 @@ pub fn show(arguments: &ShowArguments) -> anyhow::Result<Outcome> {
     if let Some(ended) = soon.filter(|ends| *ends < now.saturating_add(ENDS_SOON)) {
         problems.push(EnclaveProblem::Ended { file: CERTIFICATE, ended });
     }
-    if let Some(next) = next(folder, None, &problems) {
-        print_always(format!("{next}\nand copy what was changed, to where it was copied before"));
-    }
-    if !shown.open_keys.is_empty() {
-        let keys: Vec<String> = shown.open_keys.iter().map(quoted).collect();
-        print_always(format!(
-            "others can read private keys here, and a program whose key they can read does not start; \
-             next:\n  chmod 600 {}\nand `rsrs keystore revoke {} NAME` whose key may have been read",
-            keys.join(" "),
-            quoted(folder)
-        ));
-    }
-    for left in &shown.leftovers {
-        print_always(format!(
-            "a revocation that was interrupted has left private keys; next:\n  rm -r {}",
-            quoted(left)
-        ));
+    for text in render::after_shown(&shown, folder, &cures(folder, None, &problems)) {
+        print_always(text);
     }
     Ok(if is_usable && shown.open_keys.is_empty() && shown.leftovers.is_empty() {
         Outcome::Done
@@ -141,21 +105,21 @@ pub fn show(arguments: &ShowArguments) -> anyhow::Result<Outcome> {
     })
 }
 
-fn shown(keystore: &ShownKeystore, now: Duration) -> Shown {
+fn shown(keystore: &ShownKeystore, now: Duration) -> render::ShownKeystore {
     let days_left = |ends: Duration| {
         let left_s = ends.as_secs().cast_signed() - now.as_secs().cast_signed();
         // A day that has begun is a day.
         -(-left_s).div_euclid(DAY.as_secs().cast_signed())
     };
-    let members = keystore.members.iter().map(|member| Member {
+    let members = keystore.members.iter().map(|member| render::ShownMember {
         enclave: member.enclave.clone(),
-        ends: member.ends.map(day),
+        ends: member.ends.map(render::day),
         days_left: member.ends.map(days_left),
         problems: member.problems.iter().map(ToString::to_string).collect(),
     });
-    Shown {
+    render::ShownKeystore {
         domains: keystore.domains.iter().map(ToString::to_string).collect(),
-        authority_ends: day(keystore.authority_ends),
+        authority_ends: render::day(keystore.authority_ends),
         governance: keystore.weaknesses.iter().map(ToString::to_string).collect(),
         members: members.collect(),
         revoked: keystore.revoked.clone(),
@@ -164,39 +128,12 @@ fn shown(keystore: &ShownKeystore, now: Duration) -> Shown {
     }
 }
 
-fn text(shown: &Shown) -> String {
-    let rows = shown.members.iter().map(|member| {
-        let until = member.ends.as_ref().map_or_else(String::new, |ends| format!("until {ends}"));
-        let left = match (member.problems.as_slice(), member.days_left) {
-            ([], Some(1)) => "1 day left".to_owned(),
-            ([], Some(days)) => format!("{days} days left"),
-            (problems, _) => problems.join("; "),
-        };
-        [member.enclave.clone(), until, left]
-    });
-    let revoked = shown.revoked.iter().map(|enclave| format!("\nrevoked: {enclave}"));
-    let weak = shown.governance.iter().map(|weakness| format!("\nthe governance {weakness}"));
-    format!(
-        "domain {}; authority until {}\n{}{}",
-        shown.domains.join(", "),
-        shown.authority_ends,
-        columns(&rows.collect::<Vec<_>>()),
-        weak.chain(revoked).collect::<String>()
-    )
-}
-
 pub fn renew(arguments: &RenewArguments) -> anyhow::Result<Outcome> {
     let validity = DAY * arguments.validity.valid_days;
     let folder = &arguments.keystore;
     let ends = members::renew(folder, since_1970()?, validity)
         .map_err(|error| helped(error.of(folder)))?;
-    print_text(format!(
-        "renewed until {}; copy to each robot's computer (HOST) its own enclave (ROBOT), and start its \
-         service anew:\n{}\nand to each other machine those that it has, such as:\n{}",
-        day(ends),
-        copy_lines(folder),
-        copy_line_of_others(folder)
-    ))?;
+    print_text(render::renewed(ends, folder))?;
     Ok(Outcome::Done)
 }
 
@@ -205,21 +142,9 @@ pub fn revoke(arguments: &RevokeArguments) -> anyhow::Result<Outcome> {
     let folder = &arguments.keystore;
     let made = members::revoke(folder, &arguments.name, since_1970()?, validity)
         .map_err(|error| helped(error.of(folder)))?;
-    print_text(format!(
-        "made anew without {}, until {}; before the next run copy to every robot's computer (HOST) its own \
-         enclave (ROBOT):\n{}\nto every other machine those that it has, such as:\n{}\nand start all \
-         anew; the old keystore is {}; remove it when nobody needs it any more",
-        arguments.name.trim_matches('/'),
-        day(made.ends),
-        copy_lines(folder),
-        copy_line_of_others(folder),
-        quoted(&made.old)
-    ))?;
+    print_text(render::revoked(&arguments.name, made.ends, folder, &made.old))?;
     if let Some(private) = made.private {
-        print_always(format!(
-            "`private` leads to {} now, beside where it led before",
-            quoted(private)
-        ));
+        print_always(render::private_moved(&private));
     }
     Ok(Outcome::Done)
 }
