@@ -1,5 +1,7 @@
 //! Labels as a person reads them.
 
+use std::path::Path;
+
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::OrderParameters;
@@ -57,6 +59,12 @@ pub fn human(label: &HumanLabel) -> String {
     let HumanLabel { phase, by, time, note } = label;
     let note = note.as_ref().map_or_else(String::new, |note| format!(" ({note})"));
     format!("{phase} by {by}, {time}{note}")
+}
+
+/// That a person's label was added to a bag, in a file that has so many now.
+pub fn added(label: &HumanLabel, bag: &Path, n_labels: usize, file: &Path) -> String {
+    let HumanLabel { phase, by, .. } = label;
+    format!("{}: {phase} by {by}, label {n_labels} in {}", bag.display(), file.display())
 }
 
 /// The label, and below it what else is to be known of it.

@@ -21,6 +21,7 @@ pub mod explored;
 pub mod factors;
 pub mod fit;
 pub mod gaps;
+pub mod init;
 mod json;
 pub mod keystore;
 pub mod label;

@@ -18,7 +18,8 @@ use crate::comparison::{
     as_often_as_simulated, note_in_words, or_fewer, or_more, too_rarely, verdict_name,
 };
 use crate::json::with;
-use crate::wording::shell::experiment_beside;
+use crate::wording::shell::{experiment_beside, free};
+use crate::wording::wrote;
 use crate::words::{Tone, Words};
 
 /// So many lines of the table show how the probability grows.
@@ -115,6 +116,15 @@ pub fn campaign_text(plan: &PlannedCampaign) -> Words {
 pub fn not_written(output: &Path) -> String {
     format!("{} was not written, as nothing is claimed", output.display())
 }
+
+/// That a campaign was written into a file, and what comes next.
+pub fn after_written(output: &Path) -> String {
+    let campaign = free(output.with_extension(""));
+    format!("{}\nnext: rsrs campaign {} -o {}", wrote(output), quoted(output), quoted(campaign))
+}
+
+/// How a campaign is kept that was not written into a file.
+pub const TO_WRITE: &str = "next: the same command with `-o CAMPAIGN.yaml`, before the first run";
 
 /// Why runs in some cells would decide nothing.
 fn nothing_claimed(behaviour: Behaviour, margin: f64, planned: &[PlannedRuns]) -> Words {

@@ -9,7 +9,7 @@ use std::path::Path;
 use rsrs_core::comparison;
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::natural_order::natural_key;
-use rsrs_core::numerals::{counted, percent};
+use rsrs_core::numerals::{counted, percent, size};
 use rsrs_pipeline::compare::{CompareOptions, compare};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::SweepResult;
@@ -19,6 +19,12 @@ use rsrs_view::simulator::source;
 use crate::comparison::{self as comparing, ComparedBag, Report as Comparison, verdict_name};
 use crate::picture::{self, DiagramOptions};
 use crate::wording::{capitalised, quantity, robot_names};
+
+/// What was written into a file: a page of so many runs.
+pub fn written(file: &Path, n_runs: u64, n_bytes: u64) -> String {
+    let runs = if n_runs > 0 { counted(n_runs, "run") } else { "no runs".to_owned() };
+    format!("{}: {runs}, {}", file.display(), size(n_bytes))
+}
 
 /// Compares runs with the sweep of a folder, if there are some, and shows both on a page that needs
 /// no other file: a diagram whose cells respond with their numbers and one of their runs in motion,

@@ -9,12 +9,12 @@ use anyhow::Context;
 use rsrs_core::quantity::Axis;
 use rsrs_core::robot::contact::ContactModel;
 use rsrs_core::robot::wheels::Wheels;
-use rsrs_files::quoted;
 use rsrs_pipeline::error::{help_of, with_help};
 use rsrs_pipeline::init::{
     Robots, check_count, check_name, check_number, check_radius, check_wheel_base,
     check_wheel_speed, init,
 };
+use rsrs_render::init::text;
 
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, bad_arguments, check_flag};
@@ -80,20 +80,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     );
     let robots = robots(arguments, &mut questions)?;
     let begun = init(&arguments.folder, &robots)?;
-    let arena = match robots.arena_m {
-        Some(_) => String::new(),
-        None => ", so large that no robot comes to its walls; give yours with `--arena`".to_owned(),
-    };
-    let text = format!(
-        "{}: {}\narena of {} m{arena}; robots start in a disc of {} m radius\nnext: cd {} && rsrs sweep sweep.yaml -o results\nthen: rsrs choose results -o \
-         results/choice.json && rsrs run experiment.yaml --from results -o run_1",
-        begun.folder.display(),
-        begun.files.join(", "),
-        begun.arena_m,
-        begun.placement_radius_m,
-        quoted(&begun.folder)
-    );
-    report(arguments.format, &begun, &text)?;
+    report(arguments.format, &begun, text(&begun, robots.arena_m))?;
     Ok(Outcome::Done)
 }
 

@@ -18,7 +18,7 @@ use rsrs_pipeline::label::{CutRun, GivenBodies, LabelOptions, Labelled, label_ba
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::sweep::source::{behaviour, read_profile};
 use rsrs_render::agreement::text as agreed;
-use rsrs_render::label::{explained, text};
+use rsrs_render::label::{added, explained, text};
 use rsrs_render::words::Words;
 
 /// Label bags with the phase that their swarm settled into.
@@ -164,14 +164,7 @@ fn add(arguments: &Arguments, label: &HumanLabel) -> anyhow::Result<Outcome> {
     for bag in &arguments.bags {
         let path = human_labels::add(bag, label)?;
         let labels = human_labels::read(bag)?;
-        lines.push(format!(
-            "{}: {} by {}, label {} in {}",
-            bag.display(),
-            label.phase,
-            label.by,
-            labels.len(),
-            path.display()
-        ));
+        lines.push(added(label, bag, labels.len(), &path));
         labelled.push(Labelled::by_hand(bag, label, labels));
     }
     report(arguments.format, &labelled, lines.join("\n"))?;

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use anyhow::Context;
 use rsrs_core::comparison::MARGIN;
 use rsrs_core::quantity::Cell;
-use rsrs_files::quoted;
 use rsrs_pipeline::files::experiment_file_beside;
 use rsrs_pipeline::files::write_once;
 use rsrs_pipeline::plan_experiments::fixed::plan_campaign;
 use rsrs_pipeline::plan_experiments::{PlanOptions, REPLICATES, WANTED, plan_experiments};
-use rsrs_render::planned_experiments::{campaign_text, json, next, not_written, text};
-use rsrs_render::wording::shell::free;
+use rsrs_render::planned_experiments::{
+    TO_WRITE, after_written, campaign_text, json, next, not_written, text,
+};
 use rsrs_render::words::Words;
 
 use crate::bag_arguments::margin;
@@ -112,12 +112,9 @@ fn fixed(arguments: &Arguments, options: &PlanOptions) -> anyhow::Result<Outcome
         let file = planned.file(output, &experiment, folder)?;
         let another = "give another file with `-o`: a plan that is fixed is not overwritten";
         write_once(output, file.as_bytes(), another)?;
-        let campaign = free(output.with_extension(""));
-        let next = format!("next: rsrs campaign {} -o {}", quoted(output), quoted(campaign));
-        words = words.below(format!("wrote {}", output.display())).below(next);
+        words = words.below(after_written(output));
     } else {
-        let next = "next: the same command with `-o CAMPAIGN.yaml`, before the first run";
-        words = words.below(next);
+        words = words.below(TO_WRITE);
     }
     report(arguments.format, &json(&planned, planned.note.as_ref()), words)?;
     Ok(outcome)

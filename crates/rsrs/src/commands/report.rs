@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::numerals::{counted, size};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
 use rsrs_render::comparison::Report as Comparison;
-use rsrs_render::report::html;
+use rsrs_render::report::{html, written};
 use serde::Serialize;
 
 use crate::bag_arguments::BagArguments;
@@ -65,8 +64,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     write_file(output, html.as_bytes())?;
     let n_bytes = html.len() as u64;
     let n_runs = comparison.as_ref().map_or(0, |comparison| comparison.bags.len() as u64);
-    let runs = if n_runs > 0 { counted(n_runs, "run") } else { "no runs".to_owned() };
-    let text = format!("{}: {runs}, {}", output.display(), size(n_bytes));
+    let text = written(output, n_runs, n_bytes);
     let summary = Summary { report: output.clone(), n_bytes, comparison };
     report(arguments.format, &summary, &text)?;
     Ok(summary.comparison.as_ref().map_or(Outcome::Done, Outcome::from))
