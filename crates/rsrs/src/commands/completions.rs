@@ -9,6 +9,11 @@ use crate::failure::Outcome;
 
 /// Print completions for a shell.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs completions bash > ~/.local/share/bash-completion/completions/rsrs
+  rsrs completions zsh > ~/.zfunc/_rsrs
+  rsrs completions fish > ~/.config/fish/completions/rsrs.fish")]
 pub struct Arguments {
     /// The shell.
     #[arg(value_enum)]

@@ -31,6 +31,11 @@ use rsrs_render::picture_file::PictureFile;
 /// `validation.json`, its answer is noted. With `--bags`, recorded runs are drawn where they were run,
 /// by their label.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs diagram results/flockbot -o flockbot.svg
+  rsrs diagram results/flockbot --world side-by-side -o flockbot.html
+  rsrs diagram results/flockbot --bags results/campaign/*/bag -o flockbot.pdf")]
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,

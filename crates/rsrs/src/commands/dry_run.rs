@@ -25,6 +25,11 @@ use rsrs_render::dry_run::{DryRunResult, Step, no_viable_cell, text};
 /// run does not weaken it. Everything is left in one folder, and `report.html` shows it. Exit code 3
 /// means that no cell is viable.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs dry-run
+  rsrs dry-run mine -o results/mine
+  rsrs dry-run --experiments 3 --format json")]
 pub struct Arguments {
     /// Folder of your own robots, as `rsrs init` makes it, with sweep.yaml and experiment.yaml (default:
     /// nine Flockbots, whose files are left in the folder of the results).
