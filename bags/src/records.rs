@@ -1,8 +1,9 @@
 //! Records of MCAP out of bytes that may be damaged.
 
-use std::io::{self, Read};
+use std::io::{self, Cursor, Read};
 
-use mcap::records::{Record, op};
+use binrw::BinRead;
+use mcap::records::{ChunkHeader, Record, op};
 use mcap::{McapError, McapResult};
 use zstd::stream::read::Decoder;
 use zstd::zstd_safe::{DCtx, ResetDirective, SafeResult};
@@ -23,6 +24,11 @@ pub fn first(bytes: &[u8]) -> Option<(u8, &[u8])> {
     Some((opcode, body))
 }
 
+/// Whether records of this kind exist; private ones are not ours to keep.
+pub fn is_known(opcode: u8) -> bool {
+    (op::HEADER..=op::DATA_END).contains(&opcode)
+}
+
 /// Whether records of this kind stand in chunks, where there are any.
 pub fn may_be_in_chunks(opcode: u8) -> bool {
     [op::SCHEMA, op::CHANNEL, op::MESSAGE].contains(&opcode)
@@ -34,43 +40,74 @@ pub fn may_be_in_chunks(opcode: u8) -> bool {
 /// before it looks whether so much is there, and panics at an attachment that ends within its
 /// checksum.
 pub fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
-    if behind_texts(opcode, body).is_none() {
-        let message = "a text goes on beyond its record".to_owned();
+    if behind_fields(opcode, body).is_none() {
+        let message = "a field goes on beyond its record".to_owned();
         return Err(McapError::Parse(binrw::Error::AssertFail { pos: 0, message }));
     }
     mcap::parse_record(opcode, body)
 }
 
-/// What is behind the texts in a record; `None` if they do not end within it.
-pub fn behind_texts(opcode: u8, body: &[u8]) -> Option<&[u8]> {
-    let (n_before, n_texts) = match opcode {
+/// What is behind the fields of a record whose length they give, and behind the compression of a chunk;
+/// `None` if they do not end within it.
+pub fn behind_fields(opcode: u8, body: &[u8]) -> Option<&[u8]> {
+    let (n_before, n_sized) = match opcode {
         op::HEADER => (0, 2),
-        op::SCHEMA => (2, 2),
-        op::CHANNEL => (4, 2),
+        op::FOOTER => (20, 0),
+        op::SCHEMA => (2, 3),
+        op::CHANNEL => (4, 3),
         op::CHUNK => (28, 1),
+        op::MESSAGE_INDEX => (2, 1),
         op::ATTACHMENT => (16, 2),
-        op::METADATA => (0, 1),
+        op::METADATA => (0, 2),
+        op::DATA_END => (4, 0),
         _ => return Some(body),
     };
     let mut rest = body.get(n_before..)?;
-    for _ in 0..n_texts {
-        (_, rest) = sized(rest)?;
+    let mut last = rest;
+    for _ in 0..n_sized {
+        (last, rest) = sized(rest)?;
     }
     if [op::CHANNEL, op::METADATA].contains(&opcode) {
-        let (mut pairs, behind) = sized(rest)?;
-        while !pairs.is_empty() {
-            (_, pairs) = sized(pairs)?;
+        while !last.is_empty() {
+            (_, last) = sized(last)?;
         }
-        rest = behind;
     }
-    // The length of an attachment's data, and the checksum behind them.
-    (opcode != op::ATTACHMENT || rest.len() >= 8 + 4).then_some(rest)
+    if opcode == op::ATTACHMENT {
+        let (length, data) = rest.split_first_chunk()?;
+        let n_bytes = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+        // The checksum is behind the data.
+        rest = data.get(n_bytes.checked_add(4)?..)?;
+    }
+    Some(rest)
+}
+
+/// Whether a record other than a chunk or message has its fields and nothing behind them.
+pub fn is_filled(opcode: u8, body: &[u8]) -> bool {
+    behind_fields(opcode, body).is_some_and(<[u8]>::is_empty)
 }
 
 /// Bytes behind their length, and what is behind them.
 fn sized(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let (length, rest) = bytes.split_first_chunk()?;
     rest.split_at_checked(usize::try_from(u32::from_le_bytes(*length)).ok()?)
+}
+
+/// What must be read of a chunk for its head: start, end, size, checksum, the name of its compression behind
+/// a length, compressed size.
+pub const MAX_CHUNK_HEAD_BYTES: u64 = 8 + 8 + 8 + 4 + 4 + 16 + 8;
+
+/// The head of a chunk, and what is there of its content and behind it; `None` if the head is none.
+pub fn chunk(body: &[u8]) -> Option<(ChunkHeader, &[u8])> {
+    behind_fields(op::CHUNK, body)?;
+    let mut fields = Cursor::new(body);
+    let head = ChunkHeader::read_le(&mut fields).ok()?;
+    Some((head, &body[usize::try_from(fields.position()).ok()?..]))
+}
+
+/// Whether a chunk with this head fills a record of this length: the file has the length twice.
+pub fn fills(head: &ChunkHeader, length: u64) -> bool {
+    let n_bytes = 8 + 8 + 8 + 4 + 4 + head.compression.len() + 8;
+    head.compressed_size.saturating_add(n_bytes as u64) == length
 }
 
 /// What unpacks chunks, one after the other: a context of zstd for each would take longer than most of
@@ -81,6 +118,26 @@ impl Unpacker {
     /// An unpacker for any compression that there is.
     pub fn new() -> Self {
         Self(DCtx::create())
+    }
+
+    /// Unpacks a chunk as [`Unpacker::unpack`] does, to `limit` bytes at most, and compares the checksum
+    /// in its head.
+    pub fn unpack_chunk(
+        &mut self,
+        header: &ChunkHeader,
+        packed: &[u8],
+        limit: usize,
+        content: &mut Vec<u8>,
+    ) -> McapResult<()> {
+        let size = usize::try_from(header.uncompressed_size).ok();
+        let size = size.filter(|size| *size <= limit);
+        let size = size.ok_or(McapError::ChunkTooLarge(header.uncompressed_size))?;
+        self.unpack((&header.compression, packed), size, content)?;
+        let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(content));
+        if saved != 0 && saved != calculated {
+            return Err(McapError::BadChunkCrc { saved, calculated });
+        }
+        Ok(())
     }
 
     /// Unpacks a chunk, of `zstd`, `lz4` or no compression, which must give `size` bytes. They
@@ -154,9 +211,26 @@ mod tests {
 
     #[test]
     fn a_text_that_claims_gigabytes_is_refused_before_there_is_room_for_it() {
-        assert_eq!(behind_texts(op::SCHEMA, &[1, 0, 0xff, 0xff, 0xff, 0xff, b'a']), None);
-        assert_eq!(behind_texts(op::METADATA, &[0, 0, 0, 0, 4, 0, 0, 0, 9, 0, 0, 0]), None);
-        assert_eq!(behind_texts(op::METADATA, &[0, 0, 0, 0, 0, 0, 0, 0, 9]), Some(&[9][..]));
+        assert_eq!(behind_fields(op::SCHEMA, &[1, 0, 0xff, 0xff, 0xff, 0xff, b'a']), None);
+        assert_eq!(behind_fields(op::METADATA, &[0, 0, 0, 0, 4, 0, 0, 0, 9, 0, 0, 0]), None);
+        assert_eq!(behind_fields(op::METADATA, &[0, 0, 0, 0, 0, 0, 0, 0, 9]), Some(&[9][..]));
+    }
+
+    #[test]
+    fn a_record_with_a_byte_too_many_or_too_few_is_not_filled() {
+        let mut channel = vec![1, 0, 1, 0];
+        for text in ["/a", "cdr", ""] {
+            channel.extend(u32::try_from(text.len()).unwrap().to_le_bytes());
+            channel.extend(text.as_bytes());
+        }
+
+        assert!(is_filled(op::CHANNEL, &channel));
+        assert!(!is_filled(op::CHANNEL, &channel[1..]));
+        assert!(!is_filled(op::CHANNEL, &[channel, vec![0]].concat()));
+        assert!(!is_filled(op::MESSAGE_INDEX, &[1, 0, 15, 0, 0, 0]));
+        assert!(is_filled(op::MESSAGE_INDEX, &[1, 0, 0, 0, 0, 0]));
+        assert!(is_filled(op::DATA_END, &[0; 4]));
+        assert!(!is_filled(op::FOOTER, &[0; 19]));
     }
 
     #[test]

@@ -1,17 +1,14 @@
 //! Saves what can be saved of a bag that was cut, damaged or never closed.
 //!
-//! The damaged bag is left as it is; a new one is written beside it. Nothing is made up: of a chunk
-//! that fails its checksum no message is taken, and what stands outside of chunks must be a record
-//! to the last byte. The new bag is compressed as the old one.
+//! The damaged bag is left as it is; a new one is written beside it, compressed as the old one. What
+//! the reader reads goes into it, and where the reader ends, the next record is looked for. Nothing is
+//! made up: of a chunk that fails its checksum no message is taken.
 
-mod bytes;
-mod chunk;
 mod loss;
 mod recovery;
 mod scan;
 mod search;
 mod sink;
-mod validity;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -28,7 +25,7 @@ pub use recovery::Recovery;
 use crate::metadata::Contents;
 use crate::reader::{Source, files_of, open, read_summary, unpacked_limit};
 use crate::{BagError, BagSummary, Compression};
-use bytes::Bytes;
+use scan::RecoveryFindings;
 use sink::Sink;
 
 /// What was saved, and what was not.
@@ -113,9 +110,9 @@ pub fn recover_into(
     let mut is_closed = true;
     for file in &paths {
         match salvage(file, folder, unpack_limit, &mut sink) {
-            Ok(found) => {
+            Ok((found, lost_of_file)) => {
                 losses.extend(found.losses);
-                lost.add(found.lost);
+                lost.add(lost_of_file);
                 is_closed &= found.is_closed;
             }
             Err(error) if paths.len() == 1 || is_of_writing(&error) => return Err(error),
@@ -150,20 +147,13 @@ pub fn recover_into(
     })
 }
 
-/// What was found in one file.
-struct Salvaged {
-    losses: Vec<Loss>,
-    lost: LostMessages,
-    /// Whether it ends as it should.
-    is_closed: bool,
-}
-
+/// Saves one file; gives what was found in it, and which messages are lost of it.
 fn salvage(
     path: &Path,
     folder: &Path,
     unpack_limit: Option<u64>,
     sink: &mut Sink,
-) -> Result<Salvaged, BagError> {
+) -> Result<(RecoveryFindings, LostMessages), BagError> {
     let io = BagError::io("read", path);
     let source = Source::open(path)?;
     let unpacked = match source {
@@ -184,24 +174,21 @@ fn salvage(
     let summary = read_summary(&mut file);
     let expected = summary.as_ref().and_then(counted);
     sink.next_file(summary);
-    let mut bytes = Bytes::new(file).map_err(&io)?;
-    let found = scan::scan(path, &mut bytes, sink)?;
-    match found.profile {
-        Some(profile) if profile == "ros1" => {
-            return Err(BagError::Profile { path: path.to_owned(), found: profile });
-        }
-        _ if !found.has_records => return Err(BagError::NotMcap { path: path.to_owned() }),
-        _ => {}
+    let mut found = scan::scan(path, file, sink)?;
+    if let Some(found) = found.profile.take_if(|profile| profile == "ros1") {
+        return Err(BagError::Profile { path: path.to_owned(), found });
     }
-
+    if !found.has_records {
+        return Err(BagError::NotMcap { path: path.to_owned() });
+    }
     let lost = if let Some(expected) = expected {
         LostMessages::against(&sink.by_topic(&expected), &sink.saved())
     } else {
         let is_known = |loss: &Loss| loss.n_messages.is_some();
         let is_exact = found.is_closed && found.losses.iter().all(is_known);
-        LostMessages { of_topic: found.missing, is_exact }
+        LostMessages { of_topic: std::mem::take(&mut found.missing), is_exact }
     };
-    Ok(Salvaged { losses: found.losses, lost, is_closed: found.is_closed })
+    Ok((found, lost))
 }
 
 /// Messages by channel, as the recorder counted them; `None` if its counts disagree.

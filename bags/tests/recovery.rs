@@ -1,8 +1,11 @@
 //! What can be saved of bags in every state of disrepair, and that what was lost is reported.
 
+use std::collections::BTreeMap;
 use std::fs;
+use std::io::Cursor;
 
 use mcap::WriteOptions;
+use mcap::records::MessageHeader;
 use rsrs_bags::{
     Bag, BagError, BagOptions, BagWriter, Compression, LossKind, Packing, Sample, recover,
     recover_into,
@@ -218,6 +221,32 @@ fn files_without_chunks_are_saved_message_by_message() {
     assert_eq!(saved, without(20));
     assert_eq!(around, without(30));
     assert_eq!(cut, whole[..40]);
+}
+
+#[test]
+fn a_message_of_a_wrong_length_costs_itself_alone_though_it_begins_as_a_chunk_does() {
+    let folder = temporary();
+    let mut file = Cursor::new(Vec::new());
+    let options = WriteOptions::new().profile("ros2").use_chunks(false);
+    let mut writer = options.create(&mut file).unwrap();
+    let schema = writer.add_schema("a/msg/B", "ros2msg", b"uint8[14] c").unwrap();
+    let channel_id = writer.add_channel(schema, "/a", "cdr", &BTreeMap::new()).unwrap();
+    // Where a chunk has the name of its compression are zeros, and numbers where it has its lengths.
+    let data = [&[0, 1, 0, 0][..], &[0; 6], &[1; 8]].concat();
+    for log_time in 0..50 {
+        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: 1 << 60 };
+        writer.write_to_known_channel(&header, &data).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    let mut bytes = file.into_inner();
+    let (start, ..) = records(&bytes).into_iter().filter(|record| record.1 == 5).nth(20).unwrap();
+    bytes[start + 1] ^= 0x40;
+
+    let (_, saved) = recover_bytes(folder.path(), &bytes).unwrap();
+
+    let log_times: Vec<u64> = saved.iter().map(|message| message.log_time_ns).collect();
+    assert_eq!(log_times, [(0..20).collect(), (21..50).collect::<Vec<_>>()].concat());
 }
 
 #[test]

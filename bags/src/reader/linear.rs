@@ -166,14 +166,7 @@ impl Linear {
         let content_at = self.at_byte + (HEAD_BYTES + header_bytes) as u64;
         self.chunks.insert((content_at, data.len() as u64, header.uncompressed_size));
         if self.depth == Depth::Messages {
-            let size = usize::try_from(header.uncompressed_size).ok();
-            let size = size.filter(|size| *size <= self.limit);
-            let size = size.ok_or(McapError::ChunkTooLarge(header.uncompressed_size))?;
-            self.unpacker.unpack((&header.compression, &data), size, &mut self.content)?;
-            let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&self.content));
-            if saved != 0 && saved != calculated {
-                return Err(McapError::BadChunkCrc { saved, calculated });
-            }
+            self.unpacker.unpack_chunk(&header, &data, self.limit, &mut self.content)?;
             std::mem::swap(&mut self.bytes, &mut self.content);
             self.body = 0..0;
         }

@@ -66,8 +66,8 @@ fn is_sound(file: &mut File) -> McapResult<bool> {
     file.take(n_bytes).read_to_end(&mut section)?;
     let mut rest = &section[..];
     while let Some((opcode, body)) = records::first(rest) {
-        // Room would be made for as much as a text claims to have.
-        if opcode == op::CHUNK || records::behind_texts(opcode, body).is_none() {
+        // Room would be made for as much as a field claims to have.
+        if opcode == op::CHUNK || records::behind_fields(opcode, body).is_none() {
             return Ok(false);
         }
         rest = &rest[HEAD_BYTES + body.len()..];

@@ -1,23 +1,22 @@
 //! Through a file from front to back, whatever state it is in.
 
 use std::collections::BTreeMap;
-use std::io;
+use std::fs::File;
 use std::path::Path;
 
 use mcap::records::{MessageIndex, Record, op};
 use mcap::{McapError, McapResult};
 
-use super::bytes::Bytes;
-use super::chunk::{self, Room};
 use super::loss::{Loss, LossKind};
-use super::search::{self, Layout};
+use super::search::DamagedFile;
 use super::sink::Sink;
-use super::validity::{self, ChunkHead};
-use crate::records::{self, HEAD_BYTES, Unpacker, parse, reason};
+use crate::reader::unpacked_limit;
+use crate::records::{self, HEAD_BYTES, MAX_CHUNK_HEAD_BYTES, Unpacker, parse, reason};
 use crate::{BagError, Compression};
 
-/// A record outside of chunks is believed to be longer than this only if another one follows.
-const MAX_LONE_RECORD: u64 = 16 << 20;
+/// Zeros at the end of a file in such number are not data: the system had promised the space and
+/// lost power before it kept the promise.
+const MIN_ZERO_TAIL: u64 = 64;
 
 /// Why a message that reads well cannot be saved.
 const UNKNOWN: &str = "messages of a channel whose definition is lost, or that do not unpack";
@@ -35,34 +34,20 @@ pub struct RecoveryFindings {
     pub is_closed: bool,
 }
 
-/// What starts at a place in a file.
-enum Frame {
-    /// The end or start mark of a file.
-    Magic,
-    Record {
-        opcode: u8,
-        body: Vec<u8>,
-    },
-    /// A chunk that goes on beyond the end.
-    CutChunk(Vec<u8>),
-    Broken,
-}
-
-/// Saves what is in a file.
-pub fn scan(path: &Path, bytes: &mut Bytes, sink: &mut Sink) -> Result<RecoveryFindings, BagError> {
+/// Saves what is in a file: all that the reader reads, and where the reader ends, what stands behind.
+pub fn scan(path: &Path, file: File, sink: &mut Sink) -> Result<RecoveryFindings, BagError> {
     let mut scan = Scan {
-        path,
-        layout: if sink.expects_chunks() { Layout::Chunks } else { Layout::Loose },
-        bytes,
+        file: DamagedFile::new(path, file)?,
         sink,
         found: RecoveryFindings::default(),
         at: 0,
         in_data: true,
+        has_chunks: false,
         recent: BTreeMap::new(),
         hasher: Some(crc32fast::Hasher::new()),
-        room: Room { unpacker: Unpacker::new(), content: Vec::new() },
+        unpacker: Unpacker::new(),
     };
-    while scan.at < scan.bytes.len() && !scan.found.is_closed {
+    while scan.at < scan.file.n_bytes && !scan.found.is_closed {
         scan.step()?;
     }
     scan.end();
@@ -70,234 +55,193 @@ pub fn scan(path: &Path, bytes: &mut Bytes, sink: &mut Sink) -> Result<RecoveryF
 }
 
 struct Scan<'a> {
-    path: &'a Path,
-    bytes: &'a mut Bytes,
+    file: DamagedFile,
     sink: &'a mut Sink,
     found: RecoveryFindings,
     at: u64,
     /// Whether the data has not ended yet; the summary section stands behind it.
     in_data: bool,
-    /// Messages saved from the last chunk and not yet named by the index behind it, by channel.
+    has_chunks: bool,
+    /// Messages saved and not yet named by the index behind their chunk, by channel.
     recent: BTreeMap<u16, u64>,
     /// Over everything so far, until the first damage.
     hasher: Option<crc32fast::Hasher>,
-    /// Where messages are to be expected behind damage.
-    layout: Layout,
-    room: Room,
+    unpacker: Unpacker,
 }
 
 impl Scan<'_> {
     fn step(&mut self) -> Result<(), BagError> {
         let from = self.at;
-        match self.frame().map_err(BagError::io("read", self.path))? {
-            Frame::Magic => {
-                self.hash(mcap::MAGIC);
-                self.at += mcap::MAGIC.len() as u64;
-                self.found.is_closed = !self.in_data;
-            }
-            Frame::Record { opcode, body } => {
-                self.found.has_records = true;
-                self.at += (HEAD_BYTES + body.len()) as u64;
-                self.record(from, opcode, &body)?;
-                self.hash(&[opcode]);
-                self.hash(&(body.len() as u64).to_le_bytes());
-                self.hash(&body);
-            }
-            Frame::CutChunk(body) => {
-                self.found.has_records = true;
-                self.at = self.bytes.len();
-                self.chunk(from, &body, LossKind::EndOfChunk)?;
-            }
-            Frame::Broken => {
-                // Where a record makes sense, its bytes may be those of a chunk's head by chance.
-                if self.is_chunk_behind_head().map_err(BagError::io("read", self.path))? {
-                    self.layout = Layout::Chunks;
-                }
-                let next = search::next_record(self.bytes, from + 1, self.sink, self.layout);
-                self.at = next.map_err(BagError::io("read", self.path))?;
-                self.hasher = None;
-                let kind = match (self.in_data, self.at == self.bytes.len()) {
-                    (false, _) => LossKind::TableOfContents,
-                    (true, true) => LossKind::EndOfFile,
-                    (true, false) => LossKind::Garbage,
-                };
-                self.lose(from, kind, "no record that makes sense".to_owned());
-            }
+        let start = self.file.read(from, HEAD_BYTES as u64 + MAX_CHUNK_HEAD_BYTES)?;
+        if start.starts_with(mcap::MAGIC) {
+            self.hash(mcap::MAGIC);
+            self.at += mcap::MAGIC.len() as u64;
+            self.found.is_closed = !self.in_data;
+        } else if let Some(record) = self.record(&start)? {
+            self.found.has_records = true;
+            self.at += record.len() as u64;
+            self.take(from, record[0], &record[HEAD_BYTES..])?;
+            self.hash(&record);
+        } else {
+            self.at = self.next_record()?;
+            self.hasher = None;
+            let kind = match (self.in_data, self.at == self.file.n_bytes) {
+                (false, _) => LossKind::TableOfContents,
+                (true, true) => LossKind::EndOfFile,
+                (true, false) => LossKind::Garbage,
+            };
+            self.lose(from, kind, "no record that makes sense");
         }
         Ok(())
     }
 
-    /// Whether a record is valid. Behind damage nothing may be left over in it; before, the
-    /// record before it has led here, and MCAP allows bytes behind the fields of a record.
-    fn is_record(&self, opcode: u8, body: &[u8]) -> bool {
-        let is_before_damage = self.found.losses.is_empty();
-        validity::is_sound(opcode, body)
-            || (is_before_damage && validity::is_readable(opcode, body))
+    /// Reads the record whose head is here; `None` if it makes no sense. Of a chunk that goes on beyond
+    /// the end there is what there is.
+    fn record(&mut self, start: &[u8]) -> Result<Option<Vec<u8>>, BagError> {
+        let Some((opcode, length)) = records::head(start) else { return Ok(None) };
+        let end = (self.at + HEAD_BYTES as u64).saturating_add(length);
+        let is_there = end <= self.file.n_bytes;
+        let is_chunk = opcode == op::CHUNK
+            && records::chunk(&start[HEAD_BYTES..])
+                .is_some_and(|(head, _)| records::fills(&head, length));
+        if !records::is_known(opcode) || !(is_there || is_chunk) {
+            return Ok(None);
+        }
+        if !is_chunk && !self.file.may_start(end)? {
+            // Records within it show that its length is wrong, and zeros that it was half written.
+            let is_half_written = opcode == op::MESSAGE && self.file.is_zero_from(end - 1)?;
+            if is_half_written || self.next_record()? < end {
+                return Ok(None);
+            }
+        }
+        let record = self.file.read(self.at, end - self.at)?;
+        let body = &record[HEAD_BYTES..];
+        let is_sound = match opcode {
+            op::CHUNK => records::chunk(body).is_some(),
+            // Among chunks it may be an index whose first byte has changed, and behind damage a part of
+            // a chunk whose head is lost.
+            op::MESSAGE => {
+                self.is_loose()
+                    || (self.hasher.is_some() && !records::is_filled(op::MESSAGE_INDEX, body))
+            }
+            // What follows an attachment that fails its checksum can be read.
+            _ => matches!(parse(opcode, body), Ok(_) | Err(McapError::BadAttachmentCrc { .. })),
+        };
+        Ok(is_sound.then_some(record))
     }
 
-    /// The same for a chunk.
-    fn is_chunk(&self, head: &ChunkHead, length: u64) -> bool {
-        head.fills_record(length) || (self.found.losses.is_empty() && head.fits_in_record(length))
+    /// Where the next record is, beyond doubt.
+    fn next_record(&mut self) -> Result<u64, BagError> {
+        let loose = self.is_loose().then_some(&*self.sink);
+        self.file.next_record(self.at + 1, loose)
     }
 
-    /// Looks at what starts here, and reads it.
-    fn frame(&mut self) -> io::Result<Frame> {
-        let start = self.bytes.read(self.at, HEAD_BYTES + validity::MAX_CHUNK_HEAD_BYTES)?;
-        if start.starts_with(mcap::MAGIC) {
-            return Ok(Frame::Magic);
-        }
-        let Some((opcode, length)) = records::head(&start) else { return Ok(Frame::Broken) };
-        let chunk_head = ChunkHead::parse(&start[HEAD_BYTES..]);
-        if opcode == op::CHUNK {
-            self.layout = Layout::Chunks;
-        }
-        let available = self.bytes.len() - self.at - HEAD_BYTES as u64;
-        let body_at = self.at + HEAD_BYTES as u64;
-        if opcode == op::CHUNK {
-            return match chunk_head {
-                Some(head) if length <= available && self.is_chunk(&head, length) => {
-                    let body = self.bytes.read(body_at, to_usize(length))?;
-                    Ok(Frame::Record { opcode, body })
-                }
-                Some(head) if head.fills_record(length) || head.is_placeholder(length) => {
-                    Ok(Frame::CutChunk(self.bytes.read(body_at, to_usize(available))?))
-                }
-                _ => Ok(Frame::Broken),
-            };
-        }
-        let is_stray =
-            opcode == op::MESSAGE && self.hasher.is_none() && self.layout == Layout::Chunks;
-        if !validity::is_known(opcode) || length > available || (is_stray && self.in_data) {
-            return Ok(Frame::Broken);
-        }
-        let is_short = opcode != op::MESSAGE && length <= MAX_LONE_RECORD;
-        let is_followed = is_short || search::is_plausible(self.bytes, body_at + length)?;
-        if !is_followed && length > MAX_LONE_RECORD {
-            return Ok(Frame::Broken);
-        }
-        let body = self.bytes.read(body_at, to_usize(length))?;
-        let is_half =
-            opcode == op::MESSAGE && !is_followed && self.is_message_broken(body_at + length)?;
-        // The index behind a chunk, whose first byte has changed, reads as a message, too.
-        let is_index = opcode == op::MESSAGE
-            && self.layout == Layout::Chunks
-            && validity::is_index_of_chunk(&body);
-        if is_half || is_index || !self.is_record(opcode, &body) {
-            return Ok(Frame::Broken);
-        }
-        Ok(Frame::Record { opcode, body })
+    /// Whether messages stand outside of chunks, as their definitions do.
+    fn is_loose(&self) -> bool {
+        let is_counted = self.sink.n_chunks().map(|n_chunks| n_chunks == 0);
+        !self.has_chunks && is_counted.unwrap_or(self.sink.has_channels())
     }
 
-    /// Whether the head of a record that is here, whatever it says, is followed by that of a chunk.
-    fn is_chunk_behind_head(&mut self) -> io::Result<bool> {
-        let start = self.bytes.read(self.at, HEAD_BYTES + validity::MAX_CHUNK_HEAD_BYTES)?;
-        let head = start.get(HEAD_BYTES..).and_then(ChunkHead::parse);
-        Ok(head.is_some_and(|head| head.is_filled()))
-    }
-
-    /// Whether a message that nothing sensible follows has a wrong length, or was half written.
-    fn is_message_broken(&mut self, end: u64) -> io::Result<bool> {
-        let zeros_from = self.bytes.zero_tail();
-        if end > zeros_from && end < self.bytes.len() {
-            return Ok(true);
-        }
-        Ok(search::next_record(self.bytes, self.at + 1, self.sink, self.layout)? < end)
-    }
-
-    fn record(&mut self, from: u64, opcode: u8, body: &[u8]) -> Result<(), BagError> {
+    fn take(&mut self, from: u64, opcode: u8, body: &[u8]) -> Result<(), BagError> {
         match (opcode, parse(opcode, body)) {
-            (op::CHUNK, _) => self.chunk(from, body, LossKind::Chunk)?,
+            (op::CHUNK, _) => self.chunk(from, body)?,
             (_, Ok(Record::DataEnd(end))) => self.data_end(from, end.data_section_crc),
             (_, Ok(Record::MessageIndex(index))) => self.index(&index),
             // Behind the data everything is repeated, and what looks like a message is damaged.
             _ if !self.in_data => {}
-            (_, Ok(Record::Message { header, data })) => {
-                if self.sink.message(&header, &data)? {
-                    *self.recent.entry(header.channel_id).or_default() += 1;
-                } else {
-                    self.lose_messages(from, 1);
-                    self.last_loss().bounds_ns = Some((header.log_time, header.log_time));
-                }
-            }
             (_, Ok(Record::Header(header))) => self.found.profile = Some(header.profile),
             (_, Ok(Record::Attachment { header, data, .. })) => self.sink.attach(header, data)?,
             (_, Ok(Record::Metadata(record))) => self.sink.metadata(record)?,
-            (_, Ok(definition)) => self.sink.define(definition)?,
-            (_, Err(error)) => {
-                self.lose(from, LossKind::Record, reason(&error));
+            (_, Ok(record)) => {
+                if let Some(time_ns) = self.save(record)? {
+                    self.lose_messages(from, 1);
+                    self.last_loss().bounds_ns = Some((time_ns, time_ns));
+                }
             }
+            (_, Err(error)) => self.lose(from, LossKind::Record, &reason(&error)),
         }
         Ok(())
     }
 
-    fn chunk(&mut self, from: u64, body: &[u8], if_lost: LossKind) -> Result<(), BagError> {
+    /// Takes what the reader takes of a chunk. Where its end is missing, or no checksum is in it, that
+    /// is as much as there is.
+    fn chunk(&mut self, from: u64, body: &[u8]) -> Result<(), BagError> {
         self.recent.clear();
-        let head = ChunkHead::parse(body).expect("the frame was judged by it");
-        self.sink.compression.get_or_insert(match &*head.header.compression {
+        self.has_chunks = true;
+        let (head, packed) = records::chunk(body).expect("it was read by it");
+        self.sink.compression.get_or_insert(match &*head.compression {
             "" => Compression::None,
             "lz4" => Compression::Lz4,
             _ => Compression::Zstd,
         });
-        let mut unpacked = if if_lost == LossKind::EndOfChunk {
-            Err(chunk::unpack_beginning(&head, body, &mut self.room))
-        } else {
-            chunk::unpack(&head, body, &mut self.room)
-        };
-        // Zeros to the end of the file: the system lost power before it wrote the rest. Its own last
-        // bytes may be zeros, too: then its checksum shows that it is whole.
-        let zeros_from = self.bytes.zero_tail();
-        let is_half_written = zeros_from < self.bytes.len()
-            && zeros_from < self.at
-            && (unpacked.is_err() || head.header.uncompressed_crc == 0);
+        let size = usize::try_from(head.compressed_size).unwrap_or(usize::MAX);
+        let (is_cut, packed) = (size > packed.len(), &packed[..size.min(packed.len())]);
+        let mut content = Vec::new();
+        let limit = unpacked_limit(packed.len());
+        let mut unpacked = self.unpacker.unpack_chunk(&head, packed, limit, &mut content);
+        let has_checksum = head.uncompressed_crc != 0;
+        let n_written = packed.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+        let n_zeros = (packed.len() - n_written) as u64 + self.file.n_bytes - self.at;
+        let has_zeros = n_zeros >= MIN_ZERO_TAIL;
+        // Its own last bytes may be zeros, too: then its checksum shows that it is whole.
+        let is_half_written = (unpacked.is_err() || !has_checksum)
+            && (is_cut || has_zeros)
+            && self.file.is_zero_from(self.at)?;
         if is_half_written {
-            let written = to_usize(zeros_from.saturating_sub(from + HEAD_BYTES as u64));
-            let written = &body[..written.max(head.n_bytes).min(body.len())];
-            unpacked = Err(chunk::unpack_beginning(&head, written, &mut self.room));
+            let written = &packed[..if has_zeros { n_written } else { packed.len() }];
+            let size = usize::try_from(head.uncompressed_size).unwrap_or(usize::MAX).min(limit);
+            let _cut: McapResult<()> =
+                self.unpacker.unpack((&head.compression, written), size, &mut content);
+            unpacked = Err(McapError::UnexpectedEof);
+            self.at = self.file.n_bytes;
+        } else if unpacked.is_err() && has_checksum {
+            // It cannot be determined which of its messages are wrong.
+            content.clear();
         }
-        let content = std::mem::take(&mut self.room.content);
-        let saved = self.save(&content)?;
-        self.room.content = content;
+        let saved = self.records_of_chunk(&content)?;
         if let Err(error) = unpacked.and(saved) {
             self.hasher = None;
-            let kind = if is_half_written { LossKind::EndOfChunk } else { if_lost };
-            self.lose(from, kind, reason(&error));
-            let bounds_ns = (head.header.message_start_time, head.header.message_end_time);
+            let kind = if is_half_written { LossKind::EndOfChunk } else { LossKind::Chunk };
+            self.lose(from, kind, &reason(&error));
+            let bounds_ns = (head.message_start_time, head.message_end_time);
             self.last_loss().bounds_ns = Some(bounds_ns).filter(|(first, last)| first <= last);
         }
         Ok(())
     }
 
-    /// Puts the records of a chunk into the new bag, up to the first one that is not sound, and
-    /// says what is wrong with that one.
-    fn save(&mut self, content: &[u8]) -> Result<McapResult<()>, BagError> {
-        let mut n_homeless = 0;
-        let mut rest = content;
-        let mut outcome = Ok(());
-        while !rest.is_empty() {
-            let Some((opcode, body)) = chunk::first_record(rest) else {
-                outcome = Err(McapError::UnexpectedEoc);
-                break;
-            };
+    /// Puts the records of a chunk into the new bag, up to the first one that is not sound, and says
+    /// what is wrong with that one.
+    fn records_of_chunk(&mut self, content: &[u8]) -> Result<McapResult<()>, BagError> {
+        let (mut rest, mut n_homeless) = (content, 0);
+        let outcome = loop {
+            if rest.is_empty() {
+                break Ok(());
+            }
+            let first =
+                records::first(rest).filter(|(opcode, _)| records::may_be_in_chunks(*opcode));
+            let Some((opcode, body)) = first else { break Err(McapError::UnexpectedEoc) };
             rest = &rest[HEAD_BYTES + body.len()..];
             match parse(opcode, body) {
-                Ok(Record::Message { header, data }) => {
-                    if self.sink.message(&header, &data)? {
-                        *self.recent.entry(header.channel_id).or_default() += 1;
-                    } else {
-                        n_homeless += 1;
-                    }
-                }
-                Ok(definition) => self.sink.define(definition)?,
-                Err(error) => {
-                    outcome = Err(error);
-                    break;
-                }
+                Ok(record) => n_homeless += u64::from(self.save(record)?.is_some()),
+                Err(error) => break Err(error),
             }
-        }
+        };
         if n_homeless > 0 {
             self.lose_messages(self.at, n_homeless);
         }
         Ok(outcome)
+    }
+
+    /// Saves a message or a definition; gives the log time of a message that cannot be saved.
+    fn save(&mut self, record: Record) -> Result<Option<u64>, BagError> {
+        let Record::Message { header, data } = record else {
+            return self.sink.define(record).map(|()| None);
+        };
+        if !self.sink.message(&header, data)? {
+            return Ok(Some(header.log_time));
+        }
+        *self.recent.entry(header.channel_id).or_default() += 1;
+        Ok(None)
     }
 
     /// The index behind a chunk names all that was in it: what was not saved is lost.
@@ -320,7 +264,7 @@ impl Scan<'_> {
         self.in_data = false;
         let calculated = self.hasher.take().map(crc32fast::Hasher::finalize);
         if saved != 0 && calculated.is_some_and(|calculated| calculated != saved) {
-            let reason = "the checksum over all data fails, those of its parts do not".to_owned();
+            let reason = "the checksum over all data fails, those of its parts do not";
             self.lose(from, LossKind::Unlocated, reason);
             self.last_loss().n_bytes = 0;
         }
@@ -328,24 +272,25 @@ impl Scan<'_> {
 
     /// Notes if the end is missing.
     fn end(&mut self) {
+        let n_bytes = self.file.n_bytes;
         let is_noted = self.found.losses.last().is_some_and(|loss| {
-            loss.at_byte + loss.n_bytes == self.bytes.len() && loss.kind != LossKind::Messages
+            loss.at_byte + loss.n_bytes == n_bytes && loss.kind != LossKind::Messages
         });
         if !self.found.is_closed && !is_noted {
             let kind = if self.in_data { LossKind::EndOfFile } else { LossKind::TableOfContents };
-            self.at = self.bytes.len();
-            self.lose(self.at, kind, "the file was never closed".to_owned());
+            self.at = n_bytes;
+            self.lose(n_bytes, kind, "the file was never closed");
         }
     }
 
     /// Notes that something from there to here is lost.
-    fn lose(&mut self, from: u64, kind: LossKind, reason: String) {
+    fn lose(&mut self, from: u64, kind: LossKind, reason: &str) {
         self.found.losses.push(Loss {
-            path: self.path.to_owned(),
+            path: self.file.path.clone(),
             at_byte: from,
             n_bytes: self.at - from,
             kind,
-            reason,
+            reason: reason.to_owned(),
             n_messages: None,
             bounds_ns: None,
         });
@@ -353,7 +298,7 @@ impl Scan<'_> {
 
     /// Notes messages that read well and cannot be saved.
     fn lose_messages(&mut self, from: u64, n_messages: u64) {
-        self.lose(from, LossKind::Messages, UNKNOWN.to_owned());
+        self.lose(from, LossKind::Messages, UNKNOWN);
         self.last_loss().n_messages = Some(n_messages);
     }
 
@@ -366,9 +311,4 @@ impl Scan<'_> {
             hasher.update(bytes);
         }
     }
-}
-
-/// A length that was held against the size of the file.
-fn to_usize(length: u64) -> usize {
-    usize::try_from(length).unwrap_or(usize::MAX)
 }

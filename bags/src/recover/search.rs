@@ -1,111 +1,147 @@
-//! The next record behind damage.
+//! A damaged file: its bytes at any place, and the next record behind damage.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek};
+use std::path::{Path, PathBuf};
 
 use mcap::records::{Record, op};
 
-use super::bytes::Bytes;
 use super::sink::Sink;
-use super::validity::{self, ChunkHead};
-use crate::records::{self, HEAD_BYTES};
+use crate::BagError;
+use crate::reader::ZSTD_MAGIC;
+use crate::records::{self, HEAD_BYTES, MAX_CHUNK_HEAD_BYTES};
 
 /// What is searched at a time.
-const WINDOW_BYTES: usize = 256 << 10;
+const WINDOW_BYTES: u64 = 256 << 10;
+
+/// What is looked for other bytes than zeros at a time.
+const BLOCK_BYTES: u64 = 4 << 10;
 
 /// Records other than chunks are not looked for beyond this size.
 const MAX_RECORD: u64 = 16 << 20;
 
-/// Where the messages of a file are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
-    /// In chunks. What looks like a message behind damage is part of a chunk whose head is lost, and
-    /// with it the checksum that would show whether the message is as it was sent.
-    Chunks,
-    /// Outside of chunks, as far as is known.
-    Loose,
+/// The representations of CDR that there are.
+const MAX_ENCAPSULATION: u8 = 0x0b;
+
+/// A file that can be read anywhere; fast where it is read in order.
+pub struct DamagedFile {
+    /// What the file is called where something about it is reported.
+    pub path: PathBuf,
+    pub n_bytes: u64,
+    reader: BufReader<File>,
+    position: u64,
 }
 
-/// The first place from here on at which a record starts beyond doubt; the end if there is none.
-///
-/// Beyond doubt is what states its length twice and the same, or a message of a known channel that
-/// another record follows.
-pub fn next_record(bytes: &mut Bytes, from: u64, sink: &Sink, layout: Layout) -> io::Result<u64> {
-    let mut at = from;
-    while at < bytes.len() {
-        let window = bytes.read(at, WINDOW_BYTES + HEAD_BYTES)?;
-        if window.len() < HEAD_BYTES {
-            break;
-        }
-        let n_starts = (window.len() - HEAD_BYTES + 1).min(WINDOW_BYTES);
-        for offset in 0..n_starts {
-            let place = at + offset as u64;
-            if window[offset..].starts_with(mcap::MAGIC) {
-                return Ok(place);
+impl DamagedFile {
+    /// Takes a file that is open for reading.
+    pub fn new(path: &Path, mut file: File) -> Result<Self, BagError> {
+        let io = BagError::io("read", path);
+        let n_bytes = file.metadata().map_err(&io)?.len();
+        file.rewind().map_err(io)?;
+        let reader = BufReader::with_capacity(1 << 20, file);
+        Ok(Self { path: path.to_owned(), n_bytes, reader, position: 0 })
+    }
+
+    /// Reads what is from a place on, `n_bytes` of it at most.
+    pub fn read(&mut self, at: u64, n_bytes: u64) -> Result<Vec<u8>, BagError> {
+        let n_bytes = n_bytes.min(self.n_bytes.saturating_sub(at));
+        self.read_within(at, n_bytes).map_err(BagError::io("read", &self.path))
+    }
+
+    fn read_within(&mut self, at: u64, n_bytes: u64) -> io::Result<Vec<u8>> {
+        self.reader.seek_relative(at.wrapping_sub(self.position).cast_signed())?;
+        self.position = at;
+        let mut bytes = Vec::with_capacity(usize::try_from(n_bytes).unwrap_or(usize::MAX));
+        self.reader.by_ref().take(n_bytes).read_to_end(&mut bytes)?;
+        self.position += bytes.len() as u64;
+        Ok(bytes)
+    }
+
+    /// Whether nothing but zeros, or nothing, follows from a place on.
+    pub fn is_zero_from(&mut self, mut at: u64) -> Result<bool, BagError> {
+        while at < self.n_bytes {
+            if self.read(at, BLOCK_BYTES)?.iter().any(|byte| *byte != 0) {
+                return Ok(false);
             }
-            let Some((opcode, length)) = records::head(&window[offset..]) else { break };
-            let is_sought = layout == Layout::Loose || !records::may_be_in_chunks(opcode);
-            if is_sought
-                && is_candidate(opcode, length, bytes.len() - place)
-                && is_record(bytes, place, opcode, length, sink)?
-            {
-                return Ok(place);
+            at += BLOCK_BYTES;
+        }
+        Ok(true)
+    }
+
+    /// Whether a record, the end mark or the end itself may be at a place.
+    pub fn may_start(&mut self, at: u64) -> Result<bool, BagError> {
+        if at >= self.n_bytes {
+            return Ok(at == self.n_bytes);
+        }
+        let start = self.read(at, HEAD_BYTES as u64)?;
+        let is_head = records::head(&start).is_some_and(|(opcode, length)| {
+            let n_left = self.n_bytes - at - HEAD_BYTES as u64;
+            records::is_known(opcode) && length <= n_left
+        });
+        Ok(is_head || start.starts_with(mcap::MAGIC))
+    }
+
+    /// The first place from here on at which a record starts beyond doubt; the end if there is none.
+    ///
+    /// Beyond doubt is a record with the length that its fields have, or a message of a known channel,
+    /// and another record behind it; of a chunk its two lengths suffice. Messages and definitions are
+    /// looked for only where they stand outside of chunks, with the sink that knows their channels:
+    /// elsewhere they are part of a chunk whose head is lost, and with it the checksum that would show
+    /// whether they are as they were sent.
+    pub fn next_record(&mut self, from: u64, loose: Option<&Sink>) -> Result<u64, BagError> {
+        let mut at = from;
+        while at < self.n_bytes {
+            let window = self.read(at, WINDOW_BYTES + HEAD_BYTES as u64 - 1)?;
+            for (start, place) in window.windows(HEAD_BYTES).zip(at..) {
+                let Some((opcode, length)) = records::head(start) else { continue };
+                let may_be_here = loose.is_some() || !records::may_be_in_chunks(opcode);
+                let is_short = length <= MAX_RECORD.min(self.n_bytes - place);
+                // A chunk may go on beyond the end.
+                let is_sought =
+                    opcode == op::CHUNK || (records::is_known(opcode) && may_be_here && is_short);
+                if is_sought && self.is_record(place, opcode, length, loose)? {
+                    return Ok(place);
+                }
             }
+            at += WINDOW_BYTES;
         }
-        at += n_starts as u64;
+        Ok(self.n_bytes)
     }
-    Ok(bytes.len())
-}
 
-/// Whether a record, the end mark or the end itself may be at a place.
-pub fn is_plausible(bytes: &mut Bytes, at: u64) -> io::Result<bool> {
-    if at >= bytes.len() {
-        return Ok(at == bytes.len());
-    }
-    let start = bytes.read(at, HEAD_BYTES)?;
-    let available = bytes.len() - at;
-    let is_head = records::head(&start).is_some_and(|(opcode, length)| {
-        let fits = length.checked_add(HEAD_BYTES as u64).is_some_and(|all| all <= available);
-        validity::is_known(opcode) && fits
-    });
-    Ok(is_head || start.starts_with(mcap::MAGIC))
-}
-
-/// Whether it is worth reading what may be a record.
-fn is_candidate(opcode: u8, length: u64, available: u64) -> bool {
-    match opcode {
-        // A chunk may go on beyond the end.
-        op::CHUNK => (32..1 << 40).contains(&length),
-        op::HEADER
-        | op::SCHEMA
-        | op::CHANNEL
-        | op::MESSAGE
-        | op::MESSAGE_INDEX
-        | op::ATTACHMENT
-        | op::METADATA => length <= MAX_RECORD && length + (HEAD_BYTES as u64) <= available,
-        op::DATA_END => length == 4,
-        op::FOOTER => length == 20,
-        _ => false,
-    }
-}
-
-fn is_record(bytes: &mut Bytes, at: u64, opcode: u8, length: u64, sink: &Sink) -> io::Result<bool> {
-    let body_at = at + HEAD_BYTES as u64;
-    if opcode == op::CHUNK {
-        let start = bytes.read(body_at, validity::MAX_CHUNK_HEAD_BYTES)?;
-        let head = ChunkHead::parse(&start);
-        return Ok(head.is_some_and(|head| {
-            let in_order = head.header.message_start_time <= head.header.message_end_time;
-            head.fills_record(length) && in_order
-        }));
-    }
-    let body = bytes.read(body_at, usize::try_from(length).unwrap_or(usize::MAX))?;
-    if !validity::is_sound(opcode, &body) || !is_plausible(bytes, body_at + length)? {
-        return Ok(false);
-    }
-    Ok(match records::parse(opcode, &body) {
-        Ok(Record::Message { header, data }) => {
-            sink.has_channel(header.channel_id) && validity::is_like_cdr(&data)
+    fn is_record(
+        &mut self,
+        place: u64,
+        opcode: u8,
+        length: u64,
+        loose: Option<&Sink>,
+    ) -> Result<bool, BagError> {
+        let body_at = place + HEAD_BYTES as u64;
+        if opcode == op::CHUNK {
+            let start = self.read(body_at, MAX_CHUNK_HEAD_BYTES)?;
+            return Ok(records::chunk(&start).is_some_and(|(head, _)| {
+                let is_supported = ["", "zstd", "lz4"].contains(&&*head.compression);
+                let in_order = head.message_start_time <= head.message_end_time;
+                records::fills(&head, length) && is_supported && in_order
+            }));
         }
-        _ => true,
-    })
+        if !self.may_start(body_at + length)? {
+            return Ok(false);
+        }
+        let body = self.read(body_at, length)?;
+        Ok(match records::parse(opcode, &body) {
+            Ok(Record::Message { header, data }) => {
+                is_like_cdr(&data)
+                    && loose.is_some_and(|sink| sink.topic(header.channel_id).is_some())
+            }
+            parsed => parsed.is_ok() && records::is_filled(opcode, &body),
+        })
+    }
+}
+
+/// Whether the data of a message starts as ROS 2 writes it, or is compressed by rosbag2.
+fn is_like_cdr(data: &[u8]) -> bool {
+    match data {
+        [0, kind, _, _, ..] => *kind <= MAX_ENCAPSULATION,
+        _ => data.starts_with(&ZSTD_MAGIC),
+    }
 }

@@ -12,7 +12,7 @@ use mcap::{Channel, Summary};
 use super::loss::{Loss, LostMessages, is_complete};
 use super::recovery;
 use crate::metadata;
-use crate::reader::{ZSTD_MAGIC, plain};
+use crate::reader::plain;
 use crate::writer::ChannelDescription;
 use crate::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Compression, Packing, Sample};
 
@@ -63,10 +63,14 @@ impl Sink {
         self.fallback = fallback;
     }
 
-    /// Whether the current file's summary lists chunks.
-    pub fn expects_chunks(&self) -> bool {
-        let stats = self.fallback.as_ref().and_then(|summary| summary.stats.as_ref());
-        stats.is_some_and(|stats| stats.chunk_count > 0)
+    /// How many chunks the current file's summary counts.
+    pub fn n_chunks(&self) -> Option<u32> {
+        Some(self.fallback.as_ref()?.stats.as_ref()?.chunk_count)
+    }
+
+    /// Whether the current file has defined a channel so far.
+    pub fn has_channels(&self) -> bool {
+        !self.ids.is_empty()
     }
 
     /// Keeps pairs for `metadata.yaml`.
@@ -91,24 +95,16 @@ impl Sink {
         Ok(())
     }
 
-    /// Whether messages of this channel can be saved.
-    pub fn has_channel(&self, channel_id: u16) -> bool {
-        self.channel(channel_id).is_some()
-    }
-
+    /// The topic of a channel; messages of others cannot be saved.
     pub fn topic(&self, channel_id: u16) -> Option<String> {
         self.channel(channel_id).map(|channel| channel.topic.clone())
     }
 
     /// Takes a message; `true` if it is in the new bag. One without a definition is not, nor is one
     /// that does not unpack.
-    pub fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<bool, BagError> {
+    pub fn message(&mut self, header: &MessageHeader, data: Cow<[u8]>) -> Result<bool, BagError> {
         let Some(channel) = self.id_of(header.channel_id)? else { return Ok(false) };
-        let mut data = Cow::Borrowed(data);
-        if data.starts_with(&ZSTD_MAGIC) {
-            let Ok(unpacked) = plain(data.into_owned()) else { return Ok(false) };
-            data = Cow::Owned(unpacked);
-        }
+        let Ok(data) = plain(data.into_owned()) else { return Ok(false) };
         let sample = Sample {
             log_time_ns: header.log_time,
             publish_time_ns: header.publish_time,
