@@ -51,14 +51,13 @@ pub fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
 /// `None` if they do not end within it.
 pub fn behind_fields(opcode: u8, body: &[u8]) -> Option<&[u8]> {
     let (n_before, n_sized) = match opcode {
-        op::HEADER => (0, 2),
+        op::HEADER | op::METADATA => (0, 2),
         op::FOOTER => (20, 0),
         op::SCHEMA => (2, 3),
         op::CHANNEL => (4, 3),
         op::CHUNK => (28, 1),
         op::MESSAGE_INDEX => (2, 1),
         op::ATTACHMENT => (16, 2),
-        op::METADATA => (0, 2),
         op::DATA_END => (4, 0),
         _ => return Some(body),
     };
