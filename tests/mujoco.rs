@@ -3,12 +3,11 @@
 
 use std::process::Command;
 
-use rsrs_testing::python::{Environment, must_run, python_with};
+use rsrs_testing::python::{must_run, python_with_mujoco};
 use serde_json::Value;
 
 use crate::command::repository;
 
-const REQUIREMENTS: &str = include_str!("../docs/examples/mujoco/requirements.txt");
 /// Drives one robot in all ways that a plan has, and holds another one in front of its camera.
 const SCRIPT: &str = "\
 import json, math, sys
@@ -42,9 +41,7 @@ json.dump({
 
 #[test]
 fn robots_in_mujoco_drive_about_as_commanded_block_and_see_each_other() {
-    let needed: Vec<&str> =
-        REQUIREMENTS.lines().filter(|line| !line.starts_with("ros-") && !line.is_empty()).collect();
-    let python = python_with(&Environment { name: "mujoco", packages: &needed, files_only: &[] });
+    let python = python_with_mujoco();
     let folder = repository().join("docs/examples/mujoco");
 
     let printed = must_run(Command::new(python).args(["-c", SCRIPT]).arg(folder));

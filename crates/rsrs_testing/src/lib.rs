@@ -2,6 +2,7 @@
 
 #![expect(clippy::missing_panics_doc, reason = "what tests share fails by panics")]
 
+pub mod chromium;
 pub mod conditions;
 pub mod draw;
 pub mod environment;

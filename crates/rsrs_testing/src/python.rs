@@ -1,8 +1,8 @@
-//! Cached Python environments, for tests that use other implementations.
+//! Cached Python environments, for tests that use other implementations: all that there are.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// What a Python environment holds. Few hold much: each is hundreds of megabytes of what the others
 /// have, too.
@@ -87,6 +87,33 @@ pub const KILTED: Environment = Environment {
     files_only: &[],
 };
 
+/// What drives a browser, and checks whether everybody can use a page.
+pub const BROWSER: Environment = Environment {
+    name: "browser",
+    packages: &["playwright==1.65.2", "axe-playwright-python==0.1.8"],
+    files_only: &[],
+};
+
+/// The simulator of the paper's group.
+const SWARMSIM: Environment =
+    Environment { name: "swarmsim", packages: &["swarmsim==1.2.5"], files_only: &[] };
+
+/// What the robots in `MuJoCo` need, with ROS.
+const MUJOCO: &str = include_str!("../../../docs/examples/mujoco/requirements.txt");
+
+/// Makes sure that all environments are there.
+///
+/// # Panics
+///
+/// As [`python_with`] and [`python_with_swarmsim`].
+pub fn install_all() {
+    for environment in [BAGS, CYCLONE, SCIENCE, DEPLOYMENT, JAZZY, KILTED, BROWSER] {
+        python_with(&environment);
+    }
+    python_with_mujoco();
+    python_with_swarmsim();
+}
+
 /// Makes sure that an environment is there, and gives its interpreter.
 ///
 /// It is kept under Cargo's target directory and made once; other test processes wait for it.
@@ -98,12 +125,64 @@ pub fn python_with(environment: &Environment) -> PathBuf {
     python_from(Path::new("python3"), environment)
 }
 
-/// [`python_with`], of another interpreter than the machine's `python3`.
+/// An interpreter with `MuJoCo`, without ROS.
 ///
 /// # Panics
 ///
-/// If the interpreter has no `venv`, or the machine reaches no package index.
-pub fn python_from(base: &Path, environment: &Environment) -> PathBuf {
+/// As [`python_with`].
+pub fn python_with_mujoco() -> PathBuf {
+    let is_needed = |line: &&str| !line.starts_with("ros-") && !line.is_empty();
+    let packages: Vec<&str> = MUJOCO.lines().filter(is_needed).collect();
+    python_with(&Environment { name: "mujoco", packages: &packages, files_only: &[] })
+}
+
+/// An interpreter with swarmsim.
+///
+/// # Panics
+///
+/// If this machine has no Python that swarmsim runs on, or swarmsim cannot be installed.
+pub fn python_with_swarmsim() -> PathBuf {
+    let base = interpreters().into_iter().find(|python| is_new_enough(python)).expect(
+        "this test compares with swarmsim, which needs Python 3.12 or newer, and none was found on \
+         the path, among those of pyenv and those of uv: \
+         `python3 -m pip install uv && uv python install 3.12` installs one",
+    );
+    python_from(&base, &SWARMSIM)
+}
+
+/// Where a Python may be: on the path, among those of pyenv, whose names on the path only work for
+/// the version that was chosen, and among those of uv, which are not on the path.
+fn interpreters() -> Vec<PathBuf> {
+    let on_path = ["python3.14", "python3.13", "python3.12", "python3"].map(PathBuf::from);
+    let home = std::env::home_dir().unwrap_or_default();
+    let folder = |variable: &str, usual: &str| {
+        std::env::var_os(variable).map_or_else(|| home.join(usual), PathBuf::from)
+    };
+    let of_pyenv = folder("PYENV_ROOT", ".pyenv").join("versions");
+    let of_uv = folder("UV_PYTHON_INSTALL_DIR", ".local/share/uv/python");
+    let mut kept: Vec<PathBuf> = [of_pyenv, of_uv]
+        .into_iter()
+        .filter_map(|versions| fs::read_dir(versions).ok())
+        .flatten()
+        .filter_map(Result::ok)
+        .map(|version| version.path().join("bin/python3"))
+        .collect();
+    kept.sort();
+    kept.reverse();
+    on_path.into_iter().chain(kept).collect()
+}
+
+fn is_new_enough(python: &Path) -> bool {
+    let ask = "import sys, venv; sys.exit(sys.version_info < (3, 12))";
+    Command::new(python)
+        .args(["-c", ask])
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success())
+}
+
+/// [`python_with`], of another interpreter than the machine's `python3`.
+fn python_from(base: &Path, environment: &Environment) -> PathBuf {
     let Environment { name, packages, files_only } = environment;
     // Tests lie in `target/PROFILE/deps`.
     let test = std::env::current_exe().expect("a running test has an executable");

@@ -7,10 +7,11 @@ use rsrs_core::judge::phase::{Phase, label};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_testing::environment::or_if_long;
+use rsrs_testing::python::python_with_swarmsim;
 use serde_json::{Value, json};
 
-use crate::swarmsim::{ask, python_with_swarmsim};
-use rsrs_testing::environment::or_if_long;
+use crate::swarmsim::ask;
 
 const N_ROBOTS: usize = 8;
 const DURATION_S: f64 = 81.0;

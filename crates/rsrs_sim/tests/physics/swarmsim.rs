@@ -4,9 +4,8 @@
 //! swarmsim senses robot by robot within a step, acts on what was sensed a step before, drives along
 //! arcs and pushes bodies apart, so its states are others. The mill without noise is the same.
 
-use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use rsrs_core::conditions::{Conditions, Placement};
@@ -16,7 +15,7 @@ use rsrs_core::robot::region::Region;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
-use rsrs_testing::python::{self, Environment};
+use rsrs_testing::python::python_with_swarmsim;
 use serde_json::{Value, json};
 
 use crate::support::perfect_flockbots;
@@ -24,8 +23,6 @@ use crate::support::perfect_flockbots;
 const SEED: Seed = Seed { seed: 1, replicate: 0 };
 const STEPS: usize = 1500;
 const WINDOW: usize = 450;
-const SWARMSIM: Environment =
-    Environment { name: "swarmsim", packages: &["swarmsim==1.2.5"], files_only: &[] };
 
 /// The paper's cell with the sensor that swarmsim's own configuration of a Flockbot has.
 fn conditions() -> Conditions {
@@ -97,49 +94,4 @@ pub fn ask(python: &Path, script: &str, task: &Value) -> Value {
     let output = child.wait_with_output().expect("the script ends");
     assert!(output.status.success(), "swarmsim failed; its messages are above");
     serde_json::from_slice(&output.stdout).expect("the script prints JSON")
-}
-
-/// An interpreter with swarmsim, kept under Cargo's target directory.
-///
-/// # Panics
-///
-/// If this machine has no Python that swarmsim runs on, or swarmsim cannot be installed.
-pub fn python_with_swarmsim() -> PathBuf {
-    let base = interpreters().into_iter().find(|python| is_new_enough(python)).expect(
-        "this test compares with swarmsim, which needs Python 3.12 or newer, and none was found on \
-         the path, among those of pyenv and those of uv: \
-         `python3 -m pip install uv && uv python install 3.12` installs one",
-    );
-    python::python_from(&base, &SWARMSIM)
-}
-
-/// Where a Python may be: on the path, among those of pyenv, whose names on the path only work for
-/// the version that was chosen, and among those of uv, which are not on the path.
-fn interpreters() -> Vec<PathBuf> {
-    let on_path = ["python3.14", "python3.13", "python3.12", "python3"].map(PathBuf::from);
-    let home = std::env::home_dir().unwrap_or_default();
-    let folder = |variable: &str, usual: &str| {
-        std::env::var_os(variable).map_or_else(|| home.join(usual), PathBuf::from)
-    };
-    let of_pyenv = folder("PYENV_ROOT", ".pyenv").join("versions");
-    let of_uv = folder("UV_PYTHON_INSTALL_DIR", ".local/share/uv/python");
-    let mut kept: Vec<PathBuf> = [of_pyenv, of_uv]
-        .into_iter()
-        .filter_map(|versions| fs::read_dir(versions).ok())
-        .flatten()
-        .filter_map(Result::ok)
-        .map(|version| version.path().join("bin/python3"))
-        .collect();
-    kept.sort();
-    kept.reverse();
-    on_path.into_iter().chain(kept).collect()
-}
-
-fn is_new_enough(python: &Path) -> bool {
-    let ask = "import sys, venv; sys.exit(sys.version_info < (3, 12))";
-    Command::new(python)
-        .args(["-c", ask])
-        .stderr(Stdio::null())
-        .status()
-        .is_ok_and(|status| status.success())
 }
