@@ -106,8 +106,8 @@ impl Bag {
     ///
     /// let bag = Bag::open(&folder)?;
     /// let message = bag.messages().next().expect("one was recorded")?;
-    /// assert_eq!(message.topic, "/robot_1/detection");
-    /// assert!(cdr::decode::<Bool>(&message.data)?.data);
+    /// assert_eq!(&*message.topic, "/robot_1/detection");
+    /// assert!(cdr::decode::<Bool>(&message.bytes)?.data);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn open(path: &Path) -> Result<Self, BagError> {
