@@ -103,10 +103,10 @@ pub fn chunk(body: &[u8]) -> Option<(ChunkHeader, &[u8])> {
     Some((head, &body[usize::try_from(fields.position()).ok()?..]))
 }
 
-/// Whether a chunk with this head fills a record of this length: the file has the length twice.
-pub fn fills(head: &ChunkHeader, length: u64) -> bool {
+/// How long the record of a chunk is by its head.
+pub fn chunk_length(head: &ChunkHeader) -> u64 {
     let n_bytes = 8 + 8 + 8 + 4 + 4 + head.compression.len() + 8;
-    head.compressed_size.saturating_add(n_bytes as u64) == length
+    head.compressed_size.saturating_add(n_bytes as u64)
 }
 
 /// What unpacks chunks, one after the other: a context of zstd for each would take longer than most of

@@ -83,6 +83,11 @@ impl Scan<'_> {
             self.take(from, record[0], &record[HEAD_BYTES..])?;
             self.hash(&record);
         } else {
+            // Where no channel is defined yet, what has a part of a chunk's head is one.
+            let head = start.get(HEAD_BYTES..).and_then(records::chunk);
+            let is_chunk =
+                start[0] == op::CHUNK || head.is_some_and(|(head, _)| head.compressed_size > 0);
+            self.has_chunks |= is_chunk && !self.sink.has_channels();
             self.at = self.next_record()?;
             self.hasher = None;
             let kind = match (self.in_data, self.at == self.file.n_bytes) {
@@ -99,15 +104,22 @@ impl Scan<'_> {
     /// the end there is what there is.
     fn record(&mut self, start: &[u8]) -> Result<Option<Vec<u8>>, BagError> {
         let Some((opcode, length)) = records::head(start) else { return Ok(None) };
-        let end = (self.at + HEAD_BYTES as u64).saturating_add(length);
-        let is_there = end <= self.file.n_bytes;
-        let is_chunk = opcode == op::CHUNK
-            && records::chunk(&start[HEAD_BYTES..])
-                .is_some_and(|(head, _)| records::fills(&head, length));
-        if !records::is_known(opcode) || !(is_there || is_chunk) {
+        let behind = self.at + HEAD_BYTES as u64;
+        let mut end = behind.saturating_add(length);
+        let mut is_sure = false;
+        if let (op::CHUNK, Some((head, _))) = (opcode, records::chunk(&start[HEAD_BYTES..])) {
+            // It has its length twice, of which one may have changed.
+            let end_of_chunk = behind.saturating_add(records::chunk_length(&head));
+            is_sure = end == end_of_chunk
+                || (!self.file.may_start(end)? && self.file.may_start(end_of_chunk)?);
+            if is_sure {
+                end = end_of_chunk;
+            }
+        }
+        if !records::is_known(opcode) || (end > self.file.n_bytes && !is_sure) {
             return Ok(None);
         }
-        if !is_chunk && !self.file.may_start(end)? {
+        if !is_sure && !self.file.may_start(end)? {
             // Records within it show that its length is wrong, and zeros that it was half written.
             let is_half_written = opcode == op::MESSAGE && self.file.is_zero_from(end - 1)?;
             if is_half_written || self.next_record()? < end {
@@ -136,10 +148,9 @@ impl Scan<'_> {
         self.file.next_record(self.at + 1, loose)
     }
 
-    /// Whether messages stand outside of chunks, as their definitions do.
+    /// Whether messages stand outside of chunks, as far as is known.
     fn is_loose(&self) -> bool {
-        let is_counted = self.sink.n_chunks().map(|n_chunks| n_chunks == 0);
-        !self.has_chunks && is_counted.unwrap_or(self.sink.has_channels())
+        !self.has_chunks && self.sink.n_chunks().is_none_or(|n_chunks| n_chunks == 0)
     }
 
     fn take(&mut self, from: u64, opcode: u8, body: &[u8]) -> Result<(), BagError> {
@@ -217,8 +228,14 @@ impl Scan<'_> {
             if rest.is_empty() {
                 break Ok(());
             }
-            let first =
-                records::first(rest).filter(|(opcode, _)| records::may_be_in_chunks(*opcode));
+            let first = records::first(rest).filter(|(opcode, body)| {
+                let behind = &rest[HEAD_BYTES + body.len()..];
+                // It was half written if it runs into zeros that go on to the end.
+                let is_half_written = body.last() == Some(&0)
+                    && !behind.is_empty()
+                    && behind.iter().all(|byte| *byte == 0);
+                records::may_be_in_chunks(*opcode) && !is_half_written
+            });
             let Some((opcode, body)) = first else { break Err(McapError::UnexpectedEoc) };
             rest = &rest[HEAD_BYTES + body.len()..];
             match parse(opcode, body) {

@@ -121,7 +121,7 @@ impl DamagedFile {
             return Ok(records::chunk(&start).is_some_and(|(head, _)| {
                 let is_supported = ["", "zstd", "lz4"].contains(&&*head.compression);
                 let in_order = head.message_start_time <= head.message_end_time;
-                records::fills(&head, length) && is_supported && in_order
+                records::chunk_length(&head) == length && is_supported && in_order
             }));
         }
         if !self.may_start(body_at + length)? {
