@@ -43,7 +43,9 @@ pub fn to_csv(result: &SweepResult) -> Vec<u8> {
         rows.push(fields);
     }
     let mut csv = csv::Writer::from_writer(Vec::new());
-    rows.iter().for_each(|row| csv.write_record(row).expect("memory takes rows of one width"));
+    for row in rows {
+        csv.write_record(row).expect("memory takes rows of one width");
+    }
     csv.into_inner().expect("memory takes all")
 }
 
