@@ -459,7 +459,7 @@ fn every_test_that_the_list_of_invariants_names_exists() {
     // A file goes by the end of its path.
     let has_tests = |text: String| ["#[test]", "#[tokio::test"].iter().any(|it| text.contains(it));
     let is_there = |name: &str| {
-        if name.ends_with(".rs") {
+        if Path::new(name).extension().is_some_and(|end| end == "rs") {
             paths.iter().any(|path| path.ends_with(name) && has_tests(text(path)))
         } else {
             code.contains(&format!("fn {name}("))
