@@ -88,7 +88,7 @@ impl Scan<'_> {
             let is_chunk =
                 start[0] == op::CHUNK || head.is_some_and(|(head, _)| head.compressed_size > 0);
             self.has_chunks |= is_chunk && !self.sink.has_channels();
-            self.at = self.next_record()?;
+            self.at = self.next_record(self.file.n_bytes)?;
             self.hasher = None;
             let kind = match (self.in_data, self.at == self.file.n_bytes) {
                 (false, _) => LossKind::TableOfContents,
@@ -122,7 +122,7 @@ impl Scan<'_> {
         if !is_sure && !self.file.may_start(end)? {
             // Records within it show that its length is wrong, and zeros that it was half written.
             let is_half_written = opcode == op::MESSAGE && self.file.is_zero_from(end - 1)?;
-            if is_half_written || self.next_record()? < end {
+            if is_half_written || self.next_record(end)? < end {
                 return Ok(None);
             }
         }
@@ -142,10 +142,10 @@ impl Scan<'_> {
         Ok(is_sound.then_some(record))
     }
 
-    /// Where the next record is, beyond doubt.
-    fn next_record(&mut self) -> Result<u64, BagError> {
+    /// Where the next record is, beyond doubt; `end` or behind it if there is none before.
+    fn next_record(&mut self, end: u64) -> Result<u64, BagError> {
         let loose = self.is_loose().then_some(&*self.sink);
-        self.file.next_record(self.at + 1, loose)
+        self.file.next_record(self.at + 1, end, loose)
     }
 
     /// Whether messages stand outside of chunks, as far as is known.

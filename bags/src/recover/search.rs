@@ -81,16 +81,21 @@ impl DamagedFile {
         Ok(is_head || start.starts_with(mcap::MAGIC))
     }
 
-    /// The first place from here on at which a record starts beyond doubt; the end if there is none.
+    /// The first place from here on at which a record starts beyond doubt; `end` or behind it if there is none before.
     ///
     /// Beyond doubt is a record with the length that its fields have, or a message of a known channel,
     /// and another record behind it; of a chunk its two lengths suffice. Messages and definitions are
     /// looked for only where they stand outside of chunks, with the sink that knows their channels:
     /// elsewhere they are part of a chunk whose head is lost, and with it the checksum that would show
     /// whether they are as they were sent.
-    pub fn next_record(&mut self, from: u64, loose: Option<&Sink>) -> Result<u64, BagError> {
+    pub fn next_record(
+        &mut self,
+        from: u64,
+        end: u64,
+        loose: Option<&Sink>,
+    ) -> Result<u64, BagError> {
         let mut at = from;
-        while at < self.n_bytes {
+        while at < end {
             let window = self.read(at, WINDOW_BYTES + HEAD_BYTES as u64 - 1)?;
             for (start, place) in window.windows(HEAD_BYTES).zip(at..) {
                 let Some((opcode, length)) = records::head(start) else { continue };
@@ -105,7 +110,7 @@ impl DamagedFile {
             }
             at += WINDOW_BYTES;
         }
-        Ok(self.n_bytes)
+        Ok(end)
     }
 
     fn is_record(
