@@ -3,6 +3,10 @@
 use std::fs;
 use std::time::Duration;
 
+/// How long a machine may keep processes waiting of which none may stand for that; the shortest of the protocol's
+/// timeouts is 250 ms.
+pub const STARVED: Duration = Duration::from_millis(100);
+
 /// For how long the threads of a process have waited for a processor while they had something to do; a wait
 /// counts when it is over.
 pub fn waited(pid: u32) -> Duration {

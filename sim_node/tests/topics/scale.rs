@@ -5,12 +5,9 @@ use std::time::Duration;
 use crate::fleet::start_with;
 use crate::fleet_runner::{FleetRunner, Report, TimeMode, names};
 use rsrs_testing::network::{in_own_network, session};
-use rsrs_testing::processor::waited;
+use rsrs_testing::processor::{STARVED, waited};
 
 const N_ROBOTS: usize = 100;
-/// Who stands although the machine kept nobody waiting for so long has another reason; the shortest of the
-/// protocol's timeouts is 250 ms.
-const STARVED: Duration = Duration::from_millis(100);
 /// How often a machine that is busy may stop them.
 const TRIES: usize = 3;
 

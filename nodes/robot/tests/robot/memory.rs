@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use super::safety::Scene;
 use rsrs_testing::environment::number;
 use rsrs_testing::network::in_own_network;
-use rsrs_testing::processor::waited;
+use rsrs_testing::processor::{STARVED, waited};
 
 /// The most that a robot's computer has to spare, in KiB.
 const MOST_KIB: u64 = 25 * 1024;
@@ -35,10 +35,7 @@ fn resident_kib(pid: u32) -> [u64; 2] {
     })
 }
 
-/// How long the machine may have kept a robot waiting that stands; the shortest of the protocol's timeouts is
-/// 250 ms.
-const STARVED: Duration = Duration::from_millis(100);
-/// How long ago that may have been.
+/// How long ago the machine may have kept a robot waiting that stands.
 const JUST_NOW: Duration = Duration::from_secs(2);
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
