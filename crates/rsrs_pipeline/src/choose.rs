@@ -60,7 +60,10 @@ pub struct BestSwept {
 /// Chooses the best setting of the sweep in a folder, by the search of `best_setting`. Whether that
 /// is settled at the duration of the sweep is part of the choice.
 pub fn choose(folder: &Path, options: SearchOptions<'_>) -> anyhow::Result<Chosen> {
-    let whole = folder::read(folder)?;
+    choose_in(folder::read(folder)?, options)
+}
+
+fn choose_in(whole: SweepResult, options: SearchOptions<'_>) -> anyhow::Result<Chosen> {
     let digest = whole.source.digest();
     let result = whole.of_robots(options.robots)?;
     let Best { mut choice, index, n_candidates } = best(&result, options)?;

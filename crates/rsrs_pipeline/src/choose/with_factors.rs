@@ -6,7 +6,7 @@ use rsrs_core::quantity::Cell;
 
 use super::extension::{Extension, extensions};
 use super::pseudo_realities::{Draws, InPseudoRealities, can_be_drawn, pseudo_realities};
-use super::{Chosen, SearchOptions, choose, write};
+use super::{Chosen, SearchOptions, choose_in, write};
 use crate::sweep::ablation::{Ablation, REPLICATES, ablate};
 use crate::sweep::folder;
 
@@ -33,7 +33,7 @@ impl ChosenWithFactors {
     }
 }
 
-/// Chooses the best setting of the sweep in a folder as [`choose`] does, and finds what each factor does in its
+/// Chooses the best setting of the sweep in a folder as [`choose`](super::choose) does, and finds what each factor does in its
 /// cell and, if `draws` are given, how all cells do in pseudo-realities. A viable choice is written into `output`
 /// as soon as it is made.
 pub fn choose_with_factors(
@@ -42,12 +42,12 @@ pub fn choose_with_factors(
     draws: Option<Draws>,
     output: Option<&Path>,
 ) -> anyhow::Result<ChosenWithFactors> {
+    let result = folder::read(folder)?;
     if let Some(draws) = draws {
         // Before minutes of runs, not after them.
-        can_be_drawn(&folder::read(folder)?, draws.widening)?;
+        can_be_drawn(&result, draws.widening)?;
     }
-    let chosen = choose(folder, options)?;
-    let result = folder::read(folder)?;
+    let chosen = choose_in(result.clone(), options)?;
     let mut found =
         ChosenWithFactors { chosen, extensions: Vec::new(), factors: None, pseudo_realities: None };
     if let Chosen::Viable(choice) = &found.chosen {
