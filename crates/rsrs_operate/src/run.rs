@@ -105,7 +105,6 @@ fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
     let ending = report.ending.kind;
     let is_paced = record.time == Time::Lockstep && ending == EndingKind::Completed;
     RunSummary {
-        run_id: record.run_id.clone(),
         ending,
         reason: report.ending.reason,
         has_started: report.has_started,
@@ -117,14 +116,13 @@ fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
         n_lost: report.n_lost,
         gaps,
         other_profile: plan.other_profile.clone(),
-        own_profiles: record.own_profiles.clone(),
         not_standing: report.not_standing,
-        duration_s: record.duration_s,
         preflight_s: report.preflight_s,
         parameters_s: report.parameters_s,
         real_time_factor: report
             .stepping_s
             .filter(|stepping_s| is_paced && *stepping_s > 0.0)
             .map(|stepping_s| simulated_s / stepping_s),
+        ..RunSummary::new(record)
     }
 }

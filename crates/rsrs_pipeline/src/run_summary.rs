@@ -53,6 +53,29 @@ pub struct RunSummary {
 }
 
 impl RunSummary {
+    /// A run that was completed, of which nothing is known but its record.
+    pub fn new(record: &ExperimentRecord) -> Self {
+        Self {
+            run_id: record.run_id.clone(),
+            bag: None,
+            ending: EndingKind::Completed,
+            reason: String::new(),
+            has_started: true,
+            lost_robots: Vec::new(),
+            paused_robots: Vec::new(),
+            n_messages: 0,
+            n_lost: 0,
+            gaps: Vec::new(),
+            other_profile: None,
+            own_profiles: record.own_profiles.clone(),
+            not_standing: Vec::new(),
+            duration_s: record.duration_s,
+            preflight_s: None,
+            parameters_s: None,
+            real_time_factor: None,
+        }
+    }
+
     /// What is to be kept of it, if it gave no result.
     pub fn attempt(&self, record: &ExperimentRecord) -> Attempt {
         Attempt {
@@ -91,25 +114,7 @@ mod tests {
     }
 
     fn completed() -> RunSummary {
-        RunSummary {
-            run_id: "run".to_owned(),
-            bag: None,
-            ending: EndingKind::Completed,
-            reason: String::new(),
-            has_started: true,
-            lost_robots: Vec::new(),
-            paused_robots: Vec::new(),
-            n_messages: 1,
-            n_lost: 0,
-            gaps: Vec::new(),
-            other_profile: None,
-            own_profiles: BTreeMap::new(),
-            not_standing: Vec::new(),
-            duration_s: 300.0,
-            preflight_s: None,
-            parameters_s: None,
-            real_time_factor: None,
-        }
+        RunSummary::new(&record(RobotLost::Abort))
     }
 
     #[test]

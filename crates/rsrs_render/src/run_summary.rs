@@ -77,35 +77,11 @@ fn next(bag: &Path, duration_s: f64, judged: Window) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use rsrs_fleet::experiment::RobotLost;
     use rsrs_testing::conditions::flockbot_conditions;
     use rsrs_testing::record::fleet_record;
 
     use super::*;
-
-    fn completed() -> RunSummary {
-        RunSummary {
-            run_id: "run".to_owned(),
-            bag: None,
-            ending: EndingKind::Completed,
-            reason: String::new(),
-            has_started: true,
-            lost_robots: Vec::new(),
-            paused_robots: Vec::new(),
-            n_messages: 1,
-            n_lost: 0,
-            gaps: Vec::new(),
-            other_profile: None,
-            own_profiles: BTreeMap::new(),
-            not_standing: Vec::new(),
-            duration_s: 300.0,
-            preflight_s: None,
-            parameters_s: None,
-            real_time_factor: None,
-        }
-    }
 
     #[test]
     fn that_a_run_without_a_seed_would_be_the_same_again_is_said_in_the_simulator() {
@@ -130,7 +106,7 @@ mod tests {
     fn messages_are_counted_as_those_of_a_bag_are() {
         let record = fleet_record("0", flockbot_conditions());
         let printed = |n_messages| {
-            let summary = RunSummary { n_messages, ..completed() };
+            let summary = RunSummary { n_messages, ..RunSummary::new(&record) };
             text(&summary, &record, None).to_string()
         };
 
