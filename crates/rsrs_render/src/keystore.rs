@@ -12,7 +12,7 @@ use crate::columns::columns;
 
 /// What became of an enclave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MadeEnclave {
+pub enum EnclaveOutcome {
     /// Something is wrong with it.
     Unusable,
     /// It was not there.
@@ -24,14 +24,14 @@ pub enum MadeEnclave {
 }
 
 /// The enclaves of a keystore that was made or completed, by their names.
-pub fn made(enclaves: &[(&str, MadeEnclave)]) -> String {
+pub fn made(enclaves: &[(&str, EnclaveOutcome)]) -> String {
     let width = enclaves.iter().map(|(enclave, _)| enclave.len()).max().unwrap_or(0);
     let lines = enclaves.iter().map(|(enclave, made)| {
         let what = match made {
-            MadeEnclave::Unusable => "cannot be used yet",
-            MadeEnclave::New => "new",
-            MadeEnclave::CertifiedAnew => "key kept, certificate and permissions made anew",
-            MadeEnclave::PermittedAnew => "key kept, permissions written anew",
+            EnclaveOutcome::Unusable => "cannot be used yet",
+            EnclaveOutcome::New => "new",
+            EnclaveOutcome::CertifiedAnew => "key kept, certificate and permissions made anew",
+            EnclaveOutcome::PermittedAnew => "key kept, permissions written anew",
         };
         format!("{enclave:width$}  {what}")
     });
@@ -98,7 +98,7 @@ pub const AFTER_HARDENED: &str =
 
 /// Who belongs to a keystore, and until when.
 #[derive(Clone, Debug, Serialize)]
-pub struct ShownKeystore {
+pub struct KeystoreJson {
     /// Domains in which it is valid.
     pub domains: Vec<String>,
     /// The day until which its authority holds.
@@ -106,7 +106,7 @@ pub struct ShownKeystore {
     /// What is wrong with its governance.
     pub governance: Vec<String>,
     /// Its members.
-    pub members: Vec<ShownMember>,
+    pub members: Vec<MemberJson>,
     /// Members that were revoked.
     pub revoked: Vec<String>,
     /// Private keys that others can read.
@@ -117,7 +117,7 @@ pub struct ShownKeystore {
 
 /// A member of a keystore.
 #[derive(Clone, Debug, Serialize)]
-pub struct ShownMember {
+pub struct MemberJson {
     /// Its enclave.
     pub enclave: String,
     /// The day until which it can take part.
@@ -129,7 +129,7 @@ pub struct ShownMember {
 }
 
 /// A table of the members, with what is wrong.
-pub fn shown(keystore: &ShownKeystore) -> String {
+pub fn shown(keystore: &KeystoreJson) -> String {
     let rows = keystore.members.iter().map(|member| {
         let until = member.ends.as_ref().map_or_else(String::new, |ends| format!("until {ends}"));
         let left = match (member.problems.as_slice(), member.days_left) {
@@ -152,7 +152,7 @@ pub fn shown(keystore: &ShownKeystore) -> String {
 
 /// What to do about a keystore that is shown: what cures its problems, keys that others can read, and what was
 /// left.
-pub fn after_shown(keystore: &ShownKeystore, folder: &Path, cures: &[String]) -> Vec<String> {
+pub fn after_shown(keystore: &KeystoreJson, folder: &Path, cures: &[String]) -> Vec<String> {
     let next = next(cures)
         .map(|next| format!("{next}\nand copy what was changed, to where it was copied before"));
     let keys: Vec<String> = keystore.open_keys.iter().map(quoted).collect();

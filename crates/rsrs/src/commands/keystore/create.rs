@@ -105,14 +105,14 @@ fn domain_of_the_environment() -> anyhow::Result<u16> {
 }
 
 /// What became of an enclave, as far as people read of it.
-fn row(made: &MadeEnclave, problems: &[(String, EnclaveProblem)]) -> render::MadeEnclave {
+fn row(made: &MadeEnclave, problems: &[(String, EnclaveProblem)]) -> render::EnclaveOutcome {
     let is_its = |(enclave, problem): &(String, EnclaveProblem)| {
         *enclave == made.enclave && !matches!(problem, EnclaveProblem::Governance(_))
     };
     match (made.is_new, made.is_certified) {
-        _ if problems.iter().any(is_its) => render::MadeEnclave::Unusable,
-        (true, _) => render::MadeEnclave::New,
-        (false, true) => render::MadeEnclave::CertifiedAnew,
-        (false, false) => render::MadeEnclave::PermittedAnew,
+        _ if problems.iter().any(is_its) => render::EnclaveOutcome::Unusable,
+        (true, _) => render::EnclaveOutcome::New,
+        (false, true) => render::EnclaveOutcome::CertifiedAnew,
+        (false, false) => render::EnclaveOutcome::PermittedAnew,
     }
 }

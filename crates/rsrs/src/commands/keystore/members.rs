@@ -105,19 +105,19 @@ pub fn show(arguments: &ShowArguments) -> anyhow::Result<Outcome> {
     })
 }
 
-fn shown(keystore: &ShownKeystore, now: Duration) -> render::ShownKeystore {
+fn shown(keystore: &ShownKeystore, now: Duration) -> render::KeystoreJson {
     let days_left = |ends: Duration| {
         let left_s = ends.as_secs().cast_signed() - now.as_secs().cast_signed();
         // A day that has begun is a day.
         -(-left_s).div_euclid(DAY.as_secs().cast_signed())
     };
-    let members = keystore.members.iter().map(|member| render::ShownMember {
+    let members = keystore.members.iter().map(|member| render::MemberJson {
         enclave: member.enclave.clone(),
         ends: member.ends.map(render::day),
         days_left: member.ends.map(days_left),
         problems: member.problems.iter().map(ToString::to_string).collect(),
     });
-    render::ShownKeystore {
+    render::KeystoreJson {
         domains: keystore.domains.iter().map(ToString::to_string).collect(),
         authority_ends: render::day(keystore.authority_ends),
         governance: keystore.weaknesses.iter().map(ToString::to_string).collect(),
