@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use anyhow::Context;
 use rsrs_ros::runtime::runtime;
-use rsrs_ros::shutdown::{self, Request};
+use rsrs_ros::shutdown::{self, Request, Requests};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 /// Number of the signal that was received; 0 while none was.
@@ -29,13 +29,16 @@ fn note(request: Request) {
 /// ends and leaves nothing half-written.
 pub fn listen() -> anyhow::Result<&'static AtomicBool> {
     let runtime = runtime()?;
+    // Before this returns, and not when the thread comes to it.
+    let mut requests = {
+        let _context = runtime.enter();
+        Requests::new().context("receiving signals")?
+    };
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || {
-            if let Ok(request) = runtime.block_on(shutdown::requested()) {
-                note(request);
-                REQUESTED.store(true, Ordering::Relaxed);
-            }
+            note(runtime.block_on(requests.next()));
+            REQUESTED.store(true, Ordering::Relaxed);
         })
         .context("starting the signal listener")?;
     Ok(&REQUESTED)
@@ -58,5 +61,22 @@ pub async fn asked_to_stop() -> String {
         Ok(Request::Interrupt) => "interrupted".to_owned(),
         Ok(Request::Terminate) => "asked to terminate".to_owned(),
         Err(error) => format!("signals cannot be received: {error}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_listens_is_not_killed_any_more() {
+        listen().unwrap();
+
+        let status = std::fs::read_to_string("/proc/self/status").unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        let caught = u64::from_str_radix(caught.trim(), 16).unwrap();
+        for signal in [2, 15] {
+            assert_eq!(caught >> (signal - 1) & 1, 1, "{signal} is not caught: {caught:x}");
+        }
     }
 }

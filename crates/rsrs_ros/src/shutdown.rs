@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use tokio::signal::unix::{SignalKind, signal};
+use tokio::signal::unix::{self, SignalKind, signal};
 
 use crate::kernel;
 use crate::logging;
@@ -22,17 +22,37 @@ pub enum Request {
     Terminate,
 }
 
-/// Waits until this process is asked to end.
+/// Receives what asks this process to end.
 ///
-/// From the first poll on, neither signal kills the process any more; a node that died of one would
-/// be taken for alive by its peers for the better part of a minute.
-pub async fn requested() -> io::Result<Request> {
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    tokio::select! {
-        _ = interrupt.recv() => Ok(Request::Interrupt),
-        _ = terminate.recv() => Ok(Request::Terminate),
+/// From now on, neither signal kills the process any more; a node that died of one would be taken for
+/// alive by its peers for the better part of a minute.
+#[derive(Debug)]
+pub struct Requests {
+    interrupt: unix::Signal,
+    terminate: unix::Signal,
+}
+
+impl Requests {
+    /// Begins to receive them, within a runtime.
+    pub fn new() -> io::Result<Self> {
+        Ok(Self {
+            interrupt: signal(SignalKind::interrupt())?,
+            terminate: signal(SignalKind::terminate())?,
+        })
     }
+
+    /// Waits for one.
+    pub async fn next(&mut self) -> Request {
+        tokio::select! {
+            _ = self.interrupt.recv() => Request::Interrupt,
+            _ = self.terminate.recv() => Request::Terminate,
+        }
+    }
+}
+
+/// Waits until this process is asked to end; received is what comes from the first poll on.
+pub async fn requested() -> io::Result<Request> {
+    Ok(Requests::new()?.next().await)
 }
 
 /// Asks another process, of the same user, to end, with `SIGTERM`.
