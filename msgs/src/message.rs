@@ -11,7 +11,7 @@ pub trait RosMessage: Serialize + DeserializeOwned + Clone + Send + Sync + 'stat
 
 /// Names the ROS type of each struct.
 macro_rules! ros_messages {
-    ($($message:ty => $type_name:literal,)+) => {
+    ($($message:ty => $type_name:expr,)+) => {
         $(impl $crate::RosMessage for $message {
             const TYPE_NAME: &'static str = $type_name;
         })+

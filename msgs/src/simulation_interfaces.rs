@@ -14,9 +14,10 @@ pub use services::{
     GetEntitiesRequest, GetEntitiesResponse, GetEntitiesStatesRequest, GetEntitiesStatesResponse,
     GetEntityStateRequest, GetEntityStateResponse, GetSimulationStateRequest,
     GetSimulationStateResponse, GetSimulatorFeaturesRequest, GetSimulatorFeaturesResponse,
-    ResetSimulationRequest, ResetSimulationResponse, SetEntityStateRequest, SetEntityStateRequest1,
-    SetEntityStateResponse, SetSimulationStateRequest, SetSimulationStateResponse,
-    StepSimulationRequest, StepSimulationResponse,
+    ResetSimulationRequest, ResetSimulationResponse, SERVICES, ServiceRequest,
+    SetEntityStateRequest, SetEntityStateRequest1, SetEntityStateResponse,
+    SetSimulationStateRequest, SetSimulationStateResponse, StepSimulationRequest,
+    StepSimulationResponse,
 };
 
 /// Whether a request was carried out.

@@ -1,7 +1,7 @@
 //! The services of package `simulation_interfaces`: what tools ask of any simulator.
 
 use rsrs_msgs::RosMessage;
-use rsrs_msgs::simulation_interfaces::{self as wire, Result as Outcome};
+use rsrs_msgs::simulation_interfaces::{self as wire, Result as Outcome, ServiceRequest};
 use rsrs_ros::services::{self, Responder, Service, decode};
 use rsrs_ros::session::{NodeHandle, Session};
 
@@ -39,23 +39,17 @@ pub fn offer(
         decode::<wire::SetEntityStateRequest>(body).or_else(older)
     };
     Ok(vec![
-        ends.offer(
-            "get_simulator_features",
-            decode,
-            |_: wire::GetSimulatorFeaturesRequest, responder| Call::Features(responder),
-        )?,
-        ends.offer(
-            "get_simulation_state",
-            decode,
-            |_: wire::GetSimulationStateRequest, responder| Call::State(responder),
-        )?,
-        ends.offer("set_simulation_state", decode, Call::SetState)?,
-        ends.offer("reset_simulation", decode, Call::Reset)?,
-        ends.offer("step_simulation", decode, Call::Step)?,
-        ends.offer("get_entities", decode, Call::Entities)?,
-        ends.offer("get_entities_states", decode, Call::EntitiesStates)?,
-        ends.offer("get_entity_state", decode, Call::EntityState)?,
-        ends.offer("set_entity_state", request, Call::SetEntityState)?,
+        ends.offer(decode, |_: wire::GetSimulatorFeaturesRequest, responder| {
+            Call::Features(responder)
+        })?,
+        ends.offer(decode, |_: wire::GetSimulationStateRequest, responder| Call::State(responder))?,
+        ends.offer(decode, Call::SetState)?,
+        ends.offer(decode, Call::Reset)?,
+        ends.offer(decode, Call::Step)?,
+        ends.offer(decode, Call::Entities)?,
+        ends.offer(decode, Call::EntitiesStates)?,
+        ends.offer(decode, Call::EntityState)?,
+        ends.offer(request, Call::SetEntityState)?,
     ])
 }
 
@@ -66,15 +60,14 @@ struct Ends<'a, H> {
 }
 
 impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
-    fn offer<Q: RosMessage, R: RosMessage + Default>(
+    fn offer<Q: ServiceRequest, R: RosMessage + Default>(
         &self,
-        name: &str,
         decode: impl Fn(&[u8]) -> Option<Q> + Send + 'static,
         call: impl Fn(Q, Responder<R>) -> Call + Send + 'static,
     ) -> anyhow::Result<Service> {
         let received = self.received.clone();
         let deliver = move |request, responder| received(call(request, responder));
-        Ok(services::offer(self.session, self.node, name, decode, deliver)?)
+        Ok(services::offer(self.session, self.node, Q::SERVICE, decode, deliver)?)
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{EntityFilters, EntityState, Result, SimulationState, SimulatorFeatures};
-use crate::message::ros_messages;
+use crate::message::{RosMessage, ros_messages};
 
 /// Asks for what the simulator can do.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -185,24 +185,40 @@ impl SetEntityStateResponse {
     pub const INVALID_POSE: u8 = 101;
 }
 
+/// A request of one of these services.
+pub trait ServiceRequest: RosMessage {
+    /// Name of the service, below that of the simulator.
+    const SERVICE: &'static str;
+}
+
+/// Names each service with its type, and the types of its request and response.
+macro_rules! services {
+    ($($request:ty, $response:ty => $type_name:literal, $service:literal;)+) => {
+        /// The services that our simulator offers.
+        pub const SERVICES: &[&str] = &[$($service),+];
+
+        $(ros_messages! {
+            $request => concat!("simulation_interfaces/srv/", $type_name, "_Request"),
+            $response => concat!("simulation_interfaces/srv/", $type_name, "_Response"),
+        }
+        impl ServiceRequest for $request {
+            const SERVICE: &'static str = $service;
+        })+
+    };
+}
+
+services! {
+    GetSimulatorFeaturesRequest, GetSimulatorFeaturesResponse => "GetSimulatorFeatures", "get_simulator_features";
+    GetSimulationStateRequest, GetSimulationStateResponse => "GetSimulationState", "get_simulation_state";
+    SetSimulationStateRequest, SetSimulationStateResponse => "SetSimulationState", "set_simulation_state";
+    ResetSimulationRequest, ResetSimulationResponse => "ResetSimulation", "reset_simulation";
+    StepSimulationRequest, StepSimulationResponse => "StepSimulation", "step_simulation";
+    GetEntitiesRequest, GetEntitiesResponse => "GetEntities", "get_entities";
+    GetEntitiesStatesRequest, GetEntitiesStatesResponse => "GetEntitiesStates", "get_entities_states";
+    GetEntityStateRequest, GetEntityStateResponse => "GetEntityState", "get_entity_state";
+    SetEntityStateRequest, SetEntityStateResponse => "SetEntityState", "set_entity_state";
+}
+
 ros_messages! {
-    GetSimulatorFeaturesRequest => "simulation_interfaces/srv/GetSimulatorFeatures_Request",
-    GetSimulatorFeaturesResponse => "simulation_interfaces/srv/GetSimulatorFeatures_Response",
-    GetSimulationStateRequest => "simulation_interfaces/srv/GetSimulationState_Request",
-    GetSimulationStateResponse => "simulation_interfaces/srv/GetSimulationState_Response",
-    SetSimulationStateRequest => "simulation_interfaces/srv/SetSimulationState_Request",
-    SetSimulationStateResponse => "simulation_interfaces/srv/SetSimulationState_Response",
-    ResetSimulationRequest => "simulation_interfaces/srv/ResetSimulation_Request",
-    ResetSimulationResponse => "simulation_interfaces/srv/ResetSimulation_Response",
-    StepSimulationRequest => "simulation_interfaces/srv/StepSimulation_Request",
-    StepSimulationResponse => "simulation_interfaces/srv/StepSimulation_Response",
-    GetEntitiesRequest => "simulation_interfaces/srv/GetEntities_Request",
-    GetEntitiesResponse => "simulation_interfaces/srv/GetEntities_Response",
-    GetEntitiesStatesRequest => "simulation_interfaces/srv/GetEntitiesStates_Request",
-    GetEntitiesStatesResponse => "simulation_interfaces/srv/GetEntitiesStates_Response",
-    GetEntityStateRequest => "simulation_interfaces/srv/GetEntityState_Request",
-    GetEntityStateResponse => "simulation_interfaces/srv/GetEntityState_Response",
-    SetEntityStateRequest => "simulation_interfaces/srv/SetEntityState_Request",
     SetEntityStateRequest1 => "simulation_interfaces/srv/SetEntityState_Request",
-    SetEntityStateResponse => "simulation_interfaces/srv/SetEntityState_Response",
 }
