@@ -1,15 +1,11 @@
 //! Other behaviours than milling, all the way: swept, chosen, run over ROS 2, labelled and compared.
 
 use std::path::Path;
-use std::time::Duration;
 
 use serde_json::Value;
 
 use crate::command::{code, done, json, repository, rsrs, stderr, stdout, text_in};
-use crate::processes::{Process, confined_rsrs};
-
-/// Far longer than it takes on a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(300);
+use crate::processes::run_in_lockstep;
 
 /// A controller that was found by `rsrs explore`: robots turn away from what they see, or gather.
 struct Case {
@@ -79,10 +75,7 @@ fn workplace(case: &Case) -> tempfile::TempDir {
 
 /// Runs the chosen cell, and returns the label of its bag.
 fn run_and_label(folder: &Path) -> Value {
-    let mut command = confined_rsrs();
-    command.current_dir(folder).args(["run", "experiment.yaml", "--from", "out", "-o", "bag"]);
-    let (status, errors) = Process::start(&mut command).wait(TIMEOUT);
-    assert!(status.success(), "{errors}");
+    run_in_lockstep(Path::new("experiment.yaml"), &["--from", "out"], &folder.join("bag"));
     let labelled = rsrs(folder, &["label", "bag", "--format", "json"]);
     assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
     json(&labelled)[0].clone()

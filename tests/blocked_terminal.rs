@@ -68,7 +68,7 @@ fn a_run_whose_output_nobody_reads_completes() {
         let ending = Ending::from_pairs(ending.metadata(ENDING).expect("it has an ending"));
         let ending = ending.expect("one of ours");
         assert_eq!(ending.kind, EndingKind::Completed, "{}\n{read}", ending.reason);
-        let (status, _) = run.wait(TIMEOUT);
+        let (status, _) = run.wait();
         assert!(status.success(), "it ends, although nobody has read a word since");
         drop(pipe);
     });

@@ -16,9 +16,8 @@ use crate::pages::{
     IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, OF_SENSORS, OF_WORLDS, WITHOUT_FLOOR, WITHOUT_ROBOTS,
     script_of,
 };
-use crate::processes::{in_own_network, is_starved};
+use crate::processes::{assert_completed, in_own_network, is_starved};
 use rsrs_testing::environment::is_long;
-use rsrs_testing::network::TIMEOUT;
 
 /// How much a page measures, and how much of that is enough to see whether it works.
 const SHORTER_PLAN: [(&str, &str); 2] = [
@@ -84,20 +83,12 @@ fn typed(script: &str, folder: &Path, (more, patience_s): (&[&Path], u32)) -> Ou
     shell.output().expect("every system has bash")
 }
 
-/// Types it in a new folder with the files that the reader has, by name; again if the machine starved a
-/// robot, which ends a run, or froze a world, as it should.
-fn typed_in_time(
-    script: &str,
-    files: &[(&str, &str)],
-    limits: (&[&Path], u32),
-) -> (tempfile::TempDir, Output) {
+/// Types it in a new folder; again if the machine starved a robot, which ends a run, or froze a world, as it should.
+fn typed_in_time(script: &str, patience_s: u32) -> (tempfile::TempDir, Output) {
     let mut n_left = 3;
     loop {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        for (name, text) in files {
-            std::fs::write(folder.path().join(name), text).expect("writable");
-        }
-        let output = typed(script, folder.path(), limits);
+        let output = typed(script, folder.path(), (&[], patience_s));
         let is_late = is_starved(&stderr(&output)) || stdout(&output).contains("void: frozen");
         n_left -= 1;
         if output.status.success() || !is_late || n_left == 0 {
@@ -128,11 +119,12 @@ fn strayed_m(bag: &Bag, robot: &str) -> f64 {
 #[test]
 fn the_page_of_a_fleet_without_robots_works_to_the_letter() {
     in_own_network(async || {
-        let (folder, output) = typed_in_time(&script_of(&WITHOUT_FLOOR), &[], (&[], 300));
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let output = typed(&script_of(&WITHOUT_FLOOR), folder.path(), (&[], 300));
 
         let text = String::from_utf8_lossy(&output.stdout);
         let errors = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{text}\n{errors}");
+        assert_completed(output.status.code(), &format!("{text}\n{errors}"));
         assert_eq!(text.matches("stopped: e-stop").count(), 3, "{text}\n{errors}");
         let bag = Bag::open(&folder.path().join("bag")).expect("the run was recorded");
         let ending = Ending::from_pairs(bag.metadata(ENDING).expect("it has ended"));
@@ -156,7 +148,7 @@ fn robots_of_a_simulator_without_a_world_are_refused() {
         let (_simulator, _controllers) = (node("sim", &ROBOTS), node("controller", &ROBOTS));
 
         let bag = folder.path().join("bag");
-        let (status, errors) = start_run(&experiment, &bag).wait(2 * TIMEOUT);
+        let (status, errors) = start_run(&experiment, &bag).wait();
 
         assert_eq!(status.code(), Some(1), "{errors}");
         assert!(errors.contains("robot_9: its simulator has placed no world"), "{errors}");
@@ -187,15 +179,16 @@ fn check_profile(profile: &RobotProfile) {
 fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
     let python = crate::interop_robot::python();
     in_own_network(async || {
-        let files = [("rclpy_fleet.py", RCLPY_FLEET)];
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(folder.path().join("rclpy_fleet.py"), RCLPY_FLEET).expect("writable");
         let script = shortened(&IN_RCLPY, &SHORTER_PLAN);
         let programs = python.parent().expect("it is in a folder");
 
-        let (folder, output) = typed_in_time(&script, &files, (&[programs], 1500));
+        let output = typed(&script, folder.path(), (&[programs], 1500));
 
         let text = String::from_utf8_lossy(&output.stdout);
         let printed = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{}\n{text}\n{printed}", output.status);
+        assert_completed(output.status.code(), &format!("{text}\n{printed}"));
         assert!(text.contains(" rows filled in, 0 left"), "{text}");
         let profile = text_in(folder.path(), "mine.yaml");
         check_profile(&RobotProfile::parse("mine.yaml", &profile).expect("it is a profile"));
@@ -210,7 +203,7 @@ fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
 fn the_page_of_controllers_works_to_the_letter() {
     let script = script_of(&OF_CONTROLLERS);
 
-    let (folder, output) = typed_in_time(&script, &[], (&[], 600));
+    let (folder, output) = typed_in_time(&script, 600);
 
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{}\n{errors}", output.status);
@@ -223,7 +216,7 @@ fn the_page_of_controllers_works_to_the_letter() {
 fn the_page_of_ones_own_swarm_works_to_the_letter_and_finds_what_it_says() {
     let script = shortened(&OF_OWN_SWARM, &FEWER_RUNS);
 
-    let (folder, output) = typed_in_time(&script, &[], (&[], 900));
+    let (folder, output) = typed_in_time(&script, 900);
 
     let text = String::from_utf8_lossy(&output.stdout);
     let errors = String::from_utf8_lossy(&output.stderr);
@@ -252,7 +245,7 @@ fn the_page_of_ones_own_swarm_works_to_the_letter_and_finds_what_it_says() {
 fn the_page_of_sensors_takes_two_of_them_from_the_sweep_to_an_episode() {
     let script = shortened(&OF_SENSORS, &FEWER_CONFIRMED);
 
-    let (folder, output) = typed_in_time(&script, &[], (&[], 600));
+    let (folder, output) = typed_in_time(&script, 600);
 
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{}\n{errors}", output.status);
@@ -272,7 +265,7 @@ fn the_page_of_sensors_takes_two_of_them_from_the_sweep_to_an_episode() {
 fn the_page_of_worlds_takes_objects_from_the_sweep_to_a_picture() {
     let script = script_of(&OF_WORLDS);
 
-    let (folder, output) = typed_in_time(&script, &[], (&[], 600));
+    let (folder, output) = typed_in_time(&script, 600);
 
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{}\n{errors}", output.status);
@@ -291,7 +284,7 @@ fn the_pages_without_robots_work_to_the_letter() {
     let link = format!("ln -s '{}' launch_configs\n", configs.display());
     let script = link + &shortened(&WITHOUT_ROBOTS, &SHORTER_RUNS);
 
-    let (folder, output) = typed_in_time(&script, &[], (&[], 1500));
+    let (folder, output) = typed_in_time(&script, 1500);
 
     let text = String::from_utf8_lossy(&output.stdout);
     let errors = String::from_utf8_lossy(&output.stderr);

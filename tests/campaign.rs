@@ -16,11 +16,9 @@ use crate::terminal::Terminal;
 use base16ct::HexDisplay;
 use rsrs_ros::confine::Confinement;
 use rsrs_testing::environment::number;
+use rsrs_testing::network::TIMEOUT;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-
-/// Far longer than it takes on a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(180);
 
 /// Long enough for the judge, and no longer.
 const DURATION_S: u32 = 64;
@@ -282,7 +280,7 @@ fn a_run_that_fails_before_its_robots_move_is_tried_again_and_every_attempt_is_l
     write(place.path(), "three.yaml", &whole);
     let stdout = process.0.stdout.take().expect("it is piped");
     let reading = std::thread::spawn(move || std::io::read_to_string(stdout).expect("it is text"));
-    let (status, errors) = process.wait(TIMEOUT);
+    let (status, errors) = process.wait();
 
     assert_eq!(status.code(), Some(0), "{errors}");
     assert!(errors.contains("; tried again, 2 of 3"), "{errors}");
@@ -322,7 +320,7 @@ fn a_run_in_which_the_world_waits_in_vain_is_void_and_tried_again_with_its_seed(
     set_loopback("down");
     wait_for("the end of the run", || folder.join("bag.unfinished_1").exists());
     set_loopback("up");
-    let (status, errors) = process.wait(TIMEOUT);
+    let (status, errors) = process.wait();
 
     assert_eq!(status.code(), Some(0), "{errors}");
     assert!(errors.contains("; tried again, 2 of 3"), "{errors}");
@@ -351,7 +349,7 @@ fn a_run_whose_controllers_are_never_found_is_tried_again_with_nodes_that_are_st
     let stopped = Command::new("kill").args(["-STOP", &controllers]).status();
     assert!(stopped.expect("every system has `kill`").success());
 
-    let (status, errors) = process.wait(TIMEOUT);
+    let (status, errors) = process.wait();
 
     assert_eq!(status.code(), Some(0), "{errors}");
     assert!(errors.contains("; tried again, 2 of 3"), "{errors}");
@@ -523,7 +521,7 @@ fn who_places_the_robots_may_skip_and_quit() {
     terminal.type_line("s");
     until(3);
     terminal.type_line("q");
-    let (status, _) = process.wait(TIMEOUT);
+    let (status, _) = process.wait();
 
     assert_eq!(status.code(), Some(3), "{printed}");
     assert!(
@@ -551,7 +549,7 @@ fn a_campaign_whose_program_is_rebuilt_goes_on_with_the_old_one() {
     wait_for("the first recording", || place.path().join("out/001_three/bag/bag_0.mcap").exists());
     std::fs::remove_file(&program).expect("it is there");
     std::fs::write(&program, "#!/bin/sh\nexit 70\n").expect("the folder is writable");
-    let (status, errors) = process.wait(TIMEOUT);
+    let (status, errors) = process.wait();
 
     assert!(status.success(), "{errors}");
     check_manifest(&place.path().join("out/002_three"));

@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 use std::io::BufRead;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
 
 use crate::command::{code, repository, rsrs, stderr};
 use crate::processes::{Process, confined_rsrs, nodes_of};
@@ -30,9 +29,6 @@ use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::sweep::{Runs, Watch, sweep};
 use rsrs_testing::environment::number;
 
-/// Far longer than it takes on a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(300);
-
 #[test]
 fn the_whole_loop_leaves_bags_that_pass_through_the_states_of_the_replicates() {
     for _ in 0..number("RSRS_DRY_RUNS").unwrap_or(1) {
@@ -44,7 +40,7 @@ fn the_whole_loop_leaves_bags_that_pass_through_the_states_of_the_replicates() {
         let stdout = process.0.stdout.take().unwrap();
         let reading = std::thread::spawn(move || std::io::read_to_string(stdout).unwrap());
 
-        let (status, errors) = process.wait(TIMEOUT);
+        let (status, errors) = process.wait();
 
         assert!(status.success(), "{errors}");
         assert_eq!(nodes_of(pid), Vec::<u32>::new());
@@ -76,7 +72,7 @@ fn how_many_experiments_are_run_at_a_time_changes_nothing() {
         let mut command = confined_rsrs();
         let arguments = ["dry-run", "mine", "--experiments", "2", "--threads", threads];
         command.current_dir(&folder).args(arguments).args(["-o", &name]);
-        let (status, errors) = Process::start(&mut command).wait(TIMEOUT);
+        let (status, errors) = Process::start(&mut command).wait();
         assert!(status.success(), "{errors}");
         let page = std::fs::read_to_string(folder.path().join(&name).join("report.html")).unwrap();
         assert!(page.contains("experiment_2"), "the report shows every run");
@@ -124,7 +120,7 @@ fn an_experiment_of_a_dry_run_that_fails_before_the_first_step_is_tried_again() 
     std::fs::write(&beside, whole).unwrap();
     std::fs::rename(&beside, &file).unwrap();
     until("comparison.json");
-    let (status, errors) = process.wait(TIMEOUT);
+    let (status, errors) = process.wait();
 
     assert!(status.success(), "{errors}");
     assert!(printed.contains("it does not count, and is tried again"), "{printed}");

@@ -10,9 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::command::{stderr, stdout};
 use crate::fleet::{ROBOTS, experiment, start_run};
-use crate::processes::{Process, in_own_network, rsrs, run_in_lockstep};
+use crate::processes::{Process, assert_completed, in_own_network, rsrs, run_in_lockstep};
 use crate::recorded::record_of;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{Backend, ENDING, Ending, EndingKind};
@@ -22,7 +21,7 @@ use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
-use rsrs_testing::network::{TIMEOUT, eventually, session};
+use rsrs_testing::network::{eventually, session};
 
 const OURS: &str = ROBOTS[0];
 const FOREIGN: &str = ROBOTS[1];
@@ -259,9 +258,9 @@ async fn paused(folder: &Path, wheels: &Wheels, is_dead: &AtomicBool) {
     is_dead.store(true, Ordering::Relaxed);
     tokio::time::sleep(Duration::from_millis(600)).await;
     is_dead.store(false, Ordering::Relaxed);
-    let (code, printed) = drive.ended(TIMEOUT).await;
+    let (code, printed) = drive.ended().await;
 
-    assert_eq!(code, Some(0), "{printed}");
+    assert_completed(code, &printed);
     assert!(printed.contains("trials/speed.csv:2: commands paused for "), "{printed}");
     assert!(printed.contains("it is made again"), "{printed}");
     let limits = "robot_2 has no profile yet; its limits are those of the trials, 0.2 m/s";
@@ -285,7 +284,7 @@ async fn play(mut story: Story<'_>) {
     // Whoever forgets it is shown what to type.
     let careless = controller(&[]);
     let (run, _) = story.start_run(ENDLESS_S);
-    let (code, printed) = run.ended(TIMEOUT).await;
+    let (code, printed) = run.ended().await;
     assert_eq!(code, Some(1), "{printed}");
     assert!(printed.contains("robot_2: nobody holds its lease"), "{printed}");
     assert!(printed.contains("-p lease:=controller"), "{printed}");
@@ -309,7 +308,7 @@ async fn play(mut story: Story<'_>) {
     assert!(answer.status.success() && text.contains(FOREIGN), "{text}");
     let bound = Duration::from_secs(2) + SLACK;
     story.judge(stopped, bound, "after a stop");
-    let (_, printed) = run.ended(TIMEOUT).await;
+    let (_, printed) = run.ended().await;
     assert!(printed.contains("e-stop"), "{printed}");
     assert!(stop(&["--release"]).await.status.success());
 
@@ -317,7 +316,7 @@ async fn play(mut story: Story<'_>) {
     let (run, bag) = story.start_run(ENDLESS_S);
     story.until_both_move().await;
     story.is_dead.store(true, Ordering::Relaxed);
-    let (code, printed) = run.ended(TIMEOUT).await;
+    let (code, printed) = run.ended().await;
     story.is_dead.store(false, Ordering::Relaxed);
     assert_eq!(code, Some(1), "{printed}");
     assert!(
@@ -333,8 +332,8 @@ async fn play(mut story: Story<'_>) {
     // A run to its end states who held which lease, and so does its bag.
     let (run, bag) = story.start_run(4);
     story.until_both_move().await;
-    let (code, printed) = run.ended(TIMEOUT).await;
-    assert_eq!(code, Some(0), "{printed}");
+    let (code, printed) = run.ended().await;
+    assert_completed(code, &printed);
     story.judge(Instant::now(), SLACK, "after a run");
     assert!(printed.contains("lease: gate on robot_1"), "{printed}");
     assert!(printed.contains("robot_2: lease: controller only"), "{printed}");
@@ -351,7 +350,5 @@ fn robots_that_take_commands_without_a_stamp_are_rehearsed_in_the_simulator() {
     let unstamped = ("type: flockbot}", "type: flockbot, cmd_vel: twist}");
     let file = experiment(folder.path(), 62, &[("robots: 9", "robots: 3"), unstamped]);
 
-    let output = run_in_lockstep(&file, &folder.path().join("bag"));
-
-    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
+    run_in_lockstep(&file, &[], &folder.path().join("bag"));
 }

@@ -21,7 +21,7 @@ use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Publisher, Received, Session, Subscription};
-use rsrs_testing::network::{TIMEOUT, session};
+use rsrs_testing::network::session;
 
 /// Robots with gates of ours.
 const OURS: [&str; 3] = [ROBOTS[0], ROBOTS[1], ROBOTS[2]];
@@ -117,7 +117,7 @@ async fn play(folder: &Path, session: &Session) {
     let _sound = OURS[..2].iter().map(|robot| our_robot(folder, robot, &[])).collect::<Vec<_>>();
     let stale = our_robot(folder, OURS[2], &["-p", "detection_threshold:=0.6"]);
 
-    let refused = start_run(&of_three, &folder.join("refused")).ended(TIMEOUT).await.1;
+    let refused = start_run(&of_three, &folder.join("refused")).ended().await.1;
 
     assert!(
         refused
@@ -134,7 +134,7 @@ async fn play(folder: &Path, session: &Session) {
     let _controllers = node(&["controller", "--robots", &FOREIGN.join(",")]);
     let bag = folder.join("with_foreign");
 
-    let printed = start_run(&of_five, &bag).ended(TIMEOUT).await.1;
+    let printed = start_run(&of_five, &bag).ended().await.1;
 
     assert!(
         printed.contains("settings of the gates of robot_4, robot_5 are not known"),

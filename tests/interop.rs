@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{ChildStdout, Command};
-use std::time::Duration;
 
 use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::processes::{Process, confined_rsrs, in_own_network, rsrs};
@@ -12,9 +11,6 @@ use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use rsrs_testing::python::{BAGS, JAZZY, must_run, python_with};
 use serde::Deserialize;
 use serde_json::{Value, json};
-
-/// Far longer than anything here takes on a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Simulated time between two steps.
 const PERIOD_NS: u64 = 130_000_000;
@@ -157,7 +153,7 @@ impl Visitor {
         let mut line = String::new();
         self.lines.read_line(&mut line).expect("it prints text");
         if line.is_empty() {
-            return Err(self.process.wait(TIMEOUT).1);
+            return Err(self.process.wait().1);
         }
         Ok(serde_json::from_str(&line).expect("it prints JSON"))
     }
@@ -181,7 +177,7 @@ fn what_a_visitor_sees(python: &Path) -> [Value; 3] {
     let mut runner = Process::start(&mut command);
     let during = visitor.seen();
     signal(&runner, "INT");
-    let (_, printed) = runner.wait(TIMEOUT);
+    let (_, printed) = runner.wait();
     let during = during.unwrap_or_else(|error| panic!("rclpy: {error}\nthe runner: {printed}"));
     let after = visitor.seen().unwrap_or_else(|error| panic!("rclpy: {error}"));
     [before, during, after]

@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
 
 use crate::command::repository;
 use crate::fleet::{ROBOTS, experiment, node, start_run};
-use crate::processes::{Process, in_own_network, rsrs};
+use crate::processes::{Process, assert_completed, in_own_network, rsrs};
 use crate::recorded::messages;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
@@ -15,8 +14,6 @@ use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_testing::python::{JAZZY, python_with};
 
-/// Far longer than anything here takes on a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(90);
 const RUN_S: u64 = 8;
 const SPEED_M_S: f64 = 0.15;
 
@@ -93,7 +90,7 @@ fn run_beside(
 
 /// Runs an experiment on the fleet that is there; its exit code, what it wrote, and the bag.
 pub fn run_on_fleet(experiment: &Path, bag: PathBuf) -> (Option<i32>, String, PathBuf) {
-    let (status, printed) = start_run(experiment, &bag).wait(TIMEOUT);
+    let (status, printed) = start_run(experiment, &bag).wait();
     (status.code(), printed, bag)
 }
 
@@ -151,7 +148,7 @@ fn takes_part(python: &Path, how: (&[(&str, &str)], &str)) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (code, printed, bag) = run_beside(python, folder.path(), how);
 
-    assert_eq!(code, Some(0), "{printed}");
+    assert_completed(code, &printed);
     let bag = Bag::open(&bag).expect("the run was recorded");
     let ending = bag.metadata(ENDING).and_then(Ending::from_pairs);
     assert_eq!(ending.map(|ending| ending.kind), Some(EndingKind::Completed), "{printed}");
@@ -268,7 +265,7 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
     in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let (code, printed, bag) = run_of_bases(&python, folder.path(), (&KINDS, "odom"));
-        assert_eq!(code, Some(0), "{printed}");
+        assert_completed(code, &printed);
         let bag = Bag::open(&bag).expect("the run was recorded");
         let at_least = RUN_S * 6;
         let topics = bag.topics();
@@ -308,7 +305,7 @@ fn rclpy_robots_with_odometry_and_a_tracker_are_judged_by_the_poses_of_the_fleet
     in_own_network(async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let (code, printed, bag) = run_of_bases(&python, folder.path(), (&KINDS, "pose"));
-        assert_eq!(code, Some(0), "{printed}");
+        assert_completed(code, &printed);
         let bag_path = bag.display().to_string();
         let label = |more: &[&str]| {
             let output = rsrs().arg("label").arg(&bag_path).args(more).output();

@@ -199,7 +199,7 @@ impl FleetUnderTest {
         let start = Instant::now();
         while self.micros.iter().any(|micro| micro.wheels() == (0, 0)) {
             if run.0.try_wait().expect("it is our child").is_some() {
-                return Err(run.wait(TIMEOUT).1);
+                return Err(run.wait().1);
             }
             assert!(start.elapsed() < TIMEOUT, "the wheels do not turn");
             std::thread::sleep(POLL_PERIOD);
@@ -225,7 +225,7 @@ impl FleetUnderTest {
             let continued = Instant::now();
             while continued.elapsed() < Duration::from_secs(3) {
                 if process.0.try_wait().expect("it is our child").is_some() {
-                    return process.wait(TIMEOUT);
+                    return process.wait();
                 }
                 std::thread::sleep(POLL_PERIOD);
             }
@@ -233,7 +233,7 @@ impl FleetUnderTest {
             std::thread::sleep(POLL_PERIOD);
         }
         signal(process, "CONT");
-        process.wait(TIMEOUT)
+        process.wait()
     }
 
     /// Kills, and returns when it was done.
@@ -360,7 +360,7 @@ fn kill_again_and_again() {
         if victim != Victim::Runner && run.0.try_wait().expect("it is our child").is_none() {
             signal(&run, "INT");
         }
-        let (status, errors) = run.wait(TIMEOUT);
+        let (status, errors) = run.wait();
         assert!(!status.success(), "{what}: a run without {victim:?} was completed\n{errors}");
         judge_bag(&bag, victim, &what);
         fleet.restart(victim);
@@ -391,7 +391,7 @@ fn freeze_again_and_again() {
             let ending = bag.metadata(ENDING).expect("the bag is closed");
             assert!(ending["reason"].contains("the middleware has ended"), "{ending:?}");
         } else {
-            let (status, errors) = run.wait(TIMEOUT);
+            let (status, errors) = run.wait();
             assert!(!status.success(), "{what}: the run was completed\n{errors}");
             judge_bag(&bag, victim, &what);
         }

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use crate::command::{code, done, json, rsrs, stderr};
 use crate::fleet::{ROBOTS, experiment, node, start_run};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, in_own_network, is_starved, rsrs as program};
+use crate::processes::{Process, assert_completed, in_own_network, rsrs as program};
 use crate::recorded::{messages, record_of};
 use rsrs_fleet::record::{Backend, ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
@@ -26,8 +26,6 @@ use rsrs_testing::network::session;
 
 /// The judge looks at a minute, and recording begins and ends in the middle of a period.
 const RUN_S: u64 = 62;
-/// Far longer than the run, on a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(240);
 const SPEED_M_S: f64 = 0.15;
 /// Interval of the tracker's poses, of readings, and of the wheels' little steps.
 const BEAT: Duration = Duration::from_millis(50);
@@ -206,20 +204,11 @@ fn real_robots_among_virtual_ones_make_a_run_that_is_labelled_and_never_compared
     });
 }
 
-/// Runs the experiment to its end while the hardware lives, again if it was aborted.
-///
-/// On a machine that has better things to do, a robot that gets no processor for half a second stops.
+/// Runs the experiment to its end while the hardware lives.
 async fn run(folder: PathBuf, experiment: PathBuf) {
     let running = tokio::task::spawn_blocking(move || {
-        for attempt in 0.. {
-            let (status, printed) = start_run(&experiment, &folder.join("bag")).wait(TIMEOUT);
-            if status.success() {
-                return;
-            }
-            assert!(is_starved(&printed) && attempt < 3, "{printed}");
-            let aborted = folder.join(format!("aborted_{attempt}"));
-            std::fs::rename(folder.join("bag"), aborted).expect("the folder is writable");
-        }
+        let (status, printed) = start_run(&experiment, &folder.join("bag")).wait();
+        assert_completed(status.code(), &printed);
     });
     running.await.expect("the panic above gives the reason");
 }

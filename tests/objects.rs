@@ -7,7 +7,7 @@ use crate::command::{
 };
 use crate::fleet::{ROBOTS, experiment, rewrite, usual_sensing, without_gates};
 use crate::interop_robot::{controllers_with_leases, foreign_robots, python, run_on_fleet};
-use crate::processes::{confined_rsrs, in_own_network, run_in_lockstep};
+use crate::processes::{assert_completed, confined_rsrs, in_own_network, run_in_lockstep};
 use crate::recorded::{
     assert_commands_of_replicate, assert_digests_of_replicate, assert_objects_of_replicate,
     record_of, seed_of,
@@ -86,9 +86,8 @@ fn a_world_with_objects_over_ros_2_in_lockstep_is_the_replicate_to_the_bit() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = files(folder.path(), "virtual");
     let path = folder.path().join("bag");
-    let output = run_in_lockstep(&file, &path);
+    run_in_lockstep(&file, &[], &path);
 
-    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
     let (bag, record) = record_of(&path);
     assert_eq!(record.conditions.world.in_words(), "9 objects and 1 goal");
     assert_digests_of_replicate(&bag, &record);
@@ -174,7 +173,7 @@ fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_mi
 
         let of_all = robots(9, "map");
         let (code_of_run, printed, bag) = run_on_fleet(&file, folder.path().join("bag"));
-        assert_eq!(code_of_run, Some(0), "{printed}");
+        assert_completed(code_of_run, &printed);
         let bag = Bag::open(&bag).expect("the run was recorded");
         let recorded = read_trajectory(&bag, &TrajectoryOptions::default()).expect("it has poses");
         let run = recorded.trajectory;
@@ -190,7 +189,7 @@ fn objects_among_real_robots_are_placed_and_judged_as_a_tracker_sees_them_and_mi
 
         let _elsewhere = robots(9, "lab");
         let (code_of_run, printed, _) = run_on_fleet(&file, folder.path().join("elsewhere"));
-        assert_eq!(code_of_run, Some(0), "{printed}");
+        assert_completed(code_of_run, &printed);
         let labelled = typed(folder.path(), &["label", "elsewhere"]);
         assert_ne!(code(&labelled), 0, "{}", stdout(&labelled));
         let expected = "it is judged by objects, and poses of object_1 are in the frame `lab`, and those of \

@@ -30,7 +30,7 @@ fn wait_until_it_runs(folder: &Path, process: &mut Process) {
     while !std::fs::metadata(&bag).is_ok_and(|file| file.len() > 100_000) {
         assert!(start.elapsed() < TIMEOUT, "the run does not start");
         if let Some(status) = process.0.try_wait().expect("it is our child") {
-            let (_, errors) = process.wait(TIMEOUT);
+            let (_, errors) = process.wait();
             panic!("the run ended: {status}\n{errors}");
         }
         std::thread::sleep(Duration::from_millis(20));
@@ -54,7 +54,7 @@ fn an_interrupted_run_closes_its_bag_and_leaves_no_process() {
         assert_eq!(nodes_of(pid).len(), 2);
 
         signal(&process, name);
-        let (status, errors) = process.wait(TIMEOUT);
+        let (status, errors) = process.wait();
 
         assert_eq!(status.code(), Some(code), "{errors}");
         assert!(errors.contains(&format!("run aborted: {reason}")), "{errors}");
@@ -73,7 +73,7 @@ fn nodes_end_with_a_run_that_is_killed() {
     wait_until_it_runs(folder.path(), &mut process);
 
     signal(&process, "KILL");
-    process.wait(TIMEOUT);
+    process.wait();
 
     let start = Instant::now();
     while !nodes_of(pid).is_empty() {
@@ -97,7 +97,7 @@ fn a_run_whose_simulator_dies_reports_it_and_closes_its_bag() {
     let killed = std::process::Command::new("kill").args(["-s", "KILL", &simulator]).status();
 
     assert!(killed.unwrap().success());
-    let (status, errors) = process.wait(TIMEOUT);
+    let (status, errors) = process.wait();
     assert_eq!(status.code(), Some(1), "{errors}");
     assert!(errors.contains("the process of the node `sim` ended"), "{errors}");
     assert_eq!(ending_of(&folder.path().join("bag")).kind, EndingKind::Aborted);
@@ -118,7 +118,7 @@ fn a_robot_that_rejects_its_parameters_is_named_and_nothing_is_recorded() {
         let bag = folder.path().join("bag");
         let mut runner = start_runner(&experiment, &bag);
 
-        let (status, errors) = runner.wait(TIMEOUT);
+        let (status, errors) = runner.wait();
 
         assert_eq!(status.code(), Some(1), "{errors}");
         assert!(errors.contains("robot_9: parameters not set"), "{errors}");
@@ -133,7 +133,7 @@ fn a_bag_that_exists_is_refused_before_anything_starts() {
     std::fs::create_dir(folder.path().join("bag")).unwrap();
     let mut process = start_run(folder.path(), &[]);
 
-    let (status, errors) = process.wait(TIMEOUT);
+    let (status, errors) = process.wait();
 
     assert_eq!(status.code(), Some(1), "{errors}");
     assert!(errors.contains("bag exists"), "{errors}");
@@ -150,7 +150,7 @@ fn a_robot_that_is_missing_is_named_at_preflight() {
         let bag = folder.path().join("bag");
         let mut runner = start_runner(&experiment, &bag);
 
-        let (status, errors) = runner.wait(TIMEOUT);
+        let (status, errors) = runner.wait();
 
         assert_eq!(status.code(), Some(1), "{errors}");
         assert!(errors.contains("robot_9: no status received"), "{errors}");

@@ -281,7 +281,7 @@ async fn published() {
     let ended = || replay.0.try_wait().expect("it is our child").is_some();
     eventually("the replay ends", ended).await;
     let took = begun.elapsed();
-    let (status, errors) = replay.wait(TIMEOUT);
+    let (status, errors) = replay.wait();
     let received: Vec<Vec<u8>> = std::iter::from_fn(|| received.try_recv().ok()).collect();
 
     assert!(status.success(), "{errors}");

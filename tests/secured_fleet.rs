@@ -13,7 +13,7 @@ use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::security::{Enclave, Member, SecurityRequest, Strategy};
 use rsrs_ros::session::{Session, SessionOptions};
 use rsrs_testing::environment::number;
-use rsrs_testing::network::eventually;
+use rsrs_testing::network::{TIMEOUT, eventually};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -26,8 +26,6 @@ use crate::terminal::Window;
 const DOMAIN: u16 = 42;
 /// Robots that join at once lose handshakes.
 const APART: Duration = Duration::from_secs(1);
-/// For the search, the run, and a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(180);
 
 /// A keystore of the shipped fleet.
 fn keystore(folder: &Path) {

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command::{done, stderr, stdout};
+use crate::command::done;
 use crate::fleet::{ROBOTS, experiment, usual_sensing, without_gates};
 use crate::interop_robot::{controllers_with_leases, foreign_robots, python, run_on_fleet};
-use crate::processes::{in_own_network, run_in_lockstep};
+use crate::processes::{assert_completed, in_own_network, run_in_lockstep};
 use crate::recorded::{
     assert_commands_of_replicate, assert_digests_of_replicate, messages, record_of, seed_of,
 };
@@ -64,9 +64,8 @@ fn several_sensors_over_ros_2_in_lockstep_are_the_replicate_to_the_bit() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = files(folder.path(), "virtual");
     let path = folder.path().join("bag");
-    let output = run_in_lockstep(&file, &path);
+    run_in_lockstep(&file, &[], &path);
 
-    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
     let (bag, record) = record_of(&path);
     let Controller::Machine(machine) = &record.conditions.controller else {
         panic!("{:?}", record.conditions.controller);
@@ -144,7 +143,7 @@ fn real_robots_obey_each_of_their_sensors_and_one_that_nobody_publishes_is_named
 
         let _of_both = robots("wall,left");
         let (code, printed, bag) = run_on_fleet(&file, folder.path().join("bag"));
-        assert_eq!(code, Some(0), "{printed}");
+        assert_completed(code, &printed);
         let bag = Bag::open(&bag).expect("the run was recorded");
         for robot in &ROBOTS[..3] {
             for topic in ["detection", "detection/wall", "detection/left"] {

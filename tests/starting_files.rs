@@ -1,12 +1,9 @@
 //! A folder to begin with: written, swept, and run without another word.
 
-use std::time::Duration;
+use std::path::Path;
 
 use crate::command::{code, done, json, rsrs, stderr, stdout, text_in};
-use crate::processes::{Process, confined_rsrs};
-
-/// Far longer than it takes on a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(300);
+use crate::processes::run_in_lockstep;
 
 const ROBOTS: &str = "--name turtlebot --robots 4 --radius 0.1 --speed 0.2 --turn-rate 1.5 --range 0.9 \
                       --half-angle 0.25 --period 0.1";
@@ -37,12 +34,10 @@ fn a_new_folder_is_swept_and_run_as_it_is() {
     let first = cells.lines().nth(1).expect("there are cells").split(',').take(2);
     let cell: Vec<&str> = first.collect();
     let cell = format!("speed_m_s={},turn_rate_rad_s={}", cell[0], cell[1]);
-    let mut command = confined_rsrs();
-    command.current_dir(&mine).args(["run", "experiment.yaml", "--from", "results", "-o", "run_1"]);
-    let (status, errors) = Process::start(command.args(["--cell", &cell])).wait(TIMEOUT);
+    let from = ["--from", "results", "--cell", &cell];
+    run_in_lockstep(Path::new("experiment.yaml"), &from, &mine.join("run_1"));
 
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
-    assert!(status.success(), "{errors}");
 
     // The robots get a better sensor after the sweep.
     let profile = text_in(&mine, "profile.yaml");
@@ -92,14 +87,12 @@ fn robots_that_are_faster_than_flockbots_go_from_the_first_sweep_to_the_verdict(
     let swept = rsrs(&mine, &["sweep", "sweep.yaml", "-o", "results"]);
     let choose = ["choose", "results", "--confirm", "200", "-o", "results/choice.json"];
     let chosen = rsrs(&mine, &[&choose[..], &["--viable", "0.3"]].concat());
-    let mut command = confined_rsrs();
-    command.current_dir(&mine).args(["run", "experiment.yaml", "--from", "results", "-o", "run_1"]);
-    let (status, errors) = Process::start(&mut command).wait(TIMEOUT);
+    let from = ["--from", "results"];
+    run_in_lockstep(Path::new("experiment.yaml"), &from, &mine.join("run_1"));
     let labelled = rsrs(&mine, &["label", "run_1"]);
     let compared = rsrs(&mine, &["compare", "results", "--bags", "run_1"]);
 
     assert_eq!((code(&swept), code(&chosen)), (0, 0), "{}{}", stderr(&swept), stderr(&chosen));
-    assert!(status.success(), "{errors}");
     assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
     assert_ne!(code(&compared), 1, "{}", stderr(&compared));
 }

@@ -1,16 +1,12 @@
 //! Where robots start, by a table or in a box: in sweeps, in runs, and on the floor.
 
 use std::path::Path;
-use std::time::Duration;
 
 use crate::command::{bring, code, done, json, repository, rsrs, stderr, stdout, text_in};
-use crate::processes::{Process, confined_rsrs};
+use crate::processes::run_in_lockstep;
 use crate::recorded::record_of;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::episode_digests;
-
-/// Far longer than it takes on a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(120);
 
 /// The Flockbot, nine of them, and a sweep and an experiment with a placement.
 fn workplace(placement: &str) -> tempfile::TempDir {
@@ -67,10 +63,8 @@ fn robots_start_where_a_table_puts_them_in_sweep_episode_run_and_on_the_floor() 
     let episode =
         rsrs(here, &[&["episode", "out"], &cell[..], &["--replicate", "1", "-o", "one"]].concat());
     let placed = rsrs(here, &["place", "experiments/given.yaml", "--format", "json"]);
-    let mut command = confined_rsrs();
-    command.current_dir(here).args(["run", "experiments/given.yaml", "--from", "out"]);
-    let mut run = Process::start(command.args(cell).args(["-o", "run"]));
-    let (status, errors) = run.wait(TIMEOUT);
+    let from = [&["--from", "out"], &cell[..]].concat();
+    run_in_lockstep(Path::new("experiments/given.yaml"), &from, &here.join("run"));
 
     assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
     // The folder of the sweep needs no other file.
@@ -82,7 +76,6 @@ fn robots_start_where_a_table_puts_them_in_sweep_episode_run_and_on_the_floor() 
     assert_eq!(placed["placement"], "file");
     let first = &placed["robots"][0];
     assert_eq!((&first["robot"], &first["x_m"]), (&"robot_1".into(), &0.6.into()));
-    assert!(status.success(), "{errors}");
     // The run over DDS passed through the states of the reference world from these poses.
     let run = record_of(&here.join("run")).1;
     let seed = Seed { seed: run.seed, replicate: run.replicate };

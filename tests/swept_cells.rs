@@ -3,17 +3,13 @@
 
 use std::path::Path;
 use std::process::Output;
-use std::time::Duration;
 
 use crate::command::{code, done, repository, rsrs, shipped, stderr, stdout, text_in};
 use crate::prepared_sweeps::{self, SPEEDS, chosen, swept, write_sweep};
-use crate::processes::{Process, confined_rsrs};
+use crate::processes::run_in_lockstep;
 use crate::recorded::record_of;
 use crate::simulated_bags::Run;
 use rsrs_core::robot::region::Region;
-
-/// Far longer than it takes on a busy machine.
-const TIMEOUT: Duration = Duration::from_secs(120);
 
 /// What is refused in a sweep file of the Flockbot, in one line.
 fn refused(folder: &Path, lines: &str) -> String {
@@ -203,10 +199,8 @@ fn a_cell_with_a_capability_is_run_with_robots_that_have_it_or_not_at_all() {
 
     let measured =
         rsrs(place.path(), &["run", "experiments/measured.yaml", "--from", "out", "--cell", cell]);
-    let mut command = confined_rsrs();
-    command.current_dir(place.path()).args(["run", "experiments/harsher.yaml", "--from", "out"]);
-    let mut harsher = Process::start(command.args(["--cell", cell, "-o", "far"]));
-    let (status, errors) = harsher.wait(TIMEOUT);
+    let harsher = Path::new("experiments/harsher.yaml");
+    run_in_lockstep(harsher, &["--from", "out", "--cell", cell], &place.path().join("far"));
 
     assert_eq!(code(&measured), 1, "{}", stdout(&measured));
     let printed = stderr(&measured);
@@ -217,7 +211,6 @@ fn a_cell_with_a_capability_is_run_with_robots_that_have_it_or_not_at_all() {
         printed.contains("help: `simulator: {profile: harsher}` in the experiment file"),
         "{printed}"
     );
-    assert!(status.success(), "{errors}");
     let simulated = record_of(&place.path().join("far")).1.conditions.robot;
     let Region::Cone { range_m, .. } = simulated.region else { panic!("{simulated:?}") };
     assert_eq!(range_m.to_bits(), 2.0_f64.to_bits());

@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use rsrs_fleet::parameters::gate;
 use rsrs_msgs::node_kind::NodeKind;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use serde_json::Value;
@@ -410,6 +412,38 @@ fn the_page_of_the_interface_has_every_topic_as_the_table_has_it_and_no_other() 
 }
 
 #[test]
+fn the_page_of_the_interface_has_every_service_and_no_other() {
+    let page = text(Path::new("docs/ros_interface.md"));
+    let offered = page.lines().find(|line| line.starts_with("The simulator also has, of `sim"));
+    let named = offered.expect("it has a line of them").split('`').skip(1).step_by(2).skip(1);
+
+    assert_eq!(named.collect::<Vec<_>>(), rsrs_msgs::simulation_interfaces::SERVICES);
+}
+
+#[test]
+fn the_page_of_drivers_has_every_parameter_of_a_gate_as_the_table_has_it_and_no_other() {
+    let page = text(Path::new("docs/robot_drivers.md"));
+    let parts = page.split("\n## Parameters\n").nth(1).expect("it has a part of them");
+    let part = parts.split("\n## ").next().expect("a part has text");
+    let mut named = BTreeSet::new();
+    for row in part.lines().filter(|line| line.starts_with("| `")) {
+        let mut cells = row.trim_matches('|').split('|').map(str::trim);
+        let [names, units, defaults, more] = std::array::from_fn(|_| cells.next().expect(row));
+        for (name, unit) in names.split(", ").zip(units.split(", ").chain(iter::repeat(""))) {
+            let name = name.trim_matches('`');
+            named.insert(name.to_owned());
+            let Some(number) = gate::number(name) else { continue };
+            assert_eq!(unit, number.unit, "{row}");
+            assert!(defaults.contains(&number.usual.to_string()), "{row}");
+            assert_eq!(more.contains("read-only"), number.read_only, "{row}");
+        }
+    }
+
+    let parameters: BTreeSet<String> = gate::names().into_iter().map(str::to_owned).collect();
+    assert_eq!(named, parameters);
+}
+
+#[test]
 fn what_the_walks_name_exists() {
     let map = text(Path::new("ARCHITECTURE.md"));
     let walks = map.split("\n## ").find(|part| part.starts_with("Three walks"));
@@ -630,7 +664,7 @@ fn followed(
         let imported = imports.get(&path[..end])?.get(&path[end])?;
         Some([imported.as_slice(), &path[end + 1..]].concat())
     };
-    std::iter::successors(Some(path), next).collect()
+    iter::successors(Some(path), next).collect()
 }
 
 /// The paths that begin with `crate` or `super` in the code of a module, from the crate's root.

@@ -66,7 +66,7 @@ fn a_fleet_that_runs_is_watched_and_stopped_with_a_key() {
         assert_eq!(window.ended().code(), Some(0), "{}", window.text());
         assert!(window.is_as_before());
         window.wait_for("9 of 9 robots stand");
-        run.wait(TIMEOUT);
+        run.wait();
         let bag = Bag::open(&fleet.bag("bag")).expect("the bag is whole");
         let ending = Ending::from_pairs(bag.metadata(ENDING).expect("it was closed"));
         assert_eq!(ending.expect("it is an ending").kind, EndingKind::Aborted);
@@ -260,7 +260,7 @@ fn nothing_that_anybody_publishes_ends_watching_or_writes_over_what_a_stop_shows
         let mut stop = Process::start(rsrs().args(["stop", "--interface", "127.0.0.1"]));
         let ended = |stop: &mut Process| stop.0.try_wait().expect("it is a child").is_some();
         stranger.until(&mut counter, RobotState::Moving, text, || ended(&mut stop)).await;
-        let (status, errors) = stop.wait(TIMEOUT);
+        let (status, errors) = stop.wait();
         let mut output = String::new();
         let mut stdout = stop.0.stdout.take().expect("it is a pipe");
         stdout.read_to_string(&mut output).expect("its output is text");

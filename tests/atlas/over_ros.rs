@@ -138,8 +138,7 @@ fn goes_through(entry: &Entry) {
     done(&[&["choose", "out", "-o", "out/choice.json"], &few[..]].concat(), &[0]);
     for seed in [SEED, SEED + 1] {
         let experiment = here.join(format!("experiment_{seed}.yaml"));
-        let run = run_in_lockstep(&experiment, &here.join(format!("bag_{seed}")));
-        assert!(run.status.success(), "{}{}", stdout(&run), stderr(&run));
+        run_in_lockstep(&experiment, &[], &here.join(format!("bag_{seed}")));
     }
 
     let (bag, record) = record_of(&here.join("bag_1"));

@@ -12,6 +12,8 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
+from waiting import launched, new_page
+
 CHROMIUM, REPORT = sys.argv[1], Path(sys.argv[2]).resolve()
 N_FRAMES = 120
 # Before the report's own script: what it does in each frame is timed.
@@ -31,7 +33,7 @@ window.requestAnimationFrame = (draw) => request((now_ms) => {
 
 def played(browser):
     """The times of the frames of the first run, in milliseconds."""
-    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page = new_page(browser, viewport={"width": 1280, "height": 900})
     page.add_init_script(TIMED)
     page.goto(REPORT.as_uri())
     run = page.locator("#run-0")
@@ -57,7 +59,7 @@ def played(browser):
 
 
 def opened_ms(browser):
-    page = browser.new_page()
+    page = new_page(browser)
     page.goto(REPORT.as_uri())
     page.wait_for_selector("#cell-player canvas")
     return page.evaluate("performance.getEntriesByType('navigation')[0].loadEventEnd")
@@ -70,7 +72,7 @@ def in_words(times_ms):
 
 def main():
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        browser = launched(playwright, CHROMIUM)
         print("opened in %d ms" % opened_ms(browser))
         times_ms = played(browser)
         browser.close()

@@ -13,11 +13,12 @@ import json
 import re
 import statistics
 import sys
-import time
 from pathlib import Path
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
+
+from waiting import launched, new_page, settled
 
 CHROMIUM, PAGE = sys.argv[1], Path(sys.argv[2]).absolute()
 SCREENSHOTS, FOLDER = Path(sys.argv[3]), Path(sys.argv[4])
@@ -42,17 +43,10 @@ window.requestAnimationFrame = (draw) => request((now_ms) => {
 FACTS = json.loads(inlined("facts"))
 
 
-def settled(page, condition, seconds=60):
-    """Waits for a condition, which the page's policy lets only the browser itself evaluate."""
-    end = time.monotonic() + seconds
-    while not page.evaluate(condition):
-        assert time.monotonic() < end, f"not within {seconds} s: {condition}"
-        page.wait_for_timeout(20)
-
-
 def opened(browser, width=1280, theme="light", address="", calm=False):
     """The page on a screen, what its console printed, and what it asked for."""
-    page = browser.new_page(
+    page = new_page(
+        browser,
         viewport={"width": width, "height": WIDTHS[width]},
         color_scheme=theme,
         reduced_motion="reduce" if calm else "no-preference",
@@ -64,6 +58,11 @@ def opened(browser, width=1280, theme="light", address="", calm=False):
     page.goto(PAGE.as_uri() + address)
     settled(page, "window.loaded_ms !== undefined")
     return page, printed, asked
+
+
+def halted(page):
+    """Stops the diagram, which needs every processor, where it is not looked at."""
+    page.locator("#fill", has_text="Stop").click()
 
 
 def least_loading_ms(browser):
@@ -78,7 +77,7 @@ def least_loading_ms(browser):
 
 def frame_ms(browser):
     """What the page's script takes for a frame of many robots."""
-    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page = new_page(browser, viewport={"width": 1280, "height": 900})
     page.add_init_script(TIMED)
     cell = "speed_m_s=0.15&turn_rate_rad_s=0.75&robots=300&placement_radius_m=4.763"
     page.goto(f"{PAGE.as_uri()}#{cell}")
@@ -316,6 +315,7 @@ def check_links(browser):
 def check_room(browser):
     """Sliders are long enough to be moved, controls are in view, and so is the swarm of a cell that is clicked."""
     page, _, _ = opened(browser, 400)
+    halted(page)
     for width, height in [(400, 800), (900, 800), (1280, 800), (1500, 900), (2560, 1440)]:
         page.set_viewport_size({"width": width, "height": height})
         page.evaluate("scrollTo(0, 0)")
@@ -334,15 +334,19 @@ def check_room(browser):
 def check_end(page):
     """The judge of the watched swarm is that of a sweep: one phase at the end of the run."""
     page.locator("#pace").select_option("50")
-    settled(page, "simulated.phase_at_end() !== null", 120)
+    settled(page, "simulated.phase_at_end() !== null")
     ended, swept = page.evaluate("[simulated.phase_at_end(), simulated.phase_in_sweep()]")
     assert swept == [ended], (ended, swept)
     print("at the end:", ended)
 
 
-def check_sweep_file(page):
-    """The diagram fills in, and its sweep file is left for the program."""
-    settled(page, "simulated.is_full()", 300)
+def check_sweep_file(browser):
+    """The diagram fills in, of runs that are shorter than the page's own, and its sweep file is left for the
+    program."""
+    source = json.loads(FACTS["source"])
+    source["sweep"]["duration_s"] = 120
+    page, printed, _ = opened(browser, address=f"#source={json.dumps(source)}", calm=True)
+    settled(page, "simulated.is_full()")
     text = page.evaluate("simulated.sweep_file()")
     assert "\n  replicates: 100\n" in text, text
     (FOLDER / "copied.yaml").write_text(text.replace("replicates: 100", "replicates: 20"))
@@ -358,6 +362,8 @@ def check_sweep_file(page):
             lines.append(",".join(f"{number:g}" for number in numbers))
     (FOLDER / "counts.csv").write_text("\n".join(lines))
     print(f"diagram of {len(lines)} cells in {page.evaluate('simulated.took_s()'):.1f} s")
+    assert printed == [], printed
+    page.close()
 
 
 def check_address(browser):
@@ -394,13 +400,12 @@ def main():
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)
     check_module()
     with sync_playwright() as playwright:
-        arguments = ["--no-sandbox", "--disable-gpu"]
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
+        browser = launched(playwright, CHROMIUM, "--disable-gpu")
         print("usable after %d ms" % least_loading_ms(browser))
         print("script per frame of 300 robots: median %.2f ms" % frame_ms(browser))
         page, printed, asked = opened(browser)
+        halted(page)
         check_states(page)
-        check_sweep_file(page)
         check_end(page)
         check_keys(page)
         check_refusals(page)
@@ -411,12 +416,14 @@ def main():
         assert printed == [], printed
         assert {url.split("#")[0].split(":")[0] for url in asked} <= {"file", "blob"}, asked
         page.close()
+        check_sweep_file(browser)
         check_address(browser)
         check_links(browser)
         check_room(browser)
         for width in WIDTHS:
             for theme in ["light", "dark"]:
                 page, printed, _ = opened(browser, width, theme)
+                halted(page)
                 check_looks(page, width, theme)
                 page.screenshot(path=SCREENSHOTS / f"{width}_{theme}.png")
                 assert printed == [], printed

@@ -7,9 +7,9 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use rsrs_ros::confine;
-use rsrs_testing::network;
+use rsrs_testing::network::{self, TIMEOUT};
 
-use crate::command::stdout;
+use crate::command::{stderr, stdout};
 
 /// The keystore of all programs that this test starts.
 static KEYSTORE: OnceLock<PathBuf> = OnceLock::new();
@@ -74,12 +74,13 @@ pub fn in_own_network(body: impl AsyncFnOnce()) {
     network::in_own_network(thread.name().expect("a test's thread has the test's name"), body);
 }
 
-/// Runs an experiment in a network of its own into a bag, and again what a busy machine has frozen, as
-/// `rsrs dry-run` does.
-pub fn run_in_lockstep(experiment: &Path, bag: &Path) -> Output {
+/// Runs an experiment to its end, in a network of its own and with `more` arguments, into a bag in the folder that
+/// it is run from; again what a busy machine has frozen, as `rsrs dry-run` does.
+pub fn run_in_lockstep(experiment: &Path, more: &[&str], bag: &Path) -> Output {
     let run = || {
         let mut command = confined_rsrs();
-        command.arg("run").arg(experiment).arg("-o").arg(bag);
+        command.current_dir(bag.parent().expect("a bag is in a folder"));
+        command.arg("run").arg(experiment).args(more).arg("-o").arg(bag);
         command.output().expect("the program was built for this test")
     };
     let mut output = run();
@@ -89,6 +90,7 @@ pub fn run_in_lockstep(experiment: &Path, bag: &Path) -> Output {
             output = run();
         }
     }
+    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
     output
 }
 
@@ -111,13 +113,13 @@ impl Process {
     }
 
     /// Waits for the end: how it ended, and what it wrote to standard error.
-    pub fn wait(&mut self, timeout: Duration) -> (ExitStatus, String) {
+    pub fn wait(&mut self) -> (ExitStatus, String) {
         let start = Instant::now();
         let status = loop {
             if let Some(status) = self.0.try_wait().expect("it is our child") {
                 break status;
             }
-            assert!(start.elapsed() < timeout, "the program does not end");
+            assert!(start.elapsed() < TIMEOUT, "the program does not end");
             std::thread::sleep(Duration::from_millis(20));
         };
         let mut errors = String::new();
@@ -128,11 +130,27 @@ impl Process {
     }
 
     /// As [`Self::wait`], while the test goes on: its exit code, and what it wrote to standard error.
-    pub async fn ended(mut self, timeout: Duration) -> (Option<i32>, String) {
-        let waiting = tokio::task::spawn_blocking(move || self.wait(timeout));
+    pub async fn ended(mut self) -> (Option<i32>, String) {
+        let waiting = tokio::task::spawn_blocking(move || self.wait());
         let (status, errors) = waiting.await.expect("waiting does not panic");
         (status.code(), errors)
     }
+}
+
+/// Asserts that a run went to its end, by its exit code and what it wrote to standard error.
+pub fn assert_completed(code: Option<i32>, printed: &str) {
+    if code != Some(0) {
+        fail(printed);
+    }
+}
+
+/// Fails the test in whose network a run ended as it should not have; the test is run again if the machine starved
+/// the run.
+pub fn fail(printed: &str) -> ! {
+    if is_starved(printed) {
+        network::fail_as_starved(printed);
+    }
+    panic!("{printed}");
 }
 
 /// Whether a run ended because the machine gave one of its processes no processor for half a second, as
@@ -145,6 +163,7 @@ pub fn is_starved(printed: &str) -> bool {
         "this machine is too slow",
         "was not acknowledged for",
         "of the poses",
+        "no detection received for more than",
         "no valid reading of the sensor for more than",
         "no state of the microcontroller for",
     ]

@@ -184,7 +184,7 @@ impl Watch {
 /// error.
 async fn ended(mut process: Process) -> (Option<i32>, String, String) {
     let wait = move || {
-        let (status, errors) = process.wait(TIMEOUT);
+        let (status, errors) = process.wait();
         let mut text = String::new();
         let stdout = process.0.stdout.as_mut().expect("it is a pipe");
         stdout.read_to_string(&mut text).expect("results are text");

@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
 
+use rsrs_testing::network::TIMEOUT;
+
 use crate::processes::Process;
 
-/// Until something is on a screen, on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
 const POLL_PERIOD: Duration = Duration::from_millis(20);
 
 /// A terminal for the standard input of a program, or for all of it.
@@ -138,7 +138,7 @@ impl Window {
         let start = Instant::now();
         while !is_so(&self.text()) {
             let ended = self.process.0.try_wait().expect("it is our child");
-            let is_late = start.elapsed() > PATIENCE;
+            let is_late = start.elapsed() > TIMEOUT;
             // What was written last is still being read when the program ends.
             assert!(!is_late, "{what} never shows ({ended:?}):\n{}", self.text());
             std::thread::sleep(POLL_PERIOD);
@@ -162,9 +162,9 @@ impl Window {
 
     /// Waits for the end of the program, and until all that it wrote was read.
     pub fn ended(&mut self) -> ExitStatus {
-        let (status, _) = self.process.wait(PATIENCE);
+        let (status, _) = self.process.wait();
         let start = Instant::now();
-        while !self.is_as_before() && start.elapsed() < Duration::from_secs(5) {
+        while !self.is_as_before() && start.elapsed() < TIMEOUT {
             std::thread::sleep(POLL_PERIOD);
         }
         status

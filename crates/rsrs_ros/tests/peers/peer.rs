@@ -91,7 +91,7 @@ impl Peer {
     ///
     /// If it ends before, with what it wrote to standard error; or if it prints nothing for long.
     pub async fn receive<T: DeserializeOwned>(&mut self) -> T {
-        let line = tokio::time::timeout(2 * TIMEOUT, self.output.recv()).await;
+        let line = tokio::time::timeout(TIMEOUT, self.output.recv()).await;
         let Some(line) = line.expect("the script prints something in time") else {
             let mut errors = String::new();
             let stderr = self.process.stderr.as_mut().expect("it was asked for");

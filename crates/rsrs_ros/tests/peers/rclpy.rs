@@ -49,7 +49,7 @@ async fn run_client(python: &Path, robots: &Session) -> Value {
         outcome
     };
     let both = futures::future::join(client.output(), set_gain);
-    let mut both = std::pin::pin!(tokio::time::timeout(4 * TIMEOUT, both));
+    let mut both = std::pin::pin!(tokio::time::timeout(TIMEOUT, both));
     let (output, gain_is_set) = loop {
         third.publish(Bool { data: true }).await.expect("a healthy network");
         visitor_is_seen |= robots.node_names().contains(&VISITOR.to_owned());
