@@ -48,6 +48,16 @@ const FEWER_RUNS: [(&str, &str); 2] =
     [("choose results -o", "choose results --confirm 100 -o"), ("seq 11", "seq 2")];
 /// The same of robots with several sensors.
 const FEWER_CONFIRMED: [(&str, &str); 1] = [("--confirm 200", "--confirm 40")];
+/// Its reader sees by `ros2 topic hz` that robots in rclpy are alive.
+const START: &str = "<> placements &\n";
+const UNTIL_ALIVE: &str = "python3 - <<'END'
+import time, rclpy
+rclpy.init()
+reader = rclpy.create_node('reader')
+while not all(reader.count_publishers(f'/robot_{n}/detection') for n in [1, 2, 3]):
+    time.sleep(0.05)
+END
+";
 const RCLPY_FLEET: &str = include_str!("../docs/examples/rclpy_fleet.py");
 
 /// What pages have their reader type, with less to wait for where no long tests are asked for.
@@ -182,6 +192,8 @@ fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         std::fs::write(folder.path().join("rclpy_fleet.py"), RCLPY_FLEET).expect("writable");
         let script = shortened(&IN_RCLPY, &SHORTER_PLAN);
+        assert_eq!(script.matches(START).count(), 1, "{script}");
+        let script = script.replace(START, &format!("{START}{UNTIL_ALIVE}"));
         let programs = python.parent().expect("it is in a folder");
 
         let output = typed(&script, folder.path(), (&[programs], 1500));
