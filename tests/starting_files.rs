@@ -35,9 +35,8 @@ fn a_new_folder_is_swept_and_run_as_it_is() {
     let cell: Vec<&str> = first.collect();
     let cell = format!("speed_m_s={},turn_rate_rad_s={}", cell[0], cell[1]);
     let from = ["--from", "results", "--cell", &cell];
-    run_in_lockstep(Path::new("experiment.yaml"), &from, &mine.join("run_1"));
-
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    run_in_lockstep(Path::new("experiment.yaml"), &from, &mine.join("run_1"));
 
     // The robots get a better sensor after the sweep.
     let profile = text_in(&mine, "profile.yaml");
@@ -87,12 +86,12 @@ fn robots_that_are_faster_than_flockbots_go_from_the_first_sweep_to_the_verdict(
     let swept = rsrs(&mine, &["sweep", "sweep.yaml", "-o", "results"]);
     let choose = ["choose", "results", "--confirm", "200", "-o", "results/choice.json"];
     let chosen = rsrs(&mine, &[&choose[..], &["--viable", "0.3"]].concat());
+    assert_eq!((code(&swept), code(&chosen)), (0, 0), "{}{}", stderr(&swept), stderr(&chosen));
     let from = ["--from", "results"];
     run_in_lockstep(Path::new("experiment.yaml"), &from, &mine.join("run_1"));
     let labelled = rsrs(&mine, &["label", "run_1"]);
     let compared = rsrs(&mine, &["compare", "results", "--bags", "run_1"]);
 
-    assert_eq!((code(&swept), code(&chosen)), (0, 0), "{}{}", stderr(&swept), stderr(&chosen));
     assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
     assert_ne!(code(&compared), 1, "{}", stderr(&compared));
 }

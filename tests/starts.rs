@@ -64,9 +64,9 @@ fn robots_start_where_a_table_puts_them_in_sweep_episode_run_and_on_the_floor() 
         rsrs(here, &[&["episode", "out"], &cell[..], &["--replicate", "1", "-o", "one"]].concat());
     let placed = rsrs(here, &["place", "experiments/given.yaml", "--format", "json"]);
     let from = [&["--from", "out"], &cell[..]].concat();
+    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
     run_in_lockstep(Path::new("experiments/given.yaml"), &from, &here.join("run"));
 
-    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
     // The folder of the sweep needs no other file.
     std::fs::remove_file(here.join("starts.csv")).expect("it is there");
     done(here, &["sweep", "out/sweep.yaml", "-o", "again"]);

@@ -1,6 +1,5 @@
 //! The services of package `simulation_interfaces`: what tools ask of any simulator.
 
-use rsrs_msgs::RosMessage;
 use rsrs_msgs::simulation_interfaces::{self as wire, Result as Outcome, ServiceRequest};
 use rsrs_ros::services::{self, Responder, Service, decode};
 use rsrs_ros::session::{NodeHandle, Session};
@@ -38,7 +37,7 @@ pub fn offer(
         let older = || decode::<wire::SetEntityStateRequest1>(body).map(Into::into);
         decode::<wire::SetEntityStateRequest>(body).or_else(older)
     };
-    Ok(vec![
+    let offered: [Service; wire::SERVICES.len()] = [
         ends.offer(decode, |_: wire::GetSimulatorFeaturesRequest, responder| {
             Call::Features(responder)
         })?,
@@ -50,7 +49,8 @@ pub fn offer(
         ends.offer(decode, Call::EntitiesStates)?,
         ends.offer(decode, Call::EntityState)?,
         ends.offer(request, Call::SetEntityState)?,
-    ])
+    ];
+    Ok(offered.into())
 }
 
 struct Ends<'a, H> {
@@ -60,10 +60,10 @@ struct Ends<'a, H> {
 }
 
 impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
-    fn offer<Q: ServiceRequest, R: RosMessage + Default>(
+    fn offer<Q: ServiceRequest>(
         &self,
         decode: impl Fn(&[u8]) -> Option<Q> + Send + 'static,
-        call: impl Fn(Q, Responder<R>) -> Call + Send + 'static,
+        call: impl Fn(Q, Responder<Q::Response>) -> Call + Send + 'static,
     ) -> anyhow::Result<Service> {
         let received = self.received.clone();
         let deliver = move |request, responder| received(call(request, responder));

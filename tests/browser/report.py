@@ -201,7 +201,7 @@ def main():
                 assert printed == [], printed
                 assert asked == [REPORT.as_uri()], asked
                 page.close()
-        without = browser.new_context(java_script_enabled=False).new_page()
+        without = new_page(browser, java_script_enabled=False)
         without.goto(REPORT.as_uri())
         assert without.locator(".still").first.is_visible()
         assert not without.locator(".player").first.is_visible()

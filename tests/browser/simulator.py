@@ -60,11 +60,6 @@ def opened(browser, width=1280, theme="light", address="", calm=False):
     return page, printed, asked
 
 
-def halted(page):
-    """Stops the diagram, which needs every processor, where it is not looked at."""
-    page.locator("#fill", has_text="Stop").click()
-
-
 def least_loading_ms(browser):
     """Other programs make it longer, and nothing makes it shorter."""
     times_ms = []
@@ -315,7 +310,6 @@ def check_links(browser):
 def check_room(browser):
     """Sliders are long enough to be moved, controls are in view, and so is the swarm of a cell that is clicked."""
     page, _, _ = opened(browser, 400)
-    halted(page)
     for width, height in [(400, 800), (900, 800), (1280, 800), (1500, 900), (2560, 1440)]:
         page.set_viewport_size({"width": width, "height": height})
         page.evaluate("scrollTo(0, 0)")
@@ -340,12 +334,8 @@ def check_end(page):
     print("at the end:", ended)
 
 
-def check_sweep_file(browser):
-    """The diagram fills in, of runs that are shorter than the page's own, and its sweep file is left for the
-    program."""
-    source = json.loads(FACTS["source"])
-    source["sweep"]["duration_s"] = 120
-    page, printed, _ = opened(browser, address=f"#source={json.dumps(source)}", calm=True)
+def check_sweep_file(page):
+    """The diagram fills in, and its sweep file is left for the program."""
     settled(page, "simulated.is_full()")
     text = page.evaluate("simulated.sweep_file()")
     assert "\n  replicates: 100\n" in text, text
@@ -362,8 +352,6 @@ def check_sweep_file(browser):
             lines.append(",".join(f"{number:g}" for number in numbers))
     (FOLDER / "counts.csv").write_text("\n".join(lines))
     print(f"diagram of {len(lines)} cells in {page.evaluate('simulated.took_s()'):.1f} s")
-    assert printed == [], printed
-    page.close()
 
 
 def check_address(browser):
@@ -404,8 +392,8 @@ def main():
         print("usable after %d ms" % least_loading_ms(browser))
         print("script per frame of 300 robots: median %.2f ms" % frame_ms(browser))
         page, printed, asked = opened(browser)
-        halted(page)
         check_states(page)
+        check_sweep_file(page)
         check_end(page)
         check_keys(page)
         check_refusals(page)
@@ -416,14 +404,12 @@ def main():
         assert printed == [], printed
         assert {url.split("#")[0].split(":")[0] for url in asked} <= {"file", "blob"}, asked
         page.close()
-        check_sweep_file(browser)
         check_address(browser)
         check_links(browser)
         check_room(browser)
         for width in WIDTHS:
             for theme in ["light", "dark"]:
                 page, printed, _ = opened(browser, width, theme)
-                halted(page)
                 check_looks(page, width, theme)
                 page.screenshot(path=SCREENSHOTS / f"{width}_{theme}.png")
                 assert printed == [], printed

@@ -22,7 +22,7 @@ use super::{manifest, wait_for, write};
 use crate::processes::{Process, fail, in_own_network, rsrs};
 use crate::recorded::record_of;
 use crate::terminal::Terminal;
-use rsrs_testing::network::{TIMEOUT, fail_as_starved, session};
+use rsrs_testing::network::{TIMEOUT, session};
 
 const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
 const EXPERIMENTS: [&str; 3] = ["001_short", "002_short", "003_short"];
@@ -306,8 +306,8 @@ fn run_interrupted(bodies: &Bodies) {
     let is_over = || console.printed().contains(&format!("{second}: completed"));
     wait_for("the robots that drive", || bodies.is_driving() || is_over());
     if is_over() {
-        // One of them stood for all five seconds, which is noted and no more.
-        fail_as_starved(&console.printed());
+        // A robot that is lost is noted, and no more.
+        fail(&format!("not all robots drove: {}", console.printed()));
     }
     let pid = console.process.0.id().to_string();
     let status = std::process::Command::new("kill").args(["-s", "INT", &pid]).status();

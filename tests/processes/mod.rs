@@ -2,14 +2,12 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use rsrs_ros::confine;
 use rsrs_testing::network::{self, TIMEOUT};
-
-use crate::command::{stderr, stdout};
 
 /// The keystore of all programs that this test starts.
 static KEYSTORE: OnceLock<PathBuf> = OnceLock::new();
@@ -75,23 +73,28 @@ pub fn in_own_network(body: impl AsyncFnOnce()) {
 }
 
 /// Runs an experiment to its end, in a network of its own and with `more` arguments, into a bag in the folder that
-/// it is run from; again what a busy machine has frozen, as `rsrs dry-run` does.
-pub fn run_in_lockstep(experiment: &Path, more: &[&str], bag: &Path) -> Output {
+/// it is run from; again what a busy machine has frozen, as `rsrs dry-run` does. Returns what it printed.
+pub fn run_in_lockstep(experiment: &Path, more: &[&str], bag: &Path) -> String {
     let run = || {
         let mut command = confined_rsrs();
         command.current_dir(bag.parent().expect("a bag is in a folder"));
         command.arg("run").arg(experiment).args(more).arg("-o").arg(bag);
-        command.output().expect("the program was built for this test")
+        let mut process = Process::start(&mut command);
+        let (status, errors) = process.wait();
+        let mut printed = String::new();
+        let pipe = process.0.stdout.as_mut().expect("it is a pipe");
+        pipe.read_to_string(&mut printed).expect("results are text");
+        (status, printed, errors)
     };
-    let mut output = run();
+    let (mut status, mut printed, mut errors) = run();
     for _ in 0..2 {
-        if stdout(&output).contains("void: frozen") {
+        if printed.contains("void: frozen") {
             std::fs::remove_dir_all(bag).expect("it is there");
-            output = run();
+            (status, printed, errors) = run();
         }
     }
-    assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
-    output
+    assert!(status.success(), "{printed}{errors}");
+    printed
 }
 
 /// A process that does not outlive its test.
@@ -158,11 +161,12 @@ pub fn fail(printed: &str) -> ! {
 pub fn is_starved(printed: &str) -> bool {
     [
         "lease ran out",
-        " silent",
+        ": silent",
+        "controller silent",
         "too slow for real time",
         "this machine is too slow",
         "was not acknowledged for",
-        "of the poses",
+        "% of the poses",
         "no detection received for more than",
         "no valid reading of the sensor for more than",
         "no state of the microcontroller for",

@@ -28,8 +28,8 @@ const MOST_NETWORKS: usize = 4;
 static N_NETWORKS: Mutex<usize> = Mutex::new(0);
 static ONE_ENDED: Condvar = Condvar::new();
 
-/// Held by who waits for room, so that whoever came first gets it.
-static FIRST: Mutex<()> = Mutex::new(());
+/// Held by who waits for room, so that who needs all of it is not passed by those who need less.
+static WAITS: Mutex<()> = Mutex::new(());
 
 /// Room of as many networks as it says.
 struct Permit(usize);
@@ -37,7 +37,7 @@ struct Permit(usize);
 impl Permit {
     /// Waits until there is room for so many more.
     fn acquire(n_more: usize) -> Self {
-        let _first = FIRST.lock().unwrap_or_else(PoisonError::into_inner);
+        let _waits = WAITS.lock().unwrap_or_else(PoisonError::into_inner);
         let n_networks = N_NETWORKS.lock().unwrap_or_else(PoisonError::into_inner);
         let mut n_networks = ONE_ENDED
             .wait_while(n_networks, |n_networks| *n_networks + n_more > MOST_NETWORKS)
@@ -81,25 +81,28 @@ pub fn in_own_network_with(test: &str, variables: &[(&str, OsString)], body: imp
 }
 
 /// Fails the body of a test in a network of its own for what the machine did to it; the body is run again then,
-/// while there is no other network, twice at most.
+/// while no body of another test is run, twice at most.
 pub fn fail_as_starved(reason: &str) -> ! {
     panic!("{STARVED}: {reason}");
 }
 
 fn run_child(test: &str, variables: &[(&str, OsString)]) {
-    let mut ended = run_child_once(test, variables, &Permit::acquire(1));
+    let mut failed = run_child_once(test, variables, 1);
     for _ in 0..MOST_TIMES_AGAIN {
-        if ended.as_ref().is_err_and(|printed| printed.contains(STARVED)) {
-            ended = run_child_once(test, variables, &Permit::acquire(MOST_NETWORKS));
-        }
+        let Some(printed) = failed.as_ref().filter(|printed| printed.contains(STARVED)) else {
+            break;
+        };
+        writeln!(std::io::stderr(), "{test} is run again: {printed}").expect("tests are watched");
+        failed = run_child_once(test, variables, MOST_NETWORKS);
     }
-    if let Err(printed) = ended {
+    if let Some(printed) = failed {
         panic!("{test} failed:\n{printed}");
     }
 }
 
-/// What it printed if it failed.
-fn run_child_once(test: &str, variables: &[(&str, OsString)], _: &Permit) -> Result<(), String> {
+/// What it printed, if it failed. No more bodies are run beside it than leave it the room of so many networks.
+fn run_child_once(test: &str, variables: &[(&str, OsString)], n_networks: usize) -> Option<String> {
+    let _permit = Permit::acquire(n_networks);
     let executable = std::env::current_exe().expect("a running test has an executable");
     // Robots have deadlines, and the tests beside this one do not; where a user may not ask for a
     // higher priority, `nice` runs the command as it is. A real-time class would be no help: nodes of
@@ -118,7 +121,7 @@ fn run_child_once(test: &str, variables: &[(&str, OsString)], _: &Permit) -> Res
     let text = String::from_utf8_lossy(&output.stdout);
     let errors = String::from_utf8_lossy(&output.stderr);
     let has_passed = output.status.success() && text.contains(DONE);
-    has_passed.then_some(()).ok_or_else(|| format!("{text}\n{errors}"))
+    (!has_passed).then(|| format!("{text}\n{errors}"))
 }
 
 /// A session on the loopback interface.
@@ -178,10 +181,15 @@ pub const CYCLONE_ON_LOOPBACK: &str = "<CycloneDDS><Domain><General><Interfaces>
     </Interfaces></General></Domain></CycloneDDS>";
 
 /// Waits until `condition` holds.
-pub async fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
+pub async fn eventually(what: &str, condition: impl FnMut() -> bool) {
+    within(TIMEOUT, what, condition).await;
+}
+
+/// Waits until `condition` holds, which has to be soon.
+pub async fn within(bound: Duration, what: &str, mut condition: impl FnMut() -> bool) {
     let start = std::time::Instant::now();
     while !condition() {
-        assert!(start.elapsed() < TIMEOUT, "it never came true that {what}");
+        assert!(start.elapsed() < bound, "it never came true that {what}");
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
 }

@@ -187,6 +187,8 @@ impl SetEntityStateResponse {
 
 /// A request of one of these services.
 pub trait ServiceRequest: RosMessage {
+    /// What answers it.
+    type Response: RosMessage + Default;
     /// Name of the service, below that of the simulator.
     const SERVICE: &'static str;
 }
@@ -202,6 +204,7 @@ macro_rules! services {
             $response => concat!("simulation_interfaces/srv/", $type_name, "_Response"),
         }
         impl ServiceRequest for $request {
+            type Response = $response;
             const SERVICE: &'static str = $service;
         })+
     };

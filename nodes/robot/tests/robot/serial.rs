@@ -7,9 +7,9 @@ use super::micro::{Micro, Mood, Socket};
 use rsrs_core::robot::controller::Command;
 use rsrs_robot_node::driver::serial::SerialDriver;
 use rsrs_robot_node::driver::{Driver, Report, Sensed};
+use rsrs_testing::network::TIMEOUT;
 
 const BEAT: Duration = Duration::from_millis(50);
-const TIMEOUT: Duration = Duration::from_secs(20);
 const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: -0.75 };
 
 /// A driver that is given the same command again and again, as by the node.
