@@ -16,7 +16,7 @@ const IS_CHILD: &str = "RSRS_TEST_IN_OWN_NETWORK";
 /// Printed at the end of the body, so that a child which ran no test is noticed.
 const DONE: &str = "the body of the test has run";
 /// Printed by a body that fails since the machine kept a process waiting.
-const STARVED: &str = "the machine kept a process waiting for longer than it may";
+const STARVED: &str = "as the machine kept a process waiting for longer than it may";
 /// How often such a body is run again.
 const MOST_TIMES_AGAIN: usize = 2;
 
@@ -89,10 +89,9 @@ pub fn fail_as_starved(reason: &str) -> ! {
 fn run_child(test: &str, variables: &[(&str, OsString)]) {
     let mut failed = run_child_once(test, variables, 1);
     for _ in 0..MOST_TIMES_AGAIN {
-        let Some(printed) = failed.as_ref().filter(|printed| printed.contains(STARVED)) else {
-            break;
-        };
-        writeln!(std::io::stderr(), "{test} is run again: {printed}").expect("tests are watched");
+        let reason = failed.as_ref().and_then(|printed| printed.split_once(STARVED));
+        let Some((_, reason)) = reason else { break };
+        writeln!(std::io::stderr(), "{test} is run again, {STARVED}{reason}").expect("it is read");
         failed = run_child_once(test, variables, MOST_NETWORKS);
     }
     if let Some(printed) = failed {
