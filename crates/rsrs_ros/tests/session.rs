@@ -10,7 +10,9 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::session::{Endpoint, EndpointKind, Received, ReceivedRaw, Session};
-use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session, within};
+use rsrs_testing::network::{
+    TIMEOUT, eventually, fail_as_starved, in_own_network, in_own_network_with, session, within,
+};
 use tokio::sync::mpsc;
 
 /// A closure that puts what it is given into a channel.
@@ -299,4 +301,28 @@ fn what_a_driver_holds_can_go_to_another_thread() {
     is_send::<rsrs_ros::session::Subscription>();
     is_send::<rsrs_ros::session::NodeHandle>();
     is_send::<rsrs_ros::parameters::ParameterServer>();
+}
+
+/// Where a body leaves that it was run.
+const LEFT: &str = "RSRS_TEST_LEFT";
+
+#[test]
+fn a_body_that_the_machine_starved_is_run_again() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let left = folder.path().join("left");
+    let test = "a_body_that_the_machine_starved_is_run_again";
+
+    in_own_network_with(test, &[(LEFT, left.clone().into())], async || {
+        let left = std::env::var_os(LEFT).expect("it was given");
+        if std::fs::exists(&left).expect("it can be looked for") {
+            std::fs::write(left, "twice").expect("the folder is writable");
+        } else {
+            std::fs::write(left, "once").expect("the folder is writable");
+            fail_as_starved("it is the first time");
+        }
+    });
+
+    if std::env::var_os(LEFT).is_none() {
+        assert_eq!(std::fs::read_to_string(left).expect("it was run"), "twice");
+    }
 }

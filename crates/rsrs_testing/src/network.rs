@@ -91,6 +91,7 @@ fn run_child(test: &str, variables: &[(&str, OsString)]) {
     for _ in 0..MOST_TIMES_AGAIN {
         let reason = failed.as_ref().and_then(|printed| printed.split_once(STARVED));
         let Some((_, reason)) = reason else { break };
+        let reason = reason.split("\nstack backtrace").next().unwrap_or_default();
         writeln!(std::io::stderr(), "{test} is run again, {STARVED}{reason}").expect("it is read");
         failed = run_child_once(test, variables, MOST_NETWORKS);
     }
