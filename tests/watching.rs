@@ -1,6 +1,5 @@
 //! `rsrs watch` in a window: over a fleet of the simulator's, and over bags.
 
-use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -260,10 +259,7 @@ fn nothing_that_anybody_publishes_ends_watching_or_writes_over_what_a_stop_shows
         let mut stop = Process::start(rsrs().args(["stop", "--interface", "127.0.0.1"]));
         let ended = |stop: &mut Process| stop.0.try_wait().expect("it is a child").is_some();
         stranger.until(&mut counter, RobotState::Moving, text, || ended(&mut stop)).await;
-        let (status, errors) = stop.wait();
-        let mut output = String::new();
-        let mut stdout = stop.0.stdout.take().expect("it is a pipe");
-        stdout.read_to_string(&mut output).expect("its output is text");
+        let (status, output, errors) = stop.output();
 
         assert_eq!(status.code(), Some(3), "{output}{errors}");
         let is_obeyed = |c: char| c.is_control() && c != '\n';

@@ -254,10 +254,7 @@ impl Console {
 
     /// Waits for the end.
     fn end(mut self) -> (Option<i32>, String, String) {
-        let (status, _) = self.process.wait();
-        let mut stdout = String::new();
-        let pipe = self.process.0.stdout.as_mut().expect("it is piped");
-        pipe.read_to_string(&mut stdout).expect("results are text");
+        let (status, stdout, _) = self.process.output();
         thread::sleep(Duration::from_millis(100));
         (status.code(), stdout, self.printed())
     }

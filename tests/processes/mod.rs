@@ -79,12 +79,7 @@ pub fn run_in_lockstep(experiment: &Path, more: &[&str], bag: &Path) -> String {
         let mut command = confined_rsrs();
         command.current_dir(bag.parent().expect("a bag is in a folder"));
         command.arg("run").arg(experiment).args(more).arg("-o").arg(bag);
-        let mut process = Process::start(&mut command);
-        let (status, errors) = process.wait();
-        let mut printed = String::new();
-        let pipe = process.0.stdout.as_mut().expect("it is a pipe");
-        pipe.read_to_string(&mut printed).expect("results are text");
-        (status, printed, errors)
+        Process::start(&mut command).output()
     };
     let (mut status, mut printed, mut errors) = run();
     for _ in 0..2 {
@@ -130,6 +125,15 @@ impl Process {
             stderr.read_to_string(&mut errors).expect("errors are text");
         }
         (status, errors)
+    }
+
+    /// As [`Self::wait`], with what it wrote to standard output before that to standard error.
+    pub fn output(&mut self) -> (ExitStatus, String, String) {
+        let (status, errors) = self.wait();
+        let mut printed = String::new();
+        let stdout = self.0.stdout.as_mut().expect("it is a pipe");
+        stdout.read_to_string(&mut printed).expect("results are text");
+        (status, printed, errors)
     }
 
     /// As [`Self::wait`], while the test goes on: its exit code, and what it wrote to standard error.

@@ -1,6 +1,5 @@
 //! `rsrs stop` over DDS, against the simulator's robots, as on a real fleet.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -184,10 +183,7 @@ impl Watch {
 /// error.
 async fn ended(mut process: Process) -> (Option<i32>, String, String) {
     let wait = move || {
-        let (status, errors) = process.wait();
-        let mut text = String::new();
-        let stdout = process.0.stdout.as_mut().expect("it is a pipe");
-        stdout.read_to_string(&mut text).expect("results are text");
+        let (status, text, errors) = process.output();
         (status.code(), text, errors)
     };
     tokio::task::spawn_blocking(wait).await.expect("waiting does not panic")

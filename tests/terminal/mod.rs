@@ -164,7 +164,7 @@ impl Window {
     pub fn ended(&mut self) -> ExitStatus {
         let (status, _) = self.process.wait();
         let start = Instant::now();
-        while !self.is_as_before() && start.elapsed() < TIMEOUT {
+        while !self.is_as_before() && start.elapsed() < Duration::from_secs(5) {
             std::thread::sleep(POLL_PERIOD);
         }
         status
