@@ -165,6 +165,7 @@ pub fn fail(printed: &str) -> ! {
 pub fn is_starved(printed: &str) -> bool {
     [
         "lease ran out",
+        "commands paused in",
         ": silent",
         "controller silent",
         "too slow for real time",

@@ -21,9 +21,41 @@ pub struct Lanes<T, const N: usize>([T; N]);
 #[repr(align(16))]
 pub struct LanesMask<T, const N: usize>([T; N]);
 
+/// Arrays that are written out lane by lane: of a loop, a compiler that looks at a function once makes vectors
+/// only by halves.
+trait Unrolled<T> {
+    /// What `of` gives for each lane, from 0.
+    fn lanes(of: impl FnMut(usize) -> T) -> Self;
+}
+
+impl<T> Unrolled<T> for [T; 2] {
+    #[inline(always)]
+    fn lanes(mut of: impl FnMut(usize) -> T) -> Self {
+        [of(0), of(1)]
+    }
+}
+
+impl<T> Unrolled<T> for [T; 4] {
+    #[inline(always)]
+    fn lanes(mut of: impl FnMut(usize) -> T) -> Self {
+        [of(0), of(1), of(2), of(3)]
+    }
+}
+
 #[inline(always)]
-fn zip<T: Copy, R, const N: usize>(left: [T; N], right: [T; N], f: impl Fn(T, T) -> R) -> [R; N] {
-    std::array::from_fn(|lane| f(left[lane], right[lane]))
+fn zip<T: Copy, R, const N: usize>(left: [T; N], right: [T; N], f: impl Fn(T, T) -> R) -> [R; N]
+where
+    [R; N]: Unrolled<R>,
+{
+    Unrolled::lanes(|lane| f(left[lane], right[lane]))
+}
+
+#[inline(always)]
+fn map<T: Copy, R, const N: usize>(numbers: [T; N], f: impl Fn(T) -> R) -> [R; N]
+where
+    [R; N]: Unrolled<R>,
+{
+    Unrolled::lanes(|lane| f(numbers[lane]))
 }
 
 macro_rules! operator {
@@ -64,15 +96,15 @@ macro_rules! number {
             }
             #[inline(always)]
             fn by_lane(self, number: impl FnMut(usize) -> $scalar) -> Self {
-                Self(std::array::from_fn(number))
+                Self(Unrolled::lanes(number))
             }
             #[inline(always)]
             fn abs(self) -> Self {
-                Self(self.0.map(<$scalar>::abs))
+                Self(map(self.0, <$scalar>::abs))
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
-                Self(self.0.map(<$scalar>::sqrt))
+                Self(map(self.0, <$scalar>::sqrt))
             }
             #[inline(always)]
             fn least(self, other: Self) -> Self {
@@ -96,14 +128,14 @@ macro_rules! number {
             }
             #[inline(always)]
             fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
-                Self(std::array::from_fn(|lane| {
+                Self(Unrolled::lanes(|lane| {
                     let (yes, no) = (yes.0[lane].to_bits(), no.0[lane].to_bits());
                     <$scalar>::from_bits((yes & mask.0[lane]) | (no & !mask.0[lane]))
                 }))
             }
             #[inline(always)]
             fn unless(self, mask: Self::Mask) -> Self {
-                Self(std::array::from_fn(|lane| {
+                Self(Unrolled::lanes(|lane| {
                     <$scalar>::from_bits(self.0[lane].to_bits() & !mask.0[lane])
                 }))
             }
@@ -126,11 +158,11 @@ operator!(Lanes<u32, 4>, BitOr, bitor, |a, b| a | b);
 impl LaneU32 for Lanes<u32, 4> {
     #[inline(always)]
     fn shr(self, bits: u32) -> Self {
-        Self(self.0.map(|word| word >> bits))
+        Self(map(self.0, |word| word >> bits))
     }
     #[inline(always)]
     fn shl(self, bits: u32) -> Self {
-        Self(self.0.map(|word| word << bits))
+        Self(map(self.0, |word| word << bits))
     }
 }
 
@@ -155,27 +187,27 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn words(self, word: impl FnMut(usize) -> u32) -> Self::U {
-        Lanes(std::array::from_fn(word))
+        Lanes(Unrolled::lanes(word))
     }
     #[inline(always)]
     fn half<const HALF: usize>(self, numbers: Self::F) -> Self::D {
-        Lanes(std::array::from_fn(|lane| f64::from(numbers.0[2 * HALF + lane])))
+        Lanes(Unrolled::lanes(|lane| f64::from(numbers.0[2 * HALF + lane])))
     }
     #[inline(always)]
     fn bits(self, numbers: Self::F) -> Self::U {
-        Lanes(numbers.0.map(f32::to_bits))
+        Lanes(map(numbers.0, f32::to_bits))
     }
     #[inline(always)]
     fn with_bits(self, words: Self::U) -> Self::F {
-        Lanes(words.0.map(f32::from_bits))
+        Lanes(map(words.0, f32::from_bits))
     }
     #[inline(always)]
     fn to_singles(self, words: Self::U) -> Self::F {
-        Lanes(words.0.map(|word| word.cast_signed() as f32))
+        Lanes(map(words.0, |word| word.cast_signed() as f32))
     }
     #[inline(always)]
     fn to_words(self, numbers: Self::F) -> Self::U {
-        Lanes(numbers.0.map(|number| (number as i32).cast_unsigned()))
+        Lanes(map(numbers.0, |number| (number as i32).cast_unsigned()))
     }
     #[inline(always)]
     fn less(self, words: Self::U, than: Self::U) -> Self::M {
@@ -183,9 +215,7 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn select(self, mask: Self::M, yes: Self::U, no: Self::U) -> Self::U {
-        Lanes(std::array::from_fn(|lane| {
-            (yes.0[lane] & mask.0[lane]) | (no.0[lane] & !mask.0[lane])
-        }))
+        Lanes(Unrolled::lanes(|lane| (yes.0[lane] & mask.0[lane]) | (no.0[lane] & !mask.0[lane])))
     }
     #[inline(always)]
     fn vectorize<W: Work>(self, work: W) -> W::Output {
