@@ -3,8 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use rsrs_testing::network;
+
 /// Runs the program in a folder; nobody's robots are driven by a test.
 pub fn rsrs(folder: &Path, arguments: &[&str]) -> Output {
+    let _processors = network::share_processors();
     Command::new(env!("CARGO_BIN_EXE_rsrs"))
         .args(arguments)
         .current_dir(folder)

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::{Child, Command, Stdio};
-use std::sync::{Condvar, Mutex, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError, RwLock, RwLockReadGuard};
 use std::time::Duration;
 
 use clap::Parser;
@@ -54,6 +54,14 @@ impl Drop for Permit {
     }
 }
 
+/// Held for reading by commands that compute, and for writing by a body that is run again.
+static PROCESSORS: RwLock<()> = RwLock::new(());
+
+/// Held by a test while a command of it computes: it waits while a body that was starved is run again.
+pub fn share_processors() -> RwLockReadGuard<'static, ()> {
+    PROCESSORS.read().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Only what hangs takes so long.
 pub const TIMEOUT: Duration = Duration::from_secs(300);
 
@@ -81,7 +89,7 @@ pub fn in_own_network_with(test: &str, variables: &[(&str, OsString)], body: imp
 }
 
 /// Fails the body of a test in a network of its own for what the machine did to it; the body is run again then,
-/// while no body of another test is run, twice at most.
+/// while no body of another test is run and no command computes ([`share_processors`]), twice at most.
 pub fn fail_as_starved(reason: &str) -> ! {
     panic!("{STARVED}: {reason}");
 }
@@ -103,6 +111,8 @@ fn run_child(test: &str, variables: &[(&str, OsString)]) {
 /// What it printed, if it failed. No more bodies are run beside it than leave it the room of so many networks.
 fn run_child_once(test: &str, variables: &[(&str, OsString)], n_networks: usize) -> Option<String> {
     let _permit = Permit::acquire(n_networks);
+    let is_alone = n_networks == MOST_NETWORKS;
+    let _processors = is_alone.then(|| PROCESSORS.write().unwrap_or_else(PoisonError::into_inner));
     let executable = std::env::current_exe().expect("a running test has an executable");
     // Robots have deadlines, and the tests beside this one do not; where a user may not ask for a
     // higher priority, `nice` runs the command as it is. A real-time class would be no help: nodes of
