@@ -28,33 +28,29 @@ const MOST_NETWORKS: usize = 4;
 static N_NETWORKS: Mutex<usize> = Mutex::new(0);
 static ONE_ENDED: Condvar = Condvar::new();
 
-/// Held by who waits for room, so that who needs all of it is not passed by those who need less.
-static WAITS: Mutex<()> = Mutex::new(());
-
-/// Room of as many networks as it says.
-struct Permit(usize);
+/// Room for one network.
+struct Permit;
 
 impl Permit {
-    /// Waits until there is room for so many more.
-    fn acquire(n_more: usize) -> Self {
-        let _waits = WAITS.lock().unwrap_or_else(PoisonError::into_inner);
+    /// Waits until there is room for one more.
+    fn acquire() -> Self {
         let n_networks = N_NETWORKS.lock().unwrap_or_else(PoisonError::into_inner);
         let mut n_networks = ONE_ENDED
-            .wait_while(n_networks, |n_networks| *n_networks + n_more > MOST_NETWORKS)
+            .wait_while(n_networks, |n_networks| *n_networks >= MOST_NETWORKS)
             .unwrap_or_else(PoisonError::into_inner);
-        *n_networks += n_more;
-        Self(n_more)
+        *n_networks += 1;
+        Self
     }
 }
 
 impl Drop for Permit {
     fn drop(&mut self) {
-        *N_NETWORKS.lock().unwrap_or_else(PoisonError::into_inner) -= self.0;
+        *N_NETWORKS.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
         ONE_ENDED.notify_one();
     }
 }
 
-/// Held for reading by commands that compute, and for writing by a body that is run again.
+/// Held for reading by bodies and by commands that compute, and for writing by a body that is run again.
 static PROCESSORS: RwLock<()> = RwLock::new(());
 
 /// Held by a test while a command of it computes: it waits while a body that was starved is run again.
@@ -95,24 +91,26 @@ pub fn fail_as_starved(reason: &str) -> ! {
 }
 
 fn run_child(test: &str, variables: &[(&str, OsString)]) {
-    let mut failed = run_child_once(test, variables, 1);
+    let mut failed = {
+        let _permit = Permit::acquire();
+        let _processors = share_processors();
+        run_child_once(test, variables)
+    };
     for _ in 0..MOST_TIMES_AGAIN {
         let reason = failed.as_ref().and_then(|printed| printed.split_once(STARVED));
         let Some((_, reason)) = reason else { break };
         let reason = reason.split("\nstack backtrace").next().unwrap_or_default();
         writeln!(std::io::stderr(), "{test} is run again, {STARVED}{reason}").expect("it is read");
-        failed = run_child_once(test, variables, MOST_NETWORKS);
+        let _processors = PROCESSORS.write().unwrap_or_else(PoisonError::into_inner);
+        failed = run_child_once(test, variables);
     }
     if let Some(printed) = failed {
         panic!("{test} failed:\n{printed}");
     }
 }
 
-/// What it printed, if it failed. No more bodies are run beside it than leave it the room of so many networks.
-fn run_child_once(test: &str, variables: &[(&str, OsString)], n_networks: usize) -> Option<String> {
-    let _permit = Permit::acquire(n_networks);
-    let is_alone = n_networks == MOST_NETWORKS;
-    let _processors = is_alone.then(|| PROCESSORS.write().unwrap_or_else(PoisonError::into_inner));
+/// What it printed, if it failed.
+fn run_child_once(test: &str, variables: &[(&str, OsString)]) -> Option<String> {
     let executable = std::env::current_exe().expect("a running test has an executable");
     // Robots have deadlines, and the tests beside this one do not; where a user may not ask for a
     // higher priority, `nice` runs the command as it is. A real-time class would be no help: nodes of
