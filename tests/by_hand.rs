@@ -206,7 +206,12 @@ fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
         check_profile(&RobotProfile::parse("mine.yaml", &profile).expect("it is a profile"));
         let bag = Bag::open(&folder.path().join("bag")).expect("the run was recorded");
         for robot in ROBOTS.iter().take(3) {
-            assert!(strayed_m(&bag, robot) > 0.1, "{robot} did not move");
+            let strayed_m = strayed_m(&bag, robot);
+            assert!(
+                strayed_m > 0.1,
+                "{robot} strayed {strayed_m} m: {:#?}\n{printed}",
+                bag.topics()
+            );
         }
     });
 }

@@ -28,6 +28,7 @@ WHEELS_TIMEOUT_S = 0.4  # They stop by themselves, whoever dies.
 SPEED_GAIN, TURN_GAIN, DRIVING_TURN_GAIN = 0.92, 0.95, 0.88
 TRUE_POSITIVE, FALSE_POSITIVE = 0.95, 0.03
 robots = {}
+moving = threading.Lock()  # A robot that is put elsewhere is not on its way.
 
 
 class Robot(Node):
@@ -46,15 +47,17 @@ class Robot(Node):
         self.commanded, self.commanded_s = (twist.linear.x, twist.angular.z), time.monotonic()
 
     def move(self):
-        now_s = time.monotonic()
-        (x, y, heading), (speed, rate), passed_s = self.pose, self.commanded, now_s - self.moved_s
-        if now_s - self.commanded_s < WHEELS_TIMEOUT_S:
-            turned = rate * passed_s * (DRIVING_TURN_GAIN if speed else TURN_GAIN)
-            driven = speed * passed_s * SPEED_GAIN
-            x += driven * math.cos(heading + turned / 2)
-            y += driven * math.sin(heading + turned / 2)
-            heading += turned
-        self.pose, self.moved_s = (x, y, heading), now_s
+        with moving:
+            now_s = time.monotonic()
+            (x, y, heading), (speed, rate) = self.pose, self.commanded
+            if now_s - self.commanded_s < WHEELS_TIMEOUT_S:
+                passed_s = now_s - self.moved_s
+                turned = rate * passed_s * (DRIVING_TURN_GAIN if speed else TURN_GAIN)
+                driven = speed * passed_s * SPEED_GAIN
+                x += driven * math.cos(heading + turned / 2)
+                y += driven * math.sin(heading + turned / 2)
+                heading += turned
+            self.pose, self.moved_s = (x, y, heading), now_s
         odometry = Odometry()
         odometry.header.stamp = self.get_clock().now().to_msg()
         odometry.header.frame_id = "map"
@@ -78,7 +81,8 @@ def place():
         placed = {robot["name"]: robot for robot in json.loads(line)["robots"]}
         for aside, (name, robot) in enumerate(robots.items()):
             to = placed.get(name, {"x_m": 3.0 * aside, "y_m": 20.0, "heading_rad": 0.0})
-            robot.pose = (to["x_m"], to["y_m"], to["heading_rad"])
+            with moving:
+                robot.pose = (to["x_m"], to["y_m"], to["heading_rad"])
 
 
 rclpy.init()

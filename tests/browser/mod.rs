@@ -12,12 +12,15 @@ mod report;
 mod simulator;
 
 /// Lets a script of this folder use a page, and gives what it found, which `--nocapture` shows: how long
-/// things took, too. The script is given the browser, the page, and `more`.
+/// things took, too. The script is given the browser, which gives way to robots of other tests, the page,
+/// and `more`.
 #[expect(clippy::print_stdout, reason = "for who measures")]
 fn browse(script: &str, page: &Path, more: &[&Path]) -> String {
     let python = python_with(&BROWSER);
-    let script = repository().join("tests/browser").join(script);
-    let found = must_run(Command::new(python).arg(script).arg(chromium()).arg(page).args(more));
+    let folder = repository().join("tests/browser");
+    let mut command = Command::new(python);
+    command.arg(folder.join(script)).arg(folder.join("giving_way")).arg(page).args(more);
+    let found = must_run(command.env("CHROMIUM", chromium()));
     print!("{found}");
     found
 }

@@ -161,7 +161,8 @@ pub fn fail(printed: &str) -> ! {
 }
 
 /// Whether a run ended because the machine gave one of its processes no processor for half a second, as
-/// it should end then, by what it wrote to standard error.
+/// it should end then, or because so many programs started at once that its middleware did not come to
+/// an end with it, by what it wrote to standard error.
 pub fn is_starved(printed: &str) -> bool {
     [
         "lease ran out",
@@ -175,6 +176,7 @@ pub fn is_starved(printed: &str) -> bool {
         "no detection received for more than",
         "no valid reading of the sensor for more than",
         "no state of the microcontroller for",
+        "the threads of the middleware wait for each other",
     ]
     .iter()
     .any(|sign| printed.contains(sign))
