@@ -1,6 +1,6 @@
 //! Every topic's name, type and quality of service, who publishes and who subscribes it: the one table.
 //!
-//! The permissions of keystores and the page of the interface follow from it.
+//! The permissions of keystores follow from it, and tests hold the page of the interface to it.
 //! Matching in DDS goes by name and quality of service, and not every library compares types, so
 //! no other file spells a topic.
 
