@@ -16,7 +16,7 @@ use crate::pages::{
     IN_RCLPY, OF_CONTROLLERS, OF_OWN_SWARM, OF_SENSORS, OF_WORLDS, WITHOUT_FLOOR, WITHOUT_ROBOTS,
     script_of,
 };
-use crate::processes::{assert_completed, in_own_network, is_starved};
+use crate::processes::{assert_completed, fail_unless_moved, in_own_network, is_starved};
 use rsrs_testing::environment::is_long;
 
 /// How much a page measures, and how much of that is enough to see whether it works.
@@ -206,12 +206,7 @@ fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
         check_profile(&RobotProfile::parse("mine.yaml", &profile).expect("it is a profile"));
         let bag = Bag::open(&folder.path().join("bag")).expect("the run was recorded");
         for robot in ROBOTS.iter().take(3) {
-            let strayed_m = strayed_m(&bag, robot);
-            assert!(
-                strayed_m > 0.1,
-                "{robot} strayed {strayed_m} m: {:#?}\n{printed}",
-                bag.topics()
-            );
+            fail_unless_moved(robot, strayed_m(&bag, robot), 0.1);
         }
     });
 }

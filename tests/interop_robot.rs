@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use crate::command::repository;
 use crate::fleet::{ROBOTS, experiment, node, start_run};
-use crate::processes::{Process, assert_completed, in_own_network, rsrs};
+use crate::processes::{Process, assert_completed, fail_unless_moved, in_own_network, rsrs};
 use crate::recorded::messages;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
@@ -277,7 +277,7 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
             }
             let poses = messages::<Odometry>(&bag, robot, "odom");
             let ends = [&poses[0], &poses[poses.len() - 1]].map(|it| it.pose.pose.position);
-            assert!(distance_m(&ends[0], &ends[1]) > 0.05, "{robot} has not moved");
+            fail_unless_moved(robot, distance_m(&ends[0], &ends[1]), 0.05);
         }
 
         let folder = tempfile::tempdir().expect("a temporary folder");

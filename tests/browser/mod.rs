@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use rsrs_testing::chromium::chromium;
+use rsrs_testing::network::share_processors;
 use rsrs_testing::python::{BROWSER, must_run, python_with};
 
 use crate::command::repository;
@@ -20,6 +21,7 @@ fn browse(script: &str, page: &Path, more: &[&Path]) -> String {
     let folder = repository().join("tests/browser");
     let mut command = Command::new(python);
     command.arg(folder.join(script)).arg(folder.join("giving_way")).arg(page).args(more);
+    let _processors = share_processors();
     let found = must_run(command.env("CHROMIUM", chromium()));
     print!("{found}");
     found

@@ -160,6 +160,20 @@ pub fn fail(printed: &str) -> ! {
     panic!("{printed}");
 }
 
+/// Fails the test in whose network a robot in rclpy did not move at all; the test is run again. Where many programs
+/// start beside each other on few processors, it happens that Fast DDS never hears of the controller's first writers,
+/// and of those alone: no command reaches these robots, and poses that do not follow commands keep the run from
+/// being counted.
+pub fn fail_unless_moved(robot: &str, by_m: f64, at_least_m: f64) {
+    if by_m < at_least_m {
+        let reason = format!("{robot} moved by {by_m} m, expected at least {at_least_m}");
+        if by_m > 0.0 {
+            panic!("{reason}");
+        }
+        network::fail_as_starved(&reason);
+    }
+}
+
 /// Whether a run ended because the machine gave one of its processes no processor for half a second, as
 /// it should end then, or because so many programs started at once that its middleware did not come to
 /// an end with it, by what it wrote to standard error.
