@@ -173,8 +173,8 @@ pub fn fail_unless_moved(robot: &str, by_m: f64, at_least_m: f64) {
 }
 
 /// Whether a run ended because the machine gave one of its processes no processor for half a second, as
-/// it should end then, or because so many programs started at once that its middleware did not come to
-/// an end with it, by what it wrote to standard error.
+/// it should end then, or because the threads of its middleware wait for each other, as they may where many
+/// programs start at once, by what it wrote to standard error.
 pub fn is_starved(printed: &str) -> bool {
     [
         "lease ran out",
