@@ -164,12 +164,13 @@ pub fn fail(printed: &str) -> ! {
 /// start beside each other on few processors, it happens that Fast DDS never hears of the controller's first writers,
 /// and of those alone: no command reaches these robots, and poses that do not follow commands keep the run from
 /// being counted.
-pub fn fail_unless_moved(robot: &str, by_m: f64, at_least_m: f64) {
-    if by_m < at_least_m {
-        let reason = format!("{robot} moved by {by_m} m, expected at least {at_least_m}");
-        assert!(by_m < 1e-3, "{reason}");
-        network::fail_as_starved(&reason);
+pub fn fail_unless_moved(robot: &str, by_m: f64, more_than_m: f64) {
+    if by_m > more_than_m {
+        return;
     }
+    let reason = format!("{robot} moved by {by_m} m, expected more than {more_than_m}");
+    assert!(by_m < 1e-3, "{reason}");
+    network::fail_as_starved(&reason);
 }
 
 /// Whether a run ended because the machine gave one of its processes no processor for half a second, as

@@ -101,19 +101,17 @@ const SWARMSIM: Environment =
 /// What the robots in `MuJoCo` need, with ROS.
 const MUJOCO: &str = include_str!("../../../docs/examples/mujoco/requirements.txt");
 
-/// Makes sure that all environments are there, side by side: most of the time of each is spent waiting.
+/// Makes sure that all environments are there.
 ///
 /// # Panics
 ///
 /// As [`python_with`] and [`python_with_swarmsim`].
 pub fn install_all() {
-    std::thread::scope(|scope| {
-        for environment in [BAGS, CYCLONE, SCIENCE, DEPLOYMENT, JAZZY, KILTED, BROWSER] {
-            scope.spawn(move || python_with(&environment));
-        }
-        scope.spawn(python_with_mujoco);
-        scope.spawn(python_with_swarmsim);
-    });
+    for environment in [BAGS, CYCLONE, SCIENCE, DEPLOYMENT, JAZZY, KILTED, BROWSER] {
+        python_with(&environment);
+    }
+    python_with_mujoco();
+    python_with_swarmsim();
 }
 
 /// Makes sure that an environment is there, and gives its interpreter.
